@@ -1,0 +1,1 @@
+"""The contract between components: Slice definitions and the Python generated from them."""
