@@ -1,0 +1,1 @@
+"""What every robot server shares: the robot protocol, the servants, the safety layer and the facts of the H25."""

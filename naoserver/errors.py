@@ -1,0 +1,23 @@
+"""What can go wrong between the servants and a robot."""
+
+from __future__ import annotations
+
+
+class RobotError(Exception):
+    """The root of this layer's errors; the message says what went wrong, where, and what to do."""
+
+
+class HardwareFailure(RobotError):
+    """A device of the robot, or what stands for it, cannot do its work.
+
+    Where a missing package is the reason, the message names it and the command that installs it.
+    """
+
+
+class InvalidCommand(RobotError):
+    """A command cannot be obeyed: a value is not finite or out of its domain, or a joint is unknown."""
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(message)
+        self.field = field
+        """The joint, parameter or member that holds the value."""

@@ -1,0 +1,176 @@
+"""What a robot must offer to be served: the one boundary between the servants and a body.
+
+The simulated robot, the real one and the fake implement `Robot`; servants and safety layer are written
+once above it.
+
+Contract of every implementation
+--------------------------------
+- **Threads.** Every method may be called from any thread at any time between `start` and `close`. `read`
+  and `state` are snapshots that never block (publish an immutable object, return the newest); `command_*`
+  store the command and return at once.
+- **Setpoints.** A joint follows a setpoint, which `JointReading.commands` tells. A position command moves
+  the setpoint from where it is to the target at no more than the given speed; a velocity command moves it
+  at that velocity until the next command. Velocity 0 holds the setpoint where it is. The newest command of
+  a joint replaces the one before, of either kind; joints that a command does not name go on with theirs.
+  Commands take effect at the next control tick.
+- **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
+  implementation may limit further, and keeps its setpoints inside `JointFacts.lower` and `upper`.
+- **Units.** SI and radians in the body's own axes: yaw positive to the left, pitch positive downwards.
+  A hand is 0 closed, 1 open.
+- **Life.** `start` once, `close` any number of times, also without `start`. After `close`, `read` and
+  `state` return the last snapshot, commands are ignored, `capture` raises `HardwareFailure`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from zenoh_ice import Clock
+
+
+@dataclass(frozen=True, slots=True)
+class JointFacts:
+    """The limits of a joint: rad, rad/s and N m of a hinge; m, m/s and N of a linear axis."""
+
+    name: str
+    lower: float
+    upper: float
+    max_velocity: float
+    max_torque: float
+
+
+@dataclass(frozen=True, slots=True)
+class JointReading:
+    """The state of a device's joints at one moment, in the order of `JointDevice.joints`.
+
+    `commands` are the setpoints that the motors follow now, on their way to the commanded targets.
+    """
+
+    time: float
+    """Robot time in s."""
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    commands: tuple[float, ...]
+    torques: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFacts:
+    """What a camera can do and where it sits."""
+
+    name: str
+    """Identity under which it is served: `Camera` (the top one), `CameraBottom`, `CameraOutside`."""
+    position: tuple[float, float, float]
+    """Place in the head's frame in m; of a camera that is not on the robot, in the world's frame."""
+    tilt: float
+    """Pitch in the head's frame in rad, positive looks down."""
+    horizontal_fov: float
+    """Horizontal field of view in rad. Pixels are square: the vertical one follows from the image's shape."""
+    sizes: tuple[tuple[int, int], ...]
+    """Width and height in pixels of each image size it takes."""
+    rates: tuple[float, ...]
+    """Highest image rate at each of `sizes`, in 1/s; every lower rate is taken too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """An image as a robot gives it."""
+
+    camera: str
+    time: float
+    """Robot time at which it was taken in s."""
+    width: int
+    height: int
+    pixels: NDArray[np.uint8]
+    """RGB, shape (height, width, 3), C-contiguous, row 0 on top. Never written to after it was given away."""
+
+
+@dataclass(frozen=True, slots=True)
+class BodyState:
+    """How the robot as a whole is."""
+
+    torso_tilt: float
+    """Angle between the torso's z axis and the vertical in rad."""
+    fallen: bool
+    real_time_factor: float
+    """Robot seconds in a wall second, over the last second."""
+    lag: float
+    """Wall seconds by which robot time lags behind its schedule; 0 on a real robot."""
+
+
+@runtime_checkable
+class JointDevice(Protocol):
+    """Something with joints that can be read and commanded: a robot, or a mechanism that carries a ball."""
+
+    @property
+    def name(self) -> str:
+        """`Nao` of the robot; of a mechanism the first part of its identities, such as `BallRed`."""
+        ...
+
+    @property
+    def joints(self) -> tuple[JointFacts, ...]:
+        """The joints in the order of every reading; constant for the device's life."""
+        ...
+
+    def read(self) -> JointReading:
+        """Return the newest snapshot of the joints without blocking."""
+        ...
+
+    def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints to `targets`.
+
+        Each moves at most at its speed in `max_speeds`, which names the same joints.
+        """
+        ...
+
+    def command_velocities(self, velocities: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints at `velocities` until further notice; 0 holds."""
+        ...
+
+
+@runtime_checkable
+class Robot(JointDevice, Protocol):
+    """A robot that can be served. Its 26 joints stand in the order of `naoserver.body.H25.joints`."""
+
+    @property
+    def cameras(self) -> tuple[CameraFacts, ...]:
+        """The cameras that `capture` takes."""
+        ...
+
+    @property
+    def clock(self) -> Clock:
+        """The robot's time: simulated (at any pace), or steady wall time of a real robot."""
+        ...
+
+    @property
+    def mechanisms(self) -> tuple[JointDevice, ...]:
+        """What is served beside the robot: the balls of a simulation; empty on a real robot."""
+        ...
+
+    def state(self) -> BodyState:
+        """Return the newest snapshot of the body without blocking."""
+        ...
+
+    def capture(self, camera: str, width: int, height: int) -> Frame:
+        """Take an image; blocks at most 1 s.
+
+        Calls for different cameras may come at the same time. The first frame at a new size may cost more
+        than the next.
+
+        Raises HardwareFailure when it cannot, naming the missing package when the machine has no GL.
+        """
+        ...
+
+    def start(self) -> None:
+        """Start the threads that make the robot live. Raises RobotError when it cannot."""
+        ...
+
+    def close(self) -> None:
+        """Stop all motion, threads and devices; return when they have ended."""
+        ...
