@@ -1,0 +1,308 @@
+"""Settings of a component: defaults, overlaid by a TOML file, then by the environment, then by flags."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final
+
+from .exceptions import ConfigurationException
+
+__all__ = ["DEFAULT_ENDPOINT", "ENVIRONMENT_PREFIX", "Settings", "load_settings"]
+
+DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+"""Where a robot server listens and where everybody else connects to, unless told otherwise."""
+
+ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"
+"""`VISUALHFSM_REALM` sets `realm`, and so on for every setting."""
+
+CLOCKS: Final = ("auto", "wall", "sim")
+LOG_LEVELS: Final = ("debug", "info", "warning", "error", "critical")
+
+CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"
+"""The environment variable that names the TOML file when no flag does."""
+
+_DEFAULT_ORIGIN: Final = "default"
+_CODE_ORIGIN: Final = "the program"
+_MAX_TIMEOUT: Final = 60.0  # a Zenoh get keeps about 1 kB until its timeout has passed, even when it was answered
+_MAX_SIZE: Final = 1 << 30
+# A chunk of a Zenoh key: no separator, no wildcard; '@' splits identity and realm in "Head@otherrealm".
+_REALM: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
+_HOST_AND_PORT: Final = re.compile(r"(\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9_.\-]+):([0-9]{1,5})")
+_INTERNET_PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws")
+_PROTOCOLS: Final = (*_INTERNET_PROTOCOLS, "unixsock-stream")
+_TRUE: Final = frozenset({"1", "true", "yes", "on"})
+_FALSE: Final = frozenset({"0", "false", "no", "off"})
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What a component needs to know to talk to the others.
+
+    Every field is checked when the object is made; a bad one raises ConfigurationException, which names
+    the field and where its value came from.
+    """
+
+    realm: str = "nao"
+    """The robot or stack that this component belongs to: the first chunk of every key."""
+    connect: tuple[str, ...] = (DEFAULT_ENDPOINT,)
+    """Zenoh endpoints to connect to; lost ones are tried again for ever."""
+    listen: tuple[str, ...] = ("tcp/127.0.0.1:0",)
+    """Zenoh endpoints to listen on; port 0 lets the system pick one."""
+    clock: str = "auto"
+    """`wall`, `sim`, or `auto`: the robot's time if the robot is simulated, otherwise the wall's."""
+    timeout: float = 2.0
+    """Longest duration of a call in s."""
+    lease: float = 2.0
+    """Silence in s after which a peer that hangs counts as lost; one that dies is noticed at once."""
+    shared_memory: bool = True
+    """Whether large payloads travel through shared memory on one machine."""
+    log_level: str = "warning"
+    """Least severe messages to log: debug, info, warning, error or critical."""
+    max_request_size: int = 1 << 20
+    """Largest request that a servant decodes, in bytes."""
+    max_reply_size: int = 64 << 20
+    """Largest reply or stream sample that a proxy decodes, in bytes."""
+    dispatch_threads: int = 8
+    """Threads that run the calls of one communicator's servants."""
+    origins: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    """Where each setting came from, by name; a setting that is missing here has its default."""
+
+    def __post_init__(self) -> None:
+        for key, check in _CHECKS.items():
+            value = getattr(self, key)
+            try:
+                object.__setattr__(self, key, check(value))
+            except ValueError as error:
+                origin = self.origins.get(key, _CODE_ORIGIN)
+                raise ConfigurationException(f"{origin}: {key} = {_shown(value)}: {error}") from None
+
+    def override(self, **changes: Any) -> Settings:
+        """Return a copy with some fields changed by the program.
+
+        Raises ConfigurationException for an unknown field or a bad value.
+        """
+        return self._overlaid(changes, dict.fromkeys(changes, _CODE_ORIGIN))
+
+    def describe(self) -> str:
+        """Return a table of every setting: its name, its value and where that came from."""
+        rows = [
+            (key, _shown(getattr(self, key)), self.origins.get(key, _DEFAULT_ORIGIN)) for key in _CHECKS
+        ]
+        widths = [max(len(row[column]) for row in rows) for column in range(2)]
+        return "\n".join(f"{key:<{widths[0]}}  {value:<{widths[1]}}  {origin}" for key, value, origin in rows)
+
+    def _overlaid(self, changes: Mapping[str, Any], origins: Mapping[str, str]) -> Settings:
+        for key in changes:
+            if key not in _CHECKS:
+                raise ConfigurationException(
+                    f"{origins[key]}: there is no setting {key!r}; the settings are {', '.join(_CHECKS)}"
+                )
+        return replace(self, **changes, origins={**self.origins, **origins})
+
+
+def load_settings(
+    toml_path: str | os.PathLike[str] | None = None,
+    flags: Mapping[str, Any] | None = None,
+    *,
+    defaults: Mapping[str, Any] | None = None,
+    environment: Mapping[str, str] | None = None,
+) -> Settings:
+    """Return the settings from their four sources; a later one wins.
+
+    1. the defaults, with those of the component over those of `Settings`;
+    2. the top-level keys of the TOML file (without one, of the file that VISUALHFSM_CONFIG names);
+    3. the environment: VISUALHFSM_REALM, VISUALHFSM_CONNECT, ... (lists are separated by commas);
+    4. the flags; a flag that is None was not given.
+
+    Raises ConfigurationException, naming the source, for a file that cannot be read, an unknown key or a bad
+    value.
+    """
+    settings = Settings()
+    if defaults:
+        settings = settings._overlaid(defaults, dict.fromkeys(defaults, _DEFAULT_ORIGIN))
+    if environment is None:
+        environment = os.environ
+    toml_path = toml_path or environment.get(CONFIG_VARIABLE)
+    if toml_path:
+        path = Path(toml_path)
+        values = _read_toml(path)
+        settings = settings._overlaid(values, dict.fromkeys(values, str(path)))
+    values, origins = _read_environment(environment)
+    settings = settings._overlaid(values, origins)
+    given = {key: value for key, value in (flags or {}).items() if value is not None}
+    return settings._overlaid(given, {key: f"--{key.replace('_', '-')}" for key in given})
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            return tomllib.load(file)
+    except OSError as error:
+        raise ConfigurationException(f"{path}: cannot read the settings: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigurationException(f"{path}: not TOML: {error}") from error
+
+
+def _read_environment(environment: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, str]]:
+    values: dict[str, Any] = {}
+    origins: dict[str, str] = {}
+    for variable in sorted(environment):
+        if not variable.startswith(ENVIRONMENT_PREFIX) or variable == CONFIG_VARIABLE:
+            continue
+        key = variable.removeprefix(ENVIRONMENT_PREFIX).lower()
+        try:
+            values[key] = _PARSERS.get(key, str)(environment[variable])
+        except ValueError as error:
+            raise ConfigurationException(f"{variable}: {environment[variable]!r}: {error}") from None
+        origins[key] = variable
+    return values, origins
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(_shown(item) for item in value) + "]"
+    return repr(value) if isinstance(value, str) else str(value)
+
+
+# What a text of the environment becomes; the checks below judge the result.
+
+
+def _parse_list(text: str) -> tuple[str, ...]:
+    return tuple(item.strip() for item in text.split(",") if item.strip())
+
+
+def _parse_boolean(text: str) -> bool:
+    word = text.strip().lower()
+    if word not in _TRUE | _FALSE:
+        raise ValueError("write true or false")
+    return word in _TRUE
+
+
+def _parse_float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError("write a number") from None
+
+
+def _parse_integer(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError("write a whole number") from None
+
+
+_PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
+    "connect": _parse_list,
+    "listen": _parse_list,
+    "timeout": _parse_float,
+    "lease": _parse_float,
+    "shared_memory": _parse_boolean,
+    "max_request_size": _parse_integer,
+    "max_reply_size": _parse_integer,
+    "dispatch_threads": _parse_integer,
+}
+
+
+# Each check returns the value in its final form or raises ValueError with what to do.
+
+
+def _check_realm(value: object) -> str:
+    if not isinstance(value, str) or not _REALM.fullmatch(value):
+        raise ValueError("a realm is 1 to 64 letters, digits, '_', '-' or '.', without '/', '*' or '@'")
+    return value
+
+
+def _check_endpoint(endpoint: object, *, any_port: bool) -> str:
+    if not isinstance(endpoint, str):
+        raise ValueError("write endpoints as text, such as tcp/127.0.0.1:7447")  # noqa: TRY004
+    protocol, slash, rest = endpoint.partition("/")
+    address = re.split(r"[?#]", rest, maxsplit=1)[0]
+    if not slash or protocol not in _PROTOCOLS:
+        raise ValueError(
+            f"{endpoint!r} is no endpoint: write PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447, with one of "
+            f"{', '.join(_PROTOCOLS)}"
+        )
+    if protocol not in _INTERNET_PROTOCOLS:
+        if not address:
+            raise ValueError(f"{endpoint!r} has no path: write {protocol}/PATH")
+        return endpoint
+    match = _HOST_AND_PORT.fullmatch(address)
+    if match is None:
+        raise ValueError(f"{endpoint!r} needs a host and a port: write {protocol}/HOST:PORT")
+    lowest = 0 if any_port else 1
+    if not lowest <= int(match[2]) <= 65535:
+        raise ValueError(f"port {match[2]} of {endpoint!r} is not between {lowest} and 65535")
+    return endpoint
+
+
+def _check_connect(value: object) -> tuple[str, ...]:
+    return tuple(_check_endpoint(endpoint, any_port=False) for endpoint in _items(value))
+
+
+def _check_listen(value: object) -> tuple[str, ...]:
+    return tuple(_check_endpoint(endpoint, any_port=True) for endpoint in _items(value))
+
+
+def _items(value: object) -> list[object]:
+    if not isinstance(value, (list, tuple)):
+        raise ValueError("write a list of endpoints")  # noqa: TRY004
+    return list(value)
+
+
+def _one_of(words: tuple[str, ...]) -> Callable[[object], str]:
+    def check(value: object) -> str:
+        if not isinstance(value, str) or value.lower() not in words:
+            raise ValueError(f"write one of {', '.join(words)}")
+        return value.lower()
+
+    return check
+
+
+def _seconds(lowest: float, highest: float) -> Callable[[object], float]:
+    def check(value: object) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise ValueError("write a number of seconds")
+        if not lowest <= value <= highest:
+            raise ValueError(f"write a number of seconds from {lowest:g} to {highest:g}")
+        return float(value)
+
+    return check
+
+
+def _whole(lowest: int, highest: int) -> Callable[[object], int]:
+    def check(value: object) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
+            raise ValueError(f"write a whole number from {lowest} to {highest}")
+        return value
+
+    return check
+
+
+def _check_boolean(value: object) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("write true or false")  # noqa: TRY004
+    return value
+
+
+_CHECKS: Final[Mapping[str, Callable[[Any], object]]] = {
+    "realm": _check_realm,
+    "connect": _check_connect,
+    "listen": _check_listen,
+    "clock": _one_of(CLOCKS),
+    "timeout": _seconds(0.001, _MAX_TIMEOUT),
+    "lease": _seconds(0.1, _MAX_TIMEOUT),
+    "shared_memory": _check_boolean,
+    "log_level": _one_of(LOG_LEVELS),
+    "max_request_size": _whole(1, _MAX_SIZE),
+    "max_reply_size": _whole(1, _MAX_SIZE),
+    "dispatch_threads": _whole(1, 256),
+}
