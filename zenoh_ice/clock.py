@@ -36,7 +36,7 @@ class Clock(Protocol):
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s; a negative one is none."""
 
-    def sleep_until(self, time: float) -> None:
+    def sleep_until(self, when: float) -> None:
         """Wait until the clock shows a time in s; a past one returns at once."""
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
@@ -57,9 +57,9 @@ class WallClock:
         """Wait for a duration in s."""
         time.sleep(max(0.0, seconds))
 
-    def sleep_until(self, time: float) -> None:
+    def sleep_until(self, when: float) -> None:
         """Wait until a time in s."""
-        self.sleep(time - self.now())
+        self.sleep(when - self.now())
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event for at most `timeout` s; return whether it is set."""
@@ -70,8 +70,8 @@ class VirtualClock:
     """A clock for tests: it stands still until `advance` moves it.
 
     Threads that wait on it are woken in the order of their times (equal times: in the order in which they
-    began to wait), one at a time: the next is woken, and the time moves on, only when the last one waits on the
-    clock again or has ended. The same program so runs the same way every time, as fast as the processor.
+    began to wait), one at a time: the next is woken, and the time moves on, only when the last one waits on
+    the clock again or has ended. So a program runs the same way every time, as fast as the processor.
 
     `limit` bounds every wait in s of wall time: one that nobody ends raises TimeoutException.
     """
@@ -103,16 +103,17 @@ class VirtualClock:
         with self._changed:
             if not self._changed.wait_for(lambda: len(self._waiters) >= count, self._limit):
                 raise TimeoutException(
-                    f"{len(self._waiters)} threads wait on the virtual clock after {self._limit:g} s, not {count}"
+                    f"{len(self._waiters)} threads wait on the virtual clock after {self._limit:g} s, "
+                    f"not {count}"
                 )
 
     def sleep(self, seconds: float) -> None:
         """Wait until another thread has advanced the clock by a duration in s."""
         self._wait(self._now + _nanoseconds(seconds), None)
 
-    def sleep_until(self, time: float) -> None:
+    def sleep_until(self, when: float) -> None:
         """Wait until another thread has advanced the clock to a time in s."""
-        self._wait(_nanoseconds(time), None)
+        self._wait(_nanoseconds(when), None)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event, or until the clock has advanced by `timeout` s; return whether it is set."""
@@ -122,8 +123,8 @@ class VirtualClock:
     def advance(self, seconds: float) -> None:
         """Move the time forward by a duration in s, waking those whose time comes.
 
-        Raises ValueError for a negative duration, and TimeoutException, naming the thread, when a woken thread
-        neither waits on the clock again nor ends within the limit.
+        Raises ValueError for a negative duration, and TimeoutException, naming the thread, when a woken
+        thread neither waits on the clock again nor ends within the limit.
         """
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
@@ -149,8 +150,8 @@ class VirtualClock:
         while waiter.thread.is_alive() and not any(w.thread is waiter.thread for w in self._waiters):
             if time.monotonic() > deadline:
                 raise TimeoutException(
-                    f"thread {waiter.thread.name!r} did not come back to the virtual clock within {self._limit:g} s"
-                    f" after it was woken at {self.now():g} s"
+                    f"thread {waiter.thread.name!r} did not come back to the virtual clock within "
+                    f"{self._limit:g} s after it was woken at {self.now():g} s"
                 )
             self._changed.wait(_POLL)
 
@@ -167,8 +168,8 @@ class VirtualClock:
                     left = deadline - time.monotonic()
                     if left <= 0:
                         raise TimeoutException(
-                            f"nobody advanced the virtual clock from {self.now():g} s to {due / _NANOSECONDS:g} s "
-                            f"within {self._limit:g} s"
+                            f"nobody advanced the virtual clock from {self.now():g} s to "
+                            f"{due / _NANOSECONDS:g} s within {self._limit:g} s"
                         )
                     self._changed.wait(left if event is None else min(left, _POLL))
             finally:

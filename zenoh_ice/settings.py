@@ -29,7 +29,9 @@ CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"
 
 _DEFAULT_ORIGIN: Final = "default"
 _CODE_ORIGIN: Final = "the program"
-_MAX_TIMEOUT: Final = 60.0  # a Zenoh get keeps about 1 kB until its timeout has passed, even when it was answered
+_MAX_TIMEOUT: Final = (
+    60.0  # a Zenoh get keeps about 1 kB until its timeout has passed, even when it was answered
+)
 _MAX_SIZE: Final = 1 << 30
 # A chunk of a Zenoh key: no separator, no wildcard; '@' splits identity and realm in "Head@otherrealm".
 _REALM: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
@@ -82,7 +84,7 @@ class Settings:
                 origin = self.origins.get(key, _CODE_ORIGIN)
                 raise ConfigurationException(f"{origin}: {key} = {_shown(value)}: {error}") from None
 
-    def override(self, **changes: Any) -> Settings:
+    def override(self, **changes: object) -> Settings:
         """Return a copy with some fields changed by the program.
 
         Raises ConfigurationException for an unknown field or a bad value.
@@ -91,9 +93,7 @@ class Settings:
 
     def describe(self) -> str:
         """Return a table of every setting: its name, its value and where that came from."""
-        rows = [
-            (key, _shown(getattr(self, key)), self.origins.get(key, _DEFAULT_ORIGIN)) for key in _CHECKS
-        ]
+        rows = [(key, _shown(getattr(self, key)), self.origins.get(key, _DEFAULT_ORIGIN)) for key in _CHECKS]
         widths = [max(len(row[column]) for row in rows) for column in range(2)]
         return "\n".join(f"{key:<{widths[0]}}  {value:<{widths[1]}}  {origin}" for key, value, origin in rows)
 
@@ -223,7 +223,7 @@ def _check_realm(value: object) -> str:
 
 def _check_endpoint(endpoint: object, *, any_port: bool) -> str:
     if not isinstance(endpoint, str):
-        raise ValueError("write endpoints as text, such as tcp/127.0.0.1:7447")  # noqa: TRY004
+        raise ValueError("write endpoints as text, such as tcp/127.0.0.1:7447")
     protocol, slash, rest = endpoint.partition("/")
     address = re.split(r"[?#]", rest, maxsplit=1)[0]
     if not slash or protocol not in _PROTOCOLS:
@@ -254,7 +254,7 @@ def _check_listen(value: object) -> tuple[str, ...]:
 
 def _items(value: object) -> list[object]:
     if not isinstance(value, (list, tuple)):
-        raise ValueError("write a list of endpoints")  # noqa: TRY004
+        raise ValueError("write a list of endpoints")
     return list(value)
 
 
@@ -289,7 +289,7 @@ def _whole(lowest: int, highest: int) -> Callable[[object], int]:
 
 def _check_boolean(value: object) -> bool:
     if not isinstance(value, bool):
-        raise ValueError("write true or false")  # noqa: TRY004
+        raise ValueError("write true or false")
     return value
 
 
