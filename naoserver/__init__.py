@@ -1,1 +1,1 @@
-"""What every robot server shares: the robot protocol, the servants, the safety layer and the facts of the H25."""
+"""What every robot server shares: the robot protocol, the servants, the safety layer, the H25's facts."""
