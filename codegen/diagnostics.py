@@ -1,0 +1,156 @@
+"""Collect what is wrong with the sources of one run and show it the way compilers do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+_LONGEST_EXCERPT = 160
+_COLORS = {"error": "31;1", "warning": "33;1", "note": "36;1", "caret": "32;1", "bold": "1"}
+
+
+class Severity(StrEnum):
+    """How grave a diagnostic is; an error keeps every file of the run from being written."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Location:
+    """A place in a source file.
+
+    `line` and `column` count from 1; line 0 means the file as a whole. `length` is the number of characters
+    that the caret underlines.
+    """
+
+    path: Path
+    line: int = 0
+    column: int = 1
+    length: int = 1
+
+    def __str__(self) -> str:
+        """Return `file:line:column`, or the file alone when it is meant as a whole."""
+        return f"{self.path}:{self.line}:{self.column}" if self.line else str(self.path)
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What helps to understand a diagnostic: a remark, or another place with a remark."""
+
+    message: str
+    location: Location | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One thing that is wrong, with its place and what helps to put it right."""
+
+    severity: Severity
+    code: str
+    message: str
+    location: Location
+    notes: tuple[Note, ...] = ()
+
+
+class Diagnostics:
+    """Everything found wrong in one run, in the order of files and lines, each thing once."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[Location, str, str], Diagnostic] = {}
+        self._lines: dict[Path, Sequence[str]] = {}
+
+    def add_source(self, path: Path, text: str) -> None:
+        """Remember the text of a file, so that diagnostics can quote its lines."""
+        if path not in self._lines:
+            self._lines[path] = text.split("\n")
+
+    def error(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
+        """Report something that makes the sources unusable. `code` is like `E012`."""
+        self._add(Diagnostic(Severity.ERROR, code, message, location, tuple(notes)))
+
+    def warning(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
+        """Report something doubtful that does not keep files from being written. `code` is like `W003`."""
+        self._add(Diagnostic(Severity.WARNING, code, message, location, tuple(notes)))
+
+    def _add(self, diagnostic: Diagnostic) -> None:
+        key = (diagnostic.location, diagnostic.code, diagnostic.message)
+        self._found.setdefault(key, diagnostic)
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether anything found is an error."""
+        return any(found.severity is Severity.ERROR for found in self._found.values())
+
+    @property
+    def errors(self) -> list[Diagnostic]:
+        """The errors, by file and line."""
+        return [found for found in self if found.severity is Severity.ERROR]
+
+    def __iter__(self) -> Iterator[Diagnostic]:
+        return iter(
+            sorted(self._found.values(), key=lambda found: (found.location, found.code, found.message))
+        )
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def render(self, *, color: bool = False) -> str:
+        """Return everything found as text, one block each and a line that counts the errors."""
+        blocks = ["\n".join(self._render(found, color)) for found in self]
+        errors = sum(found.severity is Severity.ERROR for found in self)
+        if errors:
+            blocks.append(f"{errors} error{'s' if errors > 1 else ''}; nothing was written")
+        return "\n".join(blocks)
+
+    def _render(self, found: Diagnostic, color: bool) -> list[str]:
+        severity = _paint(f"{found.severity}[{found.code}]", found.severity, color)
+        lines = [f"{found.location}: {severity}: {_paint(found.message, 'bold', color)}"]
+        lines += self._excerpt(found.location, color)
+        for note in found.notes:
+            label = _paint("note", "note", color)
+            if note.location is None:
+                lines.append(f"  {label}: {note.message}")
+            else:
+                lines.append(f"{note.location}: {label}: {note.message}")
+                lines += self._excerpt(note.location, color)
+        return lines
+
+    def _excerpt(self, location: Location, color: bool) -> list[str]:
+        """Return the source line and a line with a caret below the place, or nothing without a source."""
+        lines = self._lines.get(location.path, ())
+        if not 0 < location.line <= len(lines):
+            return []
+        text = lines[location.line - 1].rstrip()
+        start = min(location.column - 1, len(text))
+        first = max(0, start - _LONGEST_EXCERPT // 2) if len(text) > _LONGEST_EXCERPT else 0
+        text = text[first : first + _LONGEST_EXCERPT]
+        start -= first
+        indent = "".join("\t" if character == "\t" else " " for character in text[:start])
+        width = max(1, min(location.length, len(text) - start))
+        caret = _paint("^" + "~" * (width - 1), "caret", color)
+        return [f"    {_printable(text)}", f"    {indent}{caret}"]
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> tuple[Note, ...]:
+    """Return a note that proposes the known name nearest to `name`, or no note when none is near."""
+    candidates = sorted(set(known))
+    near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.7)
+    if not near:
+        near = [candidate for candidate in candidates if candidate.lower() == name.lower()]
+    return (Note(f"did you mean `{near[0]}`?"),) if near else ()
+
+
+def _printable(text: str) -> str:
+    return "".join(
+        character if character == "\t" or character.isprintable() else "\N{REPLACEMENT CHARACTER}"
+        for character in text
+    )
+
+
+def _paint(text: str, style: str, color: bool) -> str:
+    return f"\x1b[{_COLORS[style]}m{text}\x1b[0m" if color else text

@@ -1,0 +1,135 @@
+"""Write the files of one run all together or not at all, or show how the disk differs from them."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class GeneratedFile:
+    """A file as it should stand on disk: UTF-8, lines ended by a newline."""
+
+    path: Path
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Changes:
+    """What differs from the disk: files to write, because they are new or changed, and leftovers to remove."""
+
+    write: tuple[GeneratedFile, ...]
+    remove: tuple[Path, ...]
+
+    def __bool__(self) -> bool:
+        """Return whether anything differs."""
+        return bool(self.write or self.remove)
+
+
+class FilesNotWrittenError(Exception):
+    """A file could not be written or removed; the disk is as it was before."""
+
+
+def compare_with_disk(files: Iterable[GeneratedFile], leftovers: Iterable[Path] = ()) -> Changes:
+    """Return what has to change on disk, in the order of paths."""
+    write = [file for file in files if _read(file.path) != file.text.encode()]
+    return Changes(
+        write=tuple(sorted(write, key=lambda file: file.path)),
+        remove=tuple(sorted(path for path in leftovers if path.exists())),
+    )
+
+
+def diff(changes: Changes) -> str:
+    """Return the changes as a unified diff from what is on disk to what should be."""
+    wanted = [(file.path, file.text) for file in changes.write] + [(path, None) for path in changes.remove]
+    parts: list[str] = []
+    for path, text in sorted(wanted, key=lambda item: item[0]):
+        old = _read(path)
+        parts += difflib.unified_diff(
+            [] if old is None else old.decode(errors="replace").splitlines(keepends=True),
+            [] if text is None else text.splitlines(keepends=True),
+            "/dev/null" if old is None else str(path),
+            "/dev/null" if text is None else str(path),
+        )
+        if not parts or not parts[-1].endswith("\n"):
+            parts.append("\n")
+    return "".join(parts)
+
+
+def apply(changes: Changes) -> None:
+    """Bring the disk to the wanted state; after a failure it is as it was before.
+
+    Every file is first written beside its place, so that a full disk or a missing permission shows before
+    anything has changed, and then moved there in one step. Raises FilesNotWrittenError.
+    """
+    staged: list[tuple[Path, Path]] = []
+    undo: list[tuple[Path, bytes | None]] = []
+    created: list[Path] = []
+    path = Path()
+    try:
+        for file in changes.write:
+            path = file.path
+            created += _make_directories(path.parent)
+            staged.append((_stage(path, file.text.encode()), path.resolve()))
+        for temporary, path in staged:
+            undo.append((path, _read(path)))
+            temporary.replace(path)
+        for path in changes.remove:
+            undo.append((path, _read(path)))
+            path.unlink()
+    except BaseException as error:
+        _roll_back(undo, [temporary for temporary, _ in staged], created)
+        if isinstance(error, OSError):
+            reason = error.strerror or str(error)
+            raise FilesNotWrittenError(f"{path}: cannot be written: {reason}; nothing was changed") from error
+        raise
+    for path in changes.remove:
+        with suppress(OSError):  # the directory of a leftover goes with its last file
+            path.parent.rmdir()
+
+
+def _read(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+
+
+def _make_directories(directory: Path) -> list[Path]:
+    missing = [parent for parent in (directory, *directory.parents) if not parent.exists()]
+    directory.mkdir(parents=True, exist_ok=True)
+    return missing
+
+
+def _stage(path: Path, content: bytes) -> Path:
+    """Write `content` to a new file beside `path` with the permissions that `path` has or will have."""
+    target = path.resolve()
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    with temporary.open("xb") as stream:
+        try:
+            stream.write(content)
+            if target.exists():
+                temporary.chmod(target.stat().st_mode & 0o7777)
+        except BaseException:
+            temporary.unlink()
+            raise
+    return temporary
+
+
+def _roll_back(undo: list[tuple[Path, bytes | None]], staged: list[Path], created: list[Path]) -> None:
+    for path, old in reversed(undo):
+        with suppress(OSError):  # what cannot be put back must not hide the first failure
+            if old is None:
+                path.unlink(missing_ok=True)
+            elif _read(path) != old:
+                path.write_bytes(old)
+    for temporary in staged:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+    for directory in sorted(created, reverse=True):
+        with suppress(OSError):
+            directory.rmdir()
