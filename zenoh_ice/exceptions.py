@@ -1,0 +1,165 @@
+"""Exceptions of the object model: what the runtime raises, and the root of what interfaces declare."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import ClassVar
+
+import msgspec
+
+__all__ = [
+    "AlreadyRegisteredException",
+    "CommunicatorDestroyedException",
+    "ConfigurationException",
+    "ConnectFailedException",
+    "ConnectionLostException",
+    "EndpointInUseException",
+    "InterfaceMismatchException",
+    "MarshalException",
+    "ObjectNotExistException",
+    "OperationNotExistException",
+    "OverloadedException",
+    "SystemException",
+    "TimeoutException",
+    "UnknownException",
+    "UserException",
+    "ZenohIceError",
+]
+
+
+class ZenohIceError(Exception):
+    """The root of every exception of the object model."""
+
+
+class SystemException(ZenohIceError):
+    """The root of what the runtime itself raises."""
+
+
+class ObjectNotExistException(SystemException):
+    """No servant with this identity is present in the realm."""
+
+
+class OperationNotExistException(SystemException):
+    """The servant has no operation of this name."""
+
+
+class UnknownException(SystemException):
+    """The servant failed with an exception that the operation does not declare; the text is the servant's."""
+
+
+class MarshalException(SystemException):
+    """A payload is too large, malformed, or does not fit the types of the interface.
+
+    `path` leads to the offending field from the root of the payload, such as `$.targets.HeadYaw`; it is empty
+    where the payload as a whole is at fault.
+    """
+
+    def __init__(self, message: str, path: str = "") -> None:
+        super().__init__(message)
+        self.path = path
+
+
+class TimeoutException(SystemException):
+    """A call or a wait did not end within its limit."""
+
+
+class ConnectionLostException(SystemException):
+    """The server of a servant went away, or nothing leads to it."""
+
+
+class ConnectFailedException(ConnectionLostException):
+    """Nothing answers at the endpoints that the component connects to; `endpoints` names them."""
+
+    def __init__(self, message: str, endpoints: Sequence[str] = ()) -> None:
+        super().__init__(message)
+        self.endpoints = tuple(endpoints)
+
+    @property
+    def endpoint(self) -> str:
+        """The endpoints as one text."""
+        return ", ".join(self.endpoints)
+
+
+class EndpointInUseException(SystemException):
+    """Another process already listens on the endpoint."""
+
+
+class InterfaceMismatchException(SystemException):
+    """Proxy and servant were generated from different versions of the interface, or of different ones.
+
+    `expected` and `found` are the fingerprints of proxy and servant; `member` is the first member that
+    differs.
+    """
+
+    def __init__(self, message: str, expected: str = "", found: str = "", member: str = "") -> None:
+        super().__init__(message)
+        self.expected = expected
+        self.found = found
+        self.member = member
+
+
+class CommunicatorDestroyedException(SystemException):
+    """The communicator was destroyed before or during the operation."""
+
+
+class OverloadedException(SystemException):
+    """Too many calls wait for the servant; this one was not executed."""
+
+
+class AlreadyRegisteredException(SystemException):
+    """The identity is already taken, in this communicator or by another process of the realm."""
+
+
+class ConfigurationException(SystemException):
+    """A setting, an identity or a proxy string is not valid."""
+
+
+class UserException(ZenohIceError):
+    """The root of the exceptions that interfaces declare.
+
+    A generated subclass has its Slice type id and a struct `Members` of the members that travel, those of its
+    bases first, which is also the order of its constructor's parameters.
+    """
+
+    ice_type_id: ClassVar[str] = "::Ice::UserException"
+
+    class Members(msgspec.Struct):
+        """The members that travel."""
+
+    def ice_members(self) -> msgspec.Struct:
+        """Return the members as they travel."""
+        return self.Members(*(getattr(self, name) for name in self.Members.__struct_fields__))
+
+    @classmethod
+    def ice_from_members(cls, members: msgspec.Struct) -> UserException:
+        """Make the exception from the members that arrived."""
+        return cls(*(getattr(members, name) for name in members.__struct_fields__))
+
+    @classmethod
+    def ice_type_ids(cls) -> list[str]:
+        """Return the type ids from the exception's own to that of its outermost declared base."""
+        return [base.ice_type_id for base in _declared_bases(cls)]
+
+    @classmethod
+    def ice_subclasses(cls) -> Iterator[type[UserException]]:
+        """Yield this exception and every known one derived from it."""
+        yield cls
+        for subclass in cls.__subclasses__():
+            yield from subclass.ice_subclasses()
+
+    def __str__(self) -> str:
+        values = ", ".join(
+            f"{name}={getattr(self, name, None)!r}"
+            for name in self.Members.__struct_fields__
+            if name != "what"
+        )
+        what = getattr(self, "what", None)
+        if what is None:
+            return values
+        return f"{what} ({values})" if values else str(what)
+
+
+def _declared_bases(cls: type[UserException]) -> Iterator[type[UserException]]:
+    for base in cls.__mro__:
+        if issubclass(base, UserException) and base is not UserException and "ice_type_id" in vars(base):
+            yield base
