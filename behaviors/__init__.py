@@ -1,0 +1,1 @@
+"""The paper's three experiments: documents and the components generated from them."""

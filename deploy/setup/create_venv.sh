@@ -1,0 +1,24 @@
+#!/bin/sh
+# Create the virtual environment: create_venv.sh PYTHON FOLDER
+set -eu
+python=$1
+folder=$2
+
+if ! command -v "$python" >/dev/null 2>&1; then
+  echo "error: $python not found; install Python 3.11 or newer, or name one: make PYTHON=python3.12" >&2
+  exit 1
+fi
+if ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
+  echo "error: $("$python" --version) is too old; VisualHFSM needs Python 3.11 or newer: make PYTHON=python3.11" >&2
+  exit 1
+fi
+# Debian keeps ensurepip in a package of its own.
+if ! "$python" -c 'import ensurepip' >/dev/null 2>&1; then
+  if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y python3-venv >/dev/null
+  else
+    echo "error: $python cannot create virtual environments; type: sudo apt-get install python3-venv" >&2
+    exit 1
+  fi
+fi
+"$python" -m venv "$folder"
