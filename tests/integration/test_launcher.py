@@ -1,0 +1,290 @@
+"""The launcher with real processes: order, failures, signals, and that nothing is left behind."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+LIMIT = 20.0
+
+# A process that tells its pid, says that it is ready, and notes how it is asked to end.
+SERVICE = """
+import os, pathlib, signal, sys, time
+name, directory = sys.argv[1], pathlib.Path(sys.argv[2])
+def end(number, frame):
+    with (directory / "ended").open("a") as file:
+        file.write(f"{name} {signal.Signals(number).name}\\n")
+    sys.exit(0)
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, end)
+(directory / f"{name}.pid").write_text(str(os.getpid()))
+print("ready to serve", flush=True)
+time.sleep(60)
+"""
+
+DEAF = """
+import os, pathlib, signal, subprocess, sys, time
+directory = pathlib.Path(sys.argv[2])
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, signal.SIG_IGN)
+child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+(directory / "child.pid").write_text(str(child.pid))
+(directory / "deaf.pid").write_text(str(os.getpid()))
+print("ready to serve", flush=True)
+time.sleep(60)
+"""
+
+
+class Bench:
+    """A directory with programs, a stack file and the launcher that runs it."""
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+        self.launcher: subprocess.Popen[str] | None = None
+        self._stack = f'name = "bench"\nlog_dir = "{directory}/logs"\n'
+
+    def add(self, name: str, program: str, **keys: object) -> None:
+        path = self.directory / f"{name}.py"
+        path.write_text(program)
+        self._stack += f'[[process]]\nname = "{name}"\n'
+        self._stack += f'command = ["python", "{path}", "{name}", "{self.directory}"]\n'
+        for key, value in keys.items():
+            self._stack += f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}\n"
+
+    def start(self, *options: str, **streams: object) -> subprocess.Popen[str]:
+        path = self.directory / "stack.toml"
+        path.write_text(self._stack)
+        streams = {
+            "stdin": subprocess.DEVNULL,
+            "stdout": subprocess.PIPE,
+            "stderr": subprocess.STDOUT,
+            **streams,
+        }
+        prefix = ["setsid", "--ctty"] if streams["stdin"] is not subprocess.DEVNULL else []
+        command = [*prefix, sys.executable, "-m", "deploy", str(path), *options]
+        self.launcher = subprocess.Popen(command, text=True, **streams)
+        return self.launcher
+
+    def run(self, *options: str) -> tuple[int, str]:
+        output, _ = self.start(*options).communicate(timeout=LIMIT)
+        assert self.launcher is not None
+        return self.launcher.returncode, output
+
+    def path(self, name: str) -> Path:
+        return self.directory / name
+
+    def text(self, name: str) -> str:
+        return self.path(name).read_text()
+
+    def wait_for(self, *names: str) -> None:
+        wait(
+            lambda: all(self.path(name).exists() and self.text(name) for name in names), f"{names} to appear"
+        )
+
+    def alive(self) -> list[str]:
+        return [path.stem for path in self.directory.glob("*.pid") if is_alive(int(path.read_text()))]
+
+
+def wait(condition, what: str) -> None:
+    deadline = time.monotonic() + LIMIT
+    while not condition():
+        assert time.monotonic() < deadline, f"waited {LIMIT} s for {what}"
+        time.sleep(0.02)
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+@pytest.fixture
+def bench(tmp_path):
+    bench = Bench(tmp_path)
+    yield bench
+    if bench.launcher is not None:
+        if bench.launcher.poll() is None:
+            bench.launcher.kill()
+            bench.launcher.wait(LIMIT)
+        if bench.launcher.stdout is not None:
+            bench.launcher.stdout.close()
+    for path in tmp_path.glob("*.pid"):
+        if is_alive(int(path.read_text())):
+            os.kill(int(path.read_text()), signal.SIGKILL)
+
+
+def test_the_end_of_the_foreground_process_ends_the_others_and_gives_the_exit_code(bench):
+    bench.add("first", SERVICE, ready="ready")
+    bench.add("second", SERVICE, ready="ready")
+    bench.add("view", "import sys; print('seen'); sys.exit(7)", after=["first", "second"], foreground=True)
+    code, output = bench.run()
+    assert code == 7
+    assert "seen" in output
+    assert bench.text("ended").splitlines() == ["second SIGINT", "first SIGINT"]
+    assert bench.alive() == []
+
+
+def test_a_process_starts_only_when_those_before_it_are_ready(bench):
+    slow = "import time; time.sleep(0.4); open(__file__ + '.up', 'w').close(); print('ready'); time.sleep(60)"
+    bench.add("slow", slow, ready="^ready$")
+    bench.add("view", f"import os; print('up', os.path.exists('{bench.path('slow.py.up')}'))", after=["slow"],
+              foreground=True)  # fmt: skip
+    assert "up True" in bench.run()[1]
+
+
+def test_output_goes_to_a_log_with_the_time_of_each_line(bench):
+    bench.add("talker", "import time; print('one\\ntwo'); time.sleep(60)")
+    bench.add("view", "import time; time.sleep(0.5)", foreground=True)
+    bench.run()
+    lines = bench.text("logs/talker.log").splitlines()
+    assert [line.split()[1] for line in lines[:2]] == ["one", "two"]
+    assert all(float(line.split()[0]) < LIMIT for line in lines[:2])
+
+
+def test_the_death_of_one_process_ends_all_and_shows_its_last_words(bench):
+    bench.add("healthy", SERVICE, ready="ready")
+    bench.add("broken", "import sys; sys.exit('no such robot')", after=["healthy"])
+    code, output = bench.run()
+    assert code == 1
+    assert "broken ended with exit code 1" in output
+    assert "    no such robot" in output
+    assert "broken.log" in output
+    assert bench.alive() == []
+
+
+def test_a_process_killed_by_a_signal_is_told_by_its_name(bench):
+    bench.add("victim", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
+    assert "victim was ended by SIGKILL" in bench.run()[1]
+
+
+def test_a_process_that_does_not_get_ready_ends_the_stack(bench):
+    bench.add("silent", SERVICE, ready="never said", ready_timeout=0.5)
+    code, output = bench.run()
+    assert code == 1
+    assert "silent was not ready within 0.5 s" in output
+    assert bench.alive() == []
+
+
+def test_a_program_that_does_not_exist_is_named(bench):
+    bench.add("absent", "")
+    bench._stack = bench._stack.replace('"python"', '"no-such-program"')
+    code, output = bench.run()
+    assert code == 1
+    assert "cannot run no-such-program: No such file or directory" in output
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_everything_in_reverse_order(bench, number):
+    for name in ("first", "second", "third"):
+        bench.add(name, SERVICE)
+    launcher = bench.start()
+    bench.wait_for("first.pid", "second.pid", "third.pid")
+    launcher.send_signal(number)
+    assert launcher.wait(LIMIT) == 128 + number
+    assert bench.text("ended").splitlines() == ["third SIGINT", "second SIGINT", "first SIGINT"]
+    assert bench.alive() == []
+
+
+def test_a_signal_while_the_stack_is_starting_leaves_nothing_behind(bench):
+    bench.add("first", SERVICE, ready="never said")
+    bench.add("second", SERVICE, after=["first"])
+    launcher = bench.start()
+    bench.wait_for("first.pid")
+    launcher.send_signal(signal.SIGINT)
+    assert launcher.wait(LIMIT) == 130
+    assert bench.alive() == []
+    assert not bench.path("second.pid").exists()
+
+
+def test_who_ignores_signals_is_killed_with_its_children(bench):
+    bench.add("deaf", DEAF, stop_timeout=0.2)
+    launcher = bench.start()
+    bench.wait_for("deaf.pid", "child.pid")
+    launcher.send_signal(signal.SIGINT)
+    assert launcher.wait(LIMIT) == 130
+    assert bench.alive() == []
+
+
+def test_a_second_signal_does_not_wait_for_the_deaf(bench):
+    bench.add("deaf", DEAF, stop_timeout=60)
+    launcher = bench.start()
+    bench.wait_for("deaf.pid", "child.pid")
+    launcher.send_signal(signal.SIGINT)
+    with pytest.raises(subprocess.TimeoutExpired):
+        launcher.wait(0.5)
+    launcher.send_signal(signal.SIGINT)
+    assert launcher.wait(LIMIT) == 130
+    assert bench.alive() == []
+
+
+def test_a_launcher_that_is_killed_takes_its_stack_along(bench):
+    bench.add("first", SERVICE)
+    bench.add("view", SERVICE, foreground=True)
+    launcher = bench.start()
+    bench.wait_for("first.pid", "view.pid")
+    launcher.kill()
+    wait(lambda: not bench.alive(), "the processes of a killed launcher to end")
+
+
+def test_seconds_end_a_stack_without_foreground_process(bench):
+    bench.add("first", SERVICE)
+    code, _ = bench.run("--seconds", "1")
+    assert code == 0
+    assert bench.text("ended") == "first SIGINT\n"
+
+
+def test_ctrl_c_reaches_the_foreground_process_alone_and_the_terminal_comes_back(bench):
+    """What the terminal sends must not end the servers before the view has written its summary."""
+    view = SERVICE.replace("sys.exit(0)", "print('summary', flush=True); sys.exit(130)")
+    bench.add("server", SERVICE)
+    bench.add("view", view, foreground=True)
+    main, terminal = os.openpty()
+    try:
+        launcher = bench.start(stdin=terminal, stdout=terminal, stderr=terminal)
+        bench.wait_for("server.pid", "view.pid")
+        wait(lambda: os.tcgetpgrp(main) == int(bench.text("view.pid")), "the view to own the terminal")
+        os.write(main, b"\x03")
+        assert launcher.wait(LIMIT) == 130
+        assert b"summary" in os.read(main, 65536)
+        assert bench.text("ended").splitlines() == ["view SIGINT", "server SIGINT"]
+        assert bench.alive() == []
+    finally:
+        os.close(main)
+        os.close(terminal)
+
+
+def test_a_taken_endpoint_is_replaced_and_told(bench):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        taken = f"tcp/127.0.0.1:{server.getsockname()[1]}"
+        bench._stack += f'endpoint = "{taken}"\n'
+        bench.add("view", "import sys; print(sys.argv)", foreground=True)
+        bench._stack = bench._stack.replace('"view", "', '"{endpoint}", "')
+        code, output = bench.run()
+    assert code == 0
+    assert f"{taken} is in use" in output
+    assert f"'{taken}'" not in output
+
+
+def test_a_free_endpoint_is_kept(bench):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        free = f"tcp/127.0.0.1:{server.getsockname()[1]}"
+    bench._stack += f'endpoint = "{free}"\n'
+    bench.add("view", "", foreground=True)
+    assert f"endpoint {free}\n" in bench.run()[1]
+
+
+def test_a_wrong_stack_file_is_one_line_on_stderr(tmp_path):
+    path = tmp_path / "stack.toml"
+    path.write_text("[[process]]\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "deploy", str(path)], capture_output=True, text=True, timeout=LIMIT
+    )
+    assert done.returncode == 1
+    assert done.stderr == f"error: {path}: process 1: name must be a str, not None\n"

@@ -1,0 +1,125 @@
+"""The stack file: what is read from it, and what is said about mistakes in it."""
+
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from deploy.launcher import free_endpoint
+from deploy.stack import StackError, load_stack
+
+GOOD = """
+name = "pair"
+log_dir = "somewhere"
+endpoint = "tcp/127.0.0.1:7447"
+
+[variables]
+speed = "1"
+
+[[process]]
+name = "server"
+command = ["python", "-m", "server", "--listen", "{endpoint}", "--speed={speed}"]
+ready = "serving \\\\w+"
+ready_timeout = 5
+environment = { MODE = "x{speed}" }
+
+[[process]]
+name = "view"
+command = ["view"]
+after = ["server"]
+foreground = true
+stop_timeout = 9.5
+"""
+
+
+def write(directory: Path, text: str) -> Path:
+    path = directory / "stack.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_stack_is_read_with_its_processes_in_order(tmp_path):
+    stack = load_stack(write(tmp_path, GOOD))
+    server, view = stack.processes
+    assert (stack.name, stack.log_dir, stack.endpoint) == ("pair", Path("somewhere"), "tcp/127.0.0.1:7447")
+    assert server.ready is not None
+    assert server.ready.search("now serving nao")
+    assert (server.ready_timeout, server.stop_timeout, server.foreground) == (5.0, 3.0, False)
+    assert (view.after, view.foreground, view.stop_timeout) == (("server",), True, 9.5)
+    assert stack.foreground is view
+
+
+def test_variables_are_filled_into_commands_and_environment(tmp_path):
+    stack = load_stack(write(tmp_path, GOOD))
+    server, _ = stack.with_variables({"speed": "5", "endpoint": "tcp/127.0.0.1:9"})
+    assert server.command[3:] == ("--listen", "tcp/127.0.0.1:9", "--speed=5")
+    assert server.environment == {"MODE": "x5"}
+
+
+def test_a_change_of_an_unknown_variable_names_the_known_ones(tmp_path):
+    with pytest.raises(StackError, match="no variable sped; its variables: endpoint, speed"):
+        load_stack(write(tmp_path, GOOD)).with_variables({"sped": "5"})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('name = "pair"', "name = 7", "name must be a str, not 7"),
+        ('name = "pair"', 'nam = "pair"', "unknown key nam"),
+        ('name = "pair"', "name =", "not TOML"),
+        ('name = "view"', 'name = "server"', "two processes are named server"),
+        ('name = "view"', 'name = "a/b"', "names a log file"),
+        ('name = "view"', "", "process 2: name must be a str"),
+        ('command = ["view"]', "", r"process 2 \(view\): command is missing or empty"),
+        ('command = ["view"]', "command = [1]", "command must be a list of strings, but has 1"),
+        ('command = ["view"]', 'command = ["{rate}"]', "process view: '{rate}' uses the variable rate"),
+        ('after = ["server"]', 'after = ["sever"]', "after names sever, which is not a process"),
+        ('after = ["server"]', 'after = ["view"]', "after names view, which stands below"),
+        ('after = ["server"]', 'ready = "x"', "a foreground process writes to the terminal"),
+        ("stop_timeout = 9.5", "stop_timeout = -1", "stop_timeout must be seconds above 0"),
+        ("stop_timeout = 9.5", "stop_timeout = nan", "stop_timeout must be seconds above 0"),
+        ("stop_timeout = 9.5", "stop_timeout = true", "stop_timeout must be seconds above 0"),
+        ("ready_timeout = 5", "foreground = true", "only one process can be foreground"),
+        ('ready = "serving \\\\\\\\w+"', 'ready = "("', "ready is no regular expression"),
+        (
+            'environment = { MODE = "x{speed}" }',
+            "environment = { MODE = 1 }",
+            "environment.MODE must be a string",
+        ),
+    ],
+)
+def test_a_mistake_is_named_with_its_place(tmp_path, old, new, message):
+    old = old.replace("\\\\\\\\", "\\\\")
+    assert old in GOOD
+    text = GOOD.replace(old, new)
+    if "only one" in message:
+        text = text.replace('ready = "serving \\\\w+"', "")
+    with pytest.raises(StackError, match=message):
+        load_stack(write(tmp_path, text))
+
+
+def test_a_stack_without_processes_is_refused(tmp_path):
+    with pytest.raises(StackError, match=r"no \[\[process\]\]"):
+        load_stack(write(tmp_path, 'name = "empty"'))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(StackError, match=r"nowhere\.toml: cannot be read: No such file"):
+        load_stack(tmp_path / "nowhere.toml")
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_read_or_refused_with_the_file_named(tmp_path_factory, text):
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    path.write_bytes(text.encode("utf-8", errors="surrogatepass"))
+    # No TOML document of this length names a process and its command by chance.
+    with pytest.raises(StackError, match=re.escape(str(path))):
+        load_stack(path)
+
+
+@pytest.mark.parametrize("endpoint", ["7447", "udp/127.0.0.1:1", "tcp/127.0.0.1", "tcp/127.0.0.1:x"])
+def test_an_endpoint_of_another_form_is_refused(endpoint):
+    with pytest.raises(StackError, match="not of the form"):
+        free_endpoint(endpoint)
