@@ -1,0 +1,113 @@
+"""Run a component as a process of its own, watch its output, and end it."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+__all__ = ["ComponentProcess", "free_endpoint", "module"]
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+
+def module(name: str, *arguments: str) -> list[str]:
+    """Return the command that runs a Python module with the interpreter of the tests."""
+    return [sys.executable, "-m", name, *arguments]
+
+
+def free_endpoint() -> str:
+    """Return an endpoint on loopback whose port nobody uses at the moment."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+class ComponentProcess:
+    """A process whose output, both streams together, is kept line by line.
+
+    Leaving the `with` block ends it: SIGINT, and SIGKILL when it has not ended 10 s later.
+    """
+
+    def __init__(self, command: list[str], environment: dict[str, str] | None = None) -> None:
+        self.command = command
+        self._environment = {**os.environ, "PYTHONUNBUFFERED": "1", **(environment or {})}
+        self._lines: list[str] = []
+        self._changed = threading.Condition()
+
+    def __enter__(self) -> Self:
+        self.process = subprocess.Popen(
+            self.command,
+            cwd=REPOSITORY,
+            env=self._environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        )
+        self._reader = threading.Thread(target=self._read, name="output of a component", daemon=True)
+        self._reader.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait(5)
+            raise AssertionError(f"{self.command} did not end at SIGINT:\n{self.output}") from None
+        finally:
+            self._reader.join(5)
+            assert self.process.stdout is not None
+            self.process.stdout.close()
+
+    @property
+    def output(self) -> str:
+        """Everything written so far."""
+        with self._changed:
+            return "".join(self._lines)
+
+    def wait_for(self, pattern: str, limit: float = 20.0) -> re.Match[str]:
+        """Wait until a line of the output matches; raises AssertionError with the output otherwise."""
+        expression = re.compile(pattern)
+        deadline = time.monotonic() + limit
+        seen = 0
+        with self._changed:
+            while True:
+                for line in self._lines[seen:]:
+                    if match := expression.search(line):
+                        return match
+                seen = len(self._lines)
+                left = deadline - time.monotonic()
+                ended = self.process.poll() is not None and not self._reader.is_alive()
+                if left <= 0 or ended:
+                    state = f"ended with {self.process.returncode}" if ended else f"silent for {limit:g} s"
+                    raise AssertionError(f"{self.command} {state}; no {pattern!r} in\n{''.join(self._lines)}")
+                self._changed.wait(min(left, 0.1))
+
+    def wait(self, limit: float = 20.0) -> int:
+        """Wait for the end of the process; return its exit code."""
+        code = self.process.wait(limit)
+        self._reader.join(5)
+        return code
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            with self._changed:
+                self._lines.append(line)
+                self._changed.notify_all()
