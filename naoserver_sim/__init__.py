@@ -1,0 +1,16 @@
+"""The simulated Nao: the H25 body in MuJoCo behind the `Robot` protocol, and the command `naoserver-sim`.
+
+Module            What it holds
+`body`            the body made from its facts: links, joints, motors, contact shapes, cameras
+`appearance`      what a person sees of it: a skin, or bare blocks
+`world`           floor, light, spectator, balls and what carries them
+`model`           all of it compiled, and the robot put on its feet
+`control`         setpoints that move at limited speed
+`pacing`          simulated time against the wall clock
+`simulator`       the physics thread
+`clock`           the simulated time as a clock
+`gl`, `cameras`   the camera thread
+`viewer`          MuJoCo's window
+`robot`           `SimulatedRobot`
+`cli`             the command
+"""

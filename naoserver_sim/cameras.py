@@ -1,0 +1,192 @@
+"""The cameras: a thread that owns the GL context and renders images for who asks."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import dataclass, field
+from typing import Final
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.errors import HardwareFailure
+from naoserver.robot import CameraFacts, Frame
+from naoserver_sim.appearance import VISUAL_GROUP
+from naoserver_sim.gl import create_context
+from naoserver_sim.simulator import Snapshot
+
+_log = logging.getLogger(__name__)
+
+_FRAME_TIMEOUT: Final = 1.0
+_SETUP_TIMEOUT: Final = 10.0
+_QUEUE_LENGTH: Final = 16
+_MOST_GEOMS: Final = 400
+# The passes that a camera image does without: they cost more than all the rest on a machine without a GPU.
+_FLAGS_OFF: Final = ("SHADOW", "REFLECTION", "FOG", "HAZE", "CULL_FACE")
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    camera: str
+    width: int
+    height: int
+    frame: Future[Frame] = field(default_factory=Future)
+
+
+class CameraRenderer:
+    """Render the newest snapshot as a camera sees it.
+
+    Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
+    other. Without a GL library everything but `capture` works.
+    """
+
+    def __init__(
+        self, mj: mujoco.MjModel, cameras: tuple[CameraFacts, ...], newest: Callable[[], Snapshot]
+    ) -> None:
+        self._mj = mj
+        self._cameras: Mapping[str, CameraFacts] = {camera.name: camera for camera in cameras}
+        self._newest = newest
+        self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
+        self._ready = threading.Event()
+        self._failure: HardwareFailure | None = None
+        self._closed = False
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Start the thread, which sets GL up in the background; the first `capture` does it otherwise."""
+        with self._lock:
+            if self._thread is None and not self._closed:
+                self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
+                self._thread.start()
+
+    def close(self) -> None:
+        """Fail what is waiting, free GL, and wait until the thread has ended."""
+        with self._lock:
+            self._closed = True
+            thread = self._thread
+        if thread is not None and thread.is_alive():
+            self._requests.put(None)
+            thread.join(_SETUP_TIMEOUT)
+            if thread.is_alive():
+                _log.error("the camera thread did not end within %g s", _SETUP_TIMEOUT)
+
+    def capture(self, camera: str, width: int, height: int) -> Frame:
+        """Return an image of the newest state; waits at most 1 s, and 10 s for GL when it was never used.
+
+        Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
+        """
+        self._check(camera, width, height)
+        self.start()
+        if not self._ready.wait(_SETUP_TIMEOUT):
+            raise HardwareFailure(f"{camera}: GL was not set up within {_SETUP_TIMEOUT:g} s")
+        request = _Request(camera, width, height)
+        try:
+            if self._failure is not None:
+                raise self._failure
+            if self._closed:
+                raise HardwareFailure(f"{camera}: the robot was closed")
+            self._requests.put(request, timeout=_FRAME_TIMEOUT)
+            return request.frame.result(_FRAME_TIMEOUT)
+        except (queue.Full, FutureTimeoutError):
+            request.frame.cancel()
+            raise HardwareFailure(
+                f"{camera}: no image of {width}x{height} within {_FRAME_TIMEOUT:g} s"
+            ) from None
+
+    def _check(self, camera: str, width: int, height: int) -> None:
+        facts = self._cameras.get(camera)
+        if facts is None:
+            raise HardwareFailure(f"there is no camera {camera!r}; there are {', '.join(self._cameras)}")
+        if (width, height) not in facts.sizes:
+            sizes = ", ".join(f"{w}x{h}" for w, h in facts.sizes)
+            raise HardwareFailure(f"{camera} takes no images of {width}x{height}; it takes {sizes}")
+
+    def _run(self) -> None:
+        try:
+            scene = _Scene(self._mj)
+        except HardwareFailure as failure:
+            self._failure = failure
+            _log.warning("%s", failure)
+            return
+        finally:
+            self._ready.set()
+        try:
+            while (request := self._requests.get()) is not None:
+                if request.frame.set_running_or_notify_cancel():
+                    self._serve(scene, request)
+        finally:
+            scene.close()
+            self._fail_waiting()
+
+    def _serve(self, scene: _Scene, request: _Request) -> None:
+        try:
+            snapshot = self._newest()
+            pixels = scene.render(snapshot, request.camera, request.width, request.height)
+            request.frame.set_result(
+                Frame(request.camera, snapshot.time, request.width, request.height, pixels)
+            )
+        except Exception as error:  # noqa: BLE001 - it is the caller's to hear, whatever it is
+            request.frame.set_exception(HardwareFailure(f"{request.camera}: rendering failed: {error}"))
+
+    def _fail_waiting(self) -> None:
+        while True:
+            try:
+                request = self._requests.get_nowait()
+            except queue.Empty:
+                return
+            if request is not None and request.frame.set_running_or_notify_cancel():
+                request.frame.set_exception(HardwareFailure(f"{request.camera}: the robot was closed"))
+
+
+class _Scene:
+    """MuJoCo's GL resources. Made, used and closed on one thread."""
+
+    def __init__(self, mj: mujoco.MjModel) -> None:
+        """Set GL up. Raises HardwareFailure when it cannot."""
+        self._mj = mj
+        self._gl = create_context(mj.vis.global_.offwidth, mj.vis.global_.offheight)
+        try:
+            self._context = mujoco.MjrContext(mj, mujoco.mjtFontScale.mjFONTSCALE_50)
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        except (RuntimeError, mujoco.FatalError) as error:
+            self._gl.free()
+            raise HardwareFailure(f"the GL library cannot render: {error}") from error
+        self._data = mujoco.MjData(mj)
+        self._options = mujoco.MjvOption()
+        self._options.geomgroup[:] = 0
+        self._options.geomgroup[[0, VISUAL_GROUP]] = 1
+        self._options.sitegroup[:] = 0
+        self._perturb = mujoco.MjvPerturb()
+        self._scene = mujoco.MjvScene(mj, _MOST_GEOMS)
+        for name in _FLAGS_OFF:
+            self._scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{name}")] = 0
+        self._view = mujoco.MjvCamera()
+        self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+
+    def render(self, snapshot: Snapshot, camera: str, width: int, height: int) -> NDArray[np.uint8]:
+        """Return what a camera sees as (height, width, 3) bytes, row 0 on top."""
+        mj, data = self._mj, self._data
+        data.qpos[:] = snapshot.qpos
+        mujoco.mj_kinematics(mj, data)
+        mujoco.mj_comPos(mj, data)
+        mujoco.mj_camlight(mj, data)
+        self._view.fixedcamid = mj.camera(camera).id
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(mj, data, self._options, self._perturb, self._view, everything, self._scene)
+        viewport = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(viewport, self._scene, self._context)
+        bottom_up = np.empty((height, width, 3), np.uint8)
+        mujoco.mjr_readPixels(bottom_up, None, viewport, self._context)
+        return np.ascontiguousarray(bottom_up[::-1])
+
+    def close(self) -> None:
+        """Free what GL holds."""
+        self._context.free()
+        self._gl.free()

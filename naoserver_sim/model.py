@@ -1,0 +1,159 @@
+"""The whole model, robot and world, compiled; and the robot put on its feet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import H25, Body
+from naoserver.robot import CameraFacts, JointFacts
+from naoserver_sim.appearance import add_blocks, add_skin
+from naoserver_sim.body import TORSO, add_body, sole
+from naoserver_sim.world import BALLS, SPECTATOR, Ball, add_ball, add_surroundings
+
+TIMESTEP: Final = 0.0025
+"""Seconds in a physics step; the body stands and walks at 1 to 5 ms."""
+_LARGEST_IMAGE: Final = (1280, 960)
+_SETTLING_TIME: Final = 1.0
+_GAP: Final = 0.0002
+"""Height in m from which the soles are let down on the floor."""
+
+
+@dataclass(frozen=True)
+class DeviceIndex:
+    """Where a device's joints stand in MuJoCo's arrays, in the order of `joints`."""
+
+    joints: tuple[JointFacts, ...]
+    qpos: NDArray[np.intp]
+    dofs: NDArray[np.intp]
+    motors: NDArray[np.intp]
+    """The motor of each joint; two joints may share one."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A compiled model with what is needed to find its parts."""
+
+    mj: mujoco.MjModel
+    robot: DeviceIndex
+    balls: Mapping[str, DeviceIndex]
+    cameras: tuple[CameraFacts, ...]
+    base_qpos: int
+    """Where the position (3) and the quaternion (w, x, y, z) of the torso begin in qpos."""
+
+
+def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
+    """Return the head's cameras and the spectator's, with the image sizes that the simulation renders."""
+    cameras = []
+    for camera in body.cameras:
+        first_width, first_height = camera.sizes[0]
+        modes = [
+            (size, rate)
+            for size, rate in zip(camera.sizes, camera.rates, strict=True)
+            # The other shapes are cut-outs of the sensor, not what its lens projects.
+            if size[0] * first_height == size[1] * first_width and size <= _LARGEST_IMAGE
+        ]
+        cameras.append(
+            replace(camera, sizes=tuple(size for size, _ in modes), rates=tuple(rate for _, rate in modes))
+        )
+    return (*cameras, SPECTATOR)
+
+
+def build_model(body: Body = H25, balls: Sequence[Ball] = BALLS, *, skin: bool = True) -> Model:
+    """Compile the body, with its skin or as bare blocks, and the world with its balls."""
+    spec = mujoco.MjSpec()
+    spec.modelname = "nao"
+    spec.compiler.degree = False
+    spec.compiler.autolimits = True
+    _set_physics(spec.option)
+    _set_quality(spec.visual)
+    cameras = simulated_cameras(body)
+    add_surroundings(spec)
+    links = add_body(spec, body, cameras[: len(body.cameras)])
+    (add_skin if skin else add_blocks)(spec, links)
+    for ball in balls:
+        add_ball(spec, ball)
+    mj = spec.compile()
+    leaders = {coupling.follower: coupling.leader for coupling in body.couplings}
+    return Model(
+        mj=mj,
+        robot=_index(mj, body.joints, leaders),
+        balls={ball.name: _index(mj, ball.joints, {}) for ball in balls},
+        cameras=cameras,
+        base_qpos=int(mj.joint("base").qposadr[0]),
+    )
+
+
+def standing(model: Model, posture: Mapping[str, float], balls: Sequence[Ball] = BALLS) -> mujoco.MjData:
+    """Return the state, at time 0, in which the robot stands still on its soles in a posture.
+
+    The balls are at their starting places.
+    """
+    mj = model.mj
+    data = mujoco.MjData(mj)
+    for joint, at in zip(model.robot.joints, model.robot.qpos, strict=True):
+        data.qpos[at] = min(max(posture[joint.name], joint.lower), joint.upper)
+    for ball in balls:
+        data.qpos[model.balls[ball.name].qpos] = ball.start
+    mujoco.mj_forward(mj, data)
+    _put_on_soles(model, data)
+    for device in (model.robot, *model.balls.values()):
+        # Reversed, so that of two joints with one motor the leader, which stands first, has the last word.
+        data.ctrl[device.motors[::-1]] = data.qpos[device.qpos[::-1]]
+    mujoco.mj_step(mj, data, nstep=round(_SETTLING_TIME / mj.opt.timestep))
+    data.time = 0.0
+    mujoco.mj_forward(mj, data)
+    return data
+
+
+def _put_on_soles(model: Model, data: mujoco.MjData) -> None:
+    """Move the base so that the soles lie level on the floor, the origin between them."""
+    mj, base = model.mj, model.base_qpos
+    left, right = (data.geom(sole(side)) for side in ("left", "right"))
+    level = np.zeros(4)
+    mujoco.mju_mat2Quat(level, left.xmat.reshape(3, 3).T.flatten())
+    data.qpos[base + 3 : base + 7] = level
+    mujoco.mj_forward(mj, data)
+    left, right = (data.geom(sole(side)) for side in ("left", "right"))
+    thickness = mj.geom(sole("left")).size[2]
+    data.qpos[base + 2] -= min(left.xpos[2], right.xpos[2]) - thickness - _GAP
+    torso_over = data.body(TORSO).xpos[:2] - (data.body("l_foot").xpos[:2] + data.body("r_foot").xpos[:2]) / 2
+    data.qpos[base : base + 2] = torso_over
+    mujoco.mj_forward(mj, data)
+
+
+def _index(mj: mujoco.MjModel, joints: Sequence[JointFacts], leaders: Mapping[str, str]) -> DeviceIndex:
+    names = [joint.name for joint in joints]
+    return DeviceIndex(
+        joints=tuple(joints),
+        qpos=np.array([mj.joint(name).qposadr[0] for name in names], dtype=np.intp),
+        dofs=np.array([mj.joint(name).dofadr[0] for name in names], dtype=np.intp),
+        motors=np.array([mj.actuator(leaders.get(name, name)).id for name in names], dtype=np.intp),
+    )
+
+
+def _set_physics(option: mujoco.MjOption) -> None:
+    option.timestep = TIMESTEP
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10
+    option.iterations = 20
+    option.ls_iterations = 20
+
+
+def _set_quality(visual: mujoco.MjVisual) -> None:
+    """Keep images cheap to render without a GPU: no shadow map, no multisampling, few facets."""
+    visual.quality.shadowsize = 0
+    visual.quality.offsamples = 0
+    visual.quality.numslices = 20
+    visual.quality.numstacks = 12
+    visual.quality.numquads = 2
+    visual.map.znear = 0.02
+    visual.map.zfar = 30
+    offscreen = visual.global_
+    offscreen.offwidth, offscreen.offheight = _LARGEST_IMAGE

@@ -1,0 +1,192 @@
+"""The simulated robot behind the `Robot` protocol, in real time at any pace or stepped by its caller."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from naoserver.body import H25, Body
+from naoserver.errors import RobotError
+from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
+from naoserver_sim.cameras import CameraRenderer
+from naoserver_sim.clock import SimulationClock
+from naoserver_sim.control import Command, SetpointController
+from naoserver_sim.model import DeviceIndex, Model, build_model, standing
+from naoserver_sim.pacing import Pacer
+from naoserver_sim.simulator import Simulator
+from naoserver_sim.world import BALLS, scattered
+
+if TYPE_CHECKING:
+    from zenoh_ice.clock import Clock, VirtualClock
+
+FALLEN_TILT: Final = math.radians(60)
+"""Tilt of the torso beyond which the robot lies rather than stands, crouches or sits."""
+
+
+class SimulatedDevice:
+    """Some joints of a simulation: the robot's, or those of a mechanism that carries a ball."""
+
+    def __init__(self, name: str, simulator: Simulator, index: DeviceIndex) -> None:
+        self._name = name
+        self._simulator = simulator
+        self._index = index
+        self._places = {joint.name: place for place, joint in enumerate(index.joints)}
+
+    @property
+    def name(self) -> str:
+        """`Nao`, or the name of the ball."""
+        return self._name
+
+    @property
+    def joints(self) -> tuple[JointFacts, ...]:
+        """The joints in the order of every reading."""
+        return self._index.joints
+
+    def read(self) -> JointReading:
+        """Return the newest snapshot of the joints."""
+        snapshot, index = self._simulator.snapshot, self._index
+        return JointReading(
+            time=snapshot.time,
+            positions=tuple(snapshot.qpos[index.qpos].tolist()),
+            velocities=tuple(snapshot.qvel[index.dofs].tolist()),
+            commands=tuple(snapshot.setpoints[index.motors].tolist()),
+            torques=tuple(snapshot.forces[index.motors].tolist()),
+        )
+
+    def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints to `targets`, each at most at its speed in `max_speeds`.
+
+        Raises KeyError when a joint is unknown or has no speed.
+        """
+        places = self._motors_last_first(targets)
+        names = [self._index.joints[place].name for place in places]
+        self._simulator.post(
+            Command(
+                motors=self._index.motors[places],
+                targets=np.array([targets[name] for name in names]),
+                speeds=np.array([abs(max_speeds[name]) for name in names]),
+            )
+        )
+
+    def command_velocities(self, velocities: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints at `velocities` until further notice; 0 holds.
+
+        Raises KeyError when a joint is unknown.
+        """
+        places = self._motors_last_first(velocities)
+        values = np.array([velocities[self._index.joints[place].name] for place in places])
+        self._simulator.post(Command.velocities(self._index.motors[places], values))
+
+    def _motors_last_first(self, names: Mapping[str, float]) -> list[int]:
+        """Return where the named joints stand, the leader of two with one motor last."""
+        return sorted((self._places[name] for name in names), reverse=True)
+
+
+class SimulatedRobot(SimulatedDevice):
+    """A Nao in MuJoCo, standing in StandInit, with two balls.
+
+    `speed` is in simulated seconds a wall second, `math.inf` as fast as the processor goes. With `clock`, a
+    virtual one, nothing runs by itself: each `advance` steps the physics and then the clock, tick by tick, in
+    the caller's thread, and the same calls with the same seed give the same trace bit by bit.
+
+    `seed` scatters the balls' starting places within the head's reach; without it they start in view.
+    """
+
+    def __init__(
+        self,
+        *,
+        speed: float = 1.0,
+        skin: bool = True,
+        seed: int | None = None,
+        posture: str = "STAND_INIT",
+        body: Body = H25,
+        clock: VirtualClock | None = None,
+    ) -> None:
+        balls = BALLS if seed is None else scattered(BALLS, np.random.default_rng(seed))
+        model = build_model(body, balls, skin=skin)
+        data = standing(model, body.postures[posture], balls)
+        limits = model.mj.actuator_ctrlrange
+        simulator = Simulator(
+            model.mj,
+            data,
+            SetpointController(
+                data.ctrl.copy(), limits[:, 0].copy(), limits[:, 1].copy(), _max_speeds(model)
+            ),
+            Pacer(speed),
+        )
+        super().__init__("Nao", simulator, model.robot)
+        self._model = model
+        self._data = data
+        self._virtual = clock
+        self._clock: Clock = clock if clock is not None else SimulationClock(simulator)
+        self._started_at = clock.now() if clock is not None else 0.0
+        self._renderer = CameraRenderer(model.mj, model.cameras, lambda: simulator.snapshot)
+        self._mechanisms = tuple(
+            SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
+        )
+
+    @property
+    def cameras(self) -> tuple[CameraFacts, ...]:
+        """The head's two cameras and the spectator's."""
+        return self._model.cameras
+
+    @property
+    def clock(self) -> Clock:
+        """The simulated time."""
+        return self._clock
+
+    @property
+    def mechanisms(self) -> tuple[SimulatedDevice, ...]:
+        """What carries the balls: joints for pan in rad, distance in m and height in m, in this order."""
+        return self._mechanisms
+
+    def state(self) -> BodyState:
+        """Return the newest snapshot of the body. Raises RobotError when the physics has stopped."""
+        simulator = self._simulator
+        if simulator.failure is not None:
+            raise RobotError(f"the physics stopped: {simulator.failure}") from simulator.failure
+        at = self._model.base_qpos
+        _, x, y, _ = simulator.snapshot.qpos[at + 3 : at + 7].tolist()
+        tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
+        pacer = simulator.pacer
+        return BodyState(tilt, tilt > FALLEN_TILT, pacer.real_time_factor, pacer.lag)
+
+    def capture(self, camera: str, width: int, height: int) -> Frame:
+        """Render an image of the newest state; waits at most 1 s, and for GL when it was never used.
+
+        Raises HardwareFailure when there is no such camera or size, or no GL library.
+        """
+        return self._renderer.capture(camera, width, height)
+
+    def start(self) -> None:
+        """Start the threads of physics and cameras; under a virtual clock none: `advance` steps the robot."""
+        if self._virtual is None:
+            self._simulator.start()
+            self._renderer.start()
+
+    def advance(self, seconds: float) -> None:
+        """Step the robot and its virtual clock by a duration in s, a multiple of the control tick.
+
+        Raises RobotError when the robot has a pace of its own.
+        """
+        if self._virtual is None:
+            raise RobotError("this robot keeps its own pace: make it with a VirtualClock to step it")
+        for _ in range(round(seconds / self._simulator.tick_period)):
+            self._simulator.advance(1)
+            due = self._started_at + self._simulator.snapshot.time - self._virtual.now()
+            self._virtual.advance(max(0.0, due))
+
+    def close(self) -> None:
+        """End the threads of physics and cameras and free GL."""
+        self._simulator.close()
+        self._renderer.close()
+
+
+def _max_speeds(model: Model) -> np.ndarray:
+    speeds = np.zeros(model.mj.nu)
+    for device in (model.robot, *model.balls.values()):
+        speeds[device.motors] = [joint.max_velocity for joint in device.joints]
+    return speeds
