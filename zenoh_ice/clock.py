@@ -10,12 +10,16 @@ import threading
 import time
 from typing import Final, Protocol, runtime_checkable
 
-from .exceptions import TimeoutException
+from .exceptions import ZenohIceError
 
-__all__ = ["Clock", "VirtualClock", "WallClock"]
+__all__ = ["Clock", "ClockStalledException", "VirtualClock", "WallClock"]
 
 _POLL: Final = 0.002  # s of wall time between looks at what cannot notify us: events, and threads that end
 _NANOSECONDS: Final = 1_000_000_000
+
+
+class ClockStalledException(ZenohIceError):
+    """Nobody advances a virtual clock that a thread waits on, or a woken thread does not come back to it."""
 
 
 @runtime_checkable
@@ -73,7 +77,7 @@ class VirtualClock:
     began to wait), one at a time: the next is woken, and the time moves on, only when the last one waits on
     the clock again or has ended. So a program runs the same way every time, as fast as the processor.
 
-    `limit` bounds every wait in s of wall time: one that nobody ends raises TimeoutException.
+    `limit` bounds every wait in s of wall time: one that nobody ends raises ClockStalledException.
     """
 
     rate: Final = 1.0
@@ -98,11 +102,11 @@ class VirtualClock:
     def wait_for_waiters(self, count: int) -> None:
         """Wait until at least `count` threads wait on this clock.
 
-        Raises TimeoutException after the limit.
+        Raises ClockStalledException after the limit.
         """
         with self._changed:
             if not self._changed.wait_for(lambda: len(self._waiters) >= count, self._limit):
-                raise TimeoutException(
+                raise ClockStalledException(
                     f"{len(self._waiters)} threads wait on the virtual clock after {self._limit:g} s, "
                     f"not {count}"
                 )
@@ -123,7 +127,7 @@ class VirtualClock:
     def advance(self, seconds: float) -> None:
         """Move the time forward by a duration in s, waking those whose time comes.
 
-        Raises ValueError for a negative duration, and TimeoutException, naming the thread, when a woken
+        Raises ValueError for a negative duration, and ClockStalledException, naming the thread, when a woken
         thread neither waits on the clock again nor ends within the limit.
         """
         if seconds < 0:
@@ -149,7 +153,7 @@ class VirtualClock:
         deadline = time.monotonic() + self._limit
         while waiter.thread.is_alive() and not any(w.thread is waiter.thread for w in self._waiters):
             if time.monotonic() > deadline:
-                raise TimeoutException(
+                raise ClockStalledException(
                     f"thread {waiter.thread.name!r} did not come back to the virtual clock within "
                     f"{self._limit:g} s after it was woken at {self.now():g} s"
                 )
@@ -167,7 +171,7 @@ class VirtualClock:
                 while not waiter.woken and not waiter.is_set():
                     left = deadline - time.monotonic()
                     if left <= 0:
-                        raise TimeoutException(
+                        raise ClockStalledException(
                             f"nobody advanced the virtual clock from {self.now():g} s to "
                             f"{due / _NANOSECONDS:g} s within {self._limit:g} s"
                         )

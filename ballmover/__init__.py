@@ -1,0 +1,1 @@
+"""Carry a ball of the simulated world along waypoints in space."""

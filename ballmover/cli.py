@@ -1,0 +1,119 @@
+"""The command `ballmover`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenoh_ice.command import (
+    ClockChoice,
+    Config,
+    Connect,
+    Listen,
+    LogLevel,
+    Realm,
+    ShowConfig,
+    Timeout,
+    configure,
+    run,
+)
+
+from .exceptions import BallMoverException
+from .waypoints import Waypoint, built_in_waypoints, read_waypoints
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+_EPILOG = """Examples:
+
+ballmover green                              the built-in waypoints, round and round
+
+ballmover red figure.csv --once              a file of your own, once
+
+ballmover green --speed 0.1 --connect tcp/192.168.1.7:7447
+
+A file has one waypoint a line: x, y, z in metres (x forward of the robot, y to its left, z up from the
+ground), then, if you like, a speed in m/s and a time to stay in s. TOML works too: one [[waypoints]] for each."""
+
+
+@app.command(epilog=_EPILOG)
+def move(
+    *,
+    color: Annotated[str, typer.Argument(metavar="COLOR", help="Ball to move: green or red.")],
+    waypoints: Annotated[
+        Path | None,
+        typer.Argument(metavar="[WAYPOINTS]", help="CSV or TOML file; without it the built-in waypoints."),
+    ] = None,
+    loop: Annotated[
+        bool, typer.Option("--loop/--once", help="Go round and round, or stay at the last waypoint.")
+    ] = True,
+    speed: Annotated[
+        float,
+        typer.Option(metavar="M/S", min=0.001, help="Speed to waypoints that give none.", show_default=True),
+    ] = 0.25,
+    tolerance: Annotated[
+        float,
+        typer.Option(metavar="M", min=0.0001, help="How near to a waypoint counts as there."),
+    ] = 0.02,
+    limit: Annotated[
+        float,
+        typer.Option(metavar="SECONDS", min=0.0, help="How long the ball may take to get so near."),
+    ] = 5.0,
+    realm: Realm = None,
+    connect: Connect = None,
+    listen: Listen = None,
+    clock: ClockChoice = None,
+    timeout: Timeout = None,
+    config: Config = None,
+    show_config: ShowConfig = False,
+    log_level: LogLevel = None,
+) -> None:
+    """Carry a ball of the simulated world along waypoints in space."""
+    settings = configure(
+        realm=realm,
+        connect=connect,
+        listen=listen,
+        clock=clock,
+        timeout=timeout,
+        config=config,
+        show_config=show_config,
+        log_level=log_level,
+    )
+    points = _read(color, waypoints)
+
+    from zenoh_ice import initialize
+
+    from .ball import Ball
+    from .mover import Mover
+    from .progress import Progress
+    from .route import Route
+
+    with initialize(settings) as communicator:
+        ball = Ball.connect(communicator, color)
+        route = Route.plan(points, ball.limits, speed=speed, loop=loop)
+        with Progress(color, route) as progress:
+            mover = Mover(ball, communicator.clock, route, progress, tolerance=tolerance, limit=limit)
+            mover.run(loop=loop)
+
+
+def _read(color: str, path: Path | None) -> list[Waypoint]:
+    if path is not None:
+        return read_waypoints(path)
+    points = built_in_waypoints(color)
+    if points is None:
+        raise BallMoverException(
+            f"there are no built-in waypoints for a {color} ball: name a file of waypoints"
+        )
+    return points
+
+
+def main() -> None:
+    """Run the command."""
+    run(app)
+
+
+if __name__ == "__main__":
+    main()

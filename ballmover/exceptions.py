@@ -1,0 +1,23 @@
+"""What can go wrong while a ball is carried along waypoints."""
+
+from __future__ import annotations
+
+from zenoh_ice.exceptions import ZenohIceError
+
+__all__ = ["BallMoverException", "NotArrivedException", "UnreachableException", "WaypointException"]
+
+
+class BallMoverException(ZenohIceError):
+    """The root of the errors of ballmover."""
+
+
+class WaypointException(BallMoverException):
+    """A file of waypoints cannot be read; the message starts with file and line."""
+
+
+class UnreachableException(BallMoverException):
+    """The ball cannot get to a waypoint, or not on a straight line; the message says why."""
+
+
+class NotArrivedException(BallMoverException):
+    """The ball did not come near enough to a waypoint in time."""

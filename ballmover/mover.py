@@ -1,0 +1,197 @@
+"""Carry a ball along a route with setpoints, and wait at each stop until it is there."""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import Final, Protocol
+
+from zenoh_ice import Clock
+from zenoh_ice.exceptions import (
+    ConnectionLostException,
+    ObjectNotExistException,
+    TimeoutException,
+    ZenohIceError,
+)
+
+from .axes import AxisLimits, AxisPosition, Point
+from .exceptions import NotArrivedException
+from .route import Approach, Line, Move, Route, Stop
+
+__all__ = ["Carrier", "Mover", "Reporter"]
+
+PERIOD: Final = 0.02
+"""Time between setpoints in s of the component's clock."""
+
+_RETRY_PERIOD: Final = 0.2  # s of wall time between looks whether a lost server is back
+_LOST: Final = (ConnectionLostException, ObjectNotExistException, TimeoutException)
+
+_logger = logging.getLogger(__name__)
+
+
+class Carrier(Protocol):
+    """What carries the ball: `ballmover.ball.Ball`."""
+
+    @property
+    def limits(self) -> AxisLimits:
+        """Return how far and how fast the axes move."""
+
+    def command(self, target: AxisPosition) -> None:
+        """Send the axes to a position."""
+
+    def position(self) -> AxisPosition:
+        """Return where the axes stand."""
+
+
+class Reporter(Protocol):
+    """What hears how the mover gets on."""
+
+    def departed(self, index: int, stop: Stop, lap: int) -> None:
+        """Hear that the ball sets out for a stop."""
+
+    def moved(self, target: Point, fraction: float) -> None:
+        """Hear the newest setpoint and which fraction of the line it has covered."""
+
+    def arrived(self, stop: Stop, error: float) -> None:
+        """Hear that the ball is at a stop, with an error in m."""
+
+    def lost(self, reason: str) -> None:
+        """Hear that the server does not answer."""
+
+    def returned(self) -> None:
+        """Hear that the server is back."""
+
+
+class _TimeRestartedError(Exception):
+    """The simulation began anew, so the ball is no longer where it was."""
+
+
+class Mover:
+    """Carry a ball along a route.
+
+    Times are those of `clock`. `tolerance` is the greatest distance in m between the ball, by its encoders,
+    and a waypoint at which it counts as arrived; `limit` is how long in s it may take to get so near once the
+    last setpoint is sent.
+    """
+
+    def __init__(
+        self,
+        ball: Carrier,
+        clock: Clock,
+        route: Route,
+        reporter: Reporter,
+        *,
+        tolerance: float = 0.02,
+        limit: float = 5.0,
+    ) -> None:
+        self._ball = ball
+        self._clock = clock
+        self._route = route
+        self._reporter = reporter
+        self._tolerance = tolerance
+        self._limit = limit
+        self._index = 0
+        self._lap = 1
+        self._last_tick = clock.now()
+
+    def run(self, *, loop: bool) -> None:
+        """Carry the ball to the last stop or, with `loop`, round and round.
+
+        A server that goes away is waited for; then the ball goes on to the stop that it was bound for.
+        However the run is broken off, the ball is stopped. Raises NotArrivedException, and what the servants
+        raise.
+        """
+        try:
+            while True:
+                try:
+                    self._travel(loop=loop)
+                except _LOST as error:
+                    self._wait_for_return(error)
+                except _TimeRestartedError:
+                    _logger.info("the simulation began anew; going on to stop %d", self._index + 1)
+                else:
+                    return
+        except BaseException:
+            self._stop()
+            raise
+
+    def _travel(self, *, loop: bool) -> None:
+        """Go on from wherever the ball is to the next stop, and from there along the route."""
+        self._last_tick = self._clock.now()
+        stops = self._route.stops
+        move: Move = Approach(self._ball.position(), stops[self._index].axes, self._route.limits)
+        while True:
+            stop = stops[self._index]
+            self._reporter.departed(self._index, stop, self._lap)
+            self._follow(move, stop)
+            self._settle(stop)
+            self._dwell(stop)
+            if self._index + 1 == len(stops) and not loop:
+                return
+            self._index += 1
+            if self._index == len(stops):
+                self._index = 0
+                self._lap += 1
+            move = Line(stop.axes, stops[self._index].waypoint.point)
+
+    def _follow(self, move: Move, stop: Stop) -> None:
+        """Send the setpoints of a movement."""
+        start = self._clock.now()
+        duration = move.duration(stop.speed)
+        fraction = 0.0
+        while fraction < 1.0:
+            self._tick()
+            elapsed = self._clock.now() - start
+            fraction = min(1.0, elapsed / duration) if duration > 0.0 else 1.0
+            target = move.at(fraction)
+            self._ball.command(target)
+            self._reporter.moved(target.point, fraction)
+
+    def _settle(self, stop: Stop) -> None:
+        """Hold the stop's setpoint until the encoders say that the ball is there."""
+        deadline = self._clock.now() + self._limit
+        while True:
+            error = self._ball.position().point.distance_to(stop.waypoint.point)
+            if error <= self._tolerance:
+                self._reporter.arrived(stop, error)
+                return
+            if self._clock.now() >= deadline:
+                raise NotArrivedException(
+                    f"{stop.waypoint}: after {self._limit:g} s the ball is still {error:.3f} m away, more "
+                    f"than the tolerance of {self._tolerance:g} m; is it blocked, or does somebody else move it?"
+                )
+            self._tick()
+            self._ball.command(stop.axes)
+
+    def _dwell(self, stop: Stop) -> None:
+        """Stay at a stop; commands go on, so that a lost server is noticed here too."""
+        end = self._clock.now() + stop.waypoint.dwell
+        while self._clock.now() < end:
+            self._tick()
+            self._ball.command(stop.axes)
+
+    def _tick(self) -> None:
+        """Sleep until the next setpoint is due; one that is overdue is sent at once, missed ones are not."""
+        due = self._last_tick + PERIOD
+        self._clock.sleep_until(due)
+        now = self._clock.now()
+        if now < self._last_tick:
+            raise _TimeRestartedError
+        self._last_tick = due if now < due + PERIOD else now
+
+    def _wait_for_return(self, error: ZenohIceError) -> None:
+        self._reporter.lost(str(error))
+        while True:
+            time.sleep(_RETRY_PERIOD)
+            try:
+                self._ball.position()
+            except _LOST:
+                continue
+            self._reporter.returned()
+            return
+
+    def _stop(self) -> None:
+        try:
+            self._ball.command(self._ball.position())
+        except ZenohIceError as error:
+            _logger.warning("the ball could not be told to stop: %s", error)

@@ -1,0 +1,92 @@
+"""Show how a ball gets on: a bar on a terminal, a line for each event elsewhere."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import Final, Self
+
+from rich.console import Console
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from .axes import Point
+from .route import Route, Stop
+
+__all__ = ["Progress"]
+
+_REFRESH_PERIOD: Final = 0.1  # s of wall time
+
+
+class Progress:
+    """Tell on stdout where the ball is bound for, and on stderr when its server is lost.
+
+    A context manager: the bar goes away at the end, and the terminal is left as it was.
+    """
+
+    def __init__(
+        self, color: str, route: Route, console: Console | None = None, errors: Console | None = None
+    ) -> None:
+        self._color = color
+        self._count = len(route.stops)
+        self._console = console or Console(highlight=False, soft_wrap=True)
+        self._errors = errors or Console(stderr=True, highlight=False, soft_wrap=True)
+        self._live = Live(console=self._console, auto_refresh=False, transient=True)
+        self._heading = ""
+        self._drawn_at = 0.0
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._live.stop()
+
+    def departed(self, index: int, stop: Stop, lap: int) -> None:
+        """Tell that the ball sets out for a stop."""
+        lap_text = f"lap {lap}, " if lap > 1 else ""
+        self._heading = (
+            f"{self._color}: {lap_text}waypoint {index + 1} of {self._count} "
+            f"{stop.waypoint.point} at {stop.speed:.3g} m/s"
+        )
+        if not self._live.is_started:
+            self._say(self._console, self._heading)
+
+    def moved(self, target: Point, fraction: float) -> None:
+        """Redraw the bar, at most ten times a second."""
+        now = time.monotonic()
+        if not self._live.is_started or now - self._drawn_at < _REFRESH_PERIOD:
+            return
+        self._drawn_at = now
+        line = Table.grid(padding=(0, 1))
+        line.add_row(
+            Text(self._heading), ProgressBar(total=1.0, completed=fraction, width=20), Text(str(target))
+        )
+        self._live.update(line, refresh=True)
+
+    def arrived(self, stop: Stop, error: float) -> None:
+        """Tell that the ball is at a stop."""
+        if not self._live.is_started:
+            dwell = f", staying {stop.waypoint.dwell:g} s" if stop.waypoint.dwell else ""
+            self._say(self._console, f"{self._color}: arrived, {error * 100:.1f} cm off{dwell}")
+
+    def lost(self, reason: str) -> None:
+        """Tell that the server does not answer."""
+        self._say(self._errors, f"{self._color}: lost the ball: {reason}; trying again until it is back")
+
+    def returned(self) -> None:
+        """Tell that the server is back."""
+        self._say(self._errors, f"{self._color}: the ball is back; going on")
+
+    @staticmethod
+    def _say(console: Console, text: str) -> None:
+        console.print(Text(text))
+        console.file.flush()
