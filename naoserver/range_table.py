@@ -29,7 +29,7 @@ class RangeTable:
                 raise RobotError(f"range table of {self.dependent}: empty range at {angle} rad")
 
     def at(self, angle: float) -> tuple[float, float]:
-        """Return the range of `dependent` at `angle` of the other joint; beyond the table, that of its edge."""
+        """Return the range of `dependent` at `angle` of `independent`; beyond the table, that of its edge."""
         rows = self.rows
         if angle <= rows[0][0]:
             return rows[0][1:]

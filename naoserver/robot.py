@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from zenoh_ice import Clock
+    from zenoh_ice.clock import Clock
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,221 @@
+"""A robot without physics: it moves as it is told, with a short lag, and sees the balls it carries round.
+
+It computes its state when it is asked, exactly, from the time that has passed: no threads, and the same
+answers on a `VirtualClock` as on a wall clock.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import H25
+from naoserver.errors import HardwareFailure
+from naoserver.fake_camera import Ball, draw
+from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
+from zenoh_ice.clock import Clock, WallClock
+
+LAG: Final = 0.02
+"""Time constant in s with which a joint follows its setpoint."""
+_STIFFNESS: Final = 20.0  # N m for a rad between setpoint and position: that of the simulated upper body
+
+BALL_JOINTS: Final = (
+    ("Pan", -math.pi, math.pi, 2.0, 10.0),
+    ("Distance", 0.2, 3.0, 1.0, 10.0),
+    ("Height", 0.0, 1.5, 1.0, 10.0),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Motion:
+    """A joint from `time` on: its setpoint moves at `rate` until `end`."""
+
+    time: float
+    setpoint: float
+    position: float
+    rate: float = 0.0
+    end: float = 0.0
+
+    def at(self, time: float) -> _Motion:
+        """Return the motion as it stands at a later time.
+
+        The position q follows the setpoint s by q' = (s - q) / LAG, solved exactly on each linear piece.
+        """
+        left = max(0.0, time - self.time)
+        motion = self
+        if self.rate:
+            piece = min(left, (self.end - self.setpoint) / self.rate)
+            lagging = self.setpoint - self.rate * LAG
+            position = lagging + self.rate * piece + (self.position - lagging) * math.exp(-piece / LAG)
+            done = piece < left
+            motion = replace(
+                self,
+                setpoint=self.end if done else self.setpoint + self.rate * piece,
+                position=position,
+                rate=0.0 if done else self.rate,
+            )
+            left -= piece
+        if left > 0.0:
+            rest = motion.setpoint + (motion.position - motion.setpoint) * math.exp(-left / LAG)
+            motion = replace(motion, position=rest)
+        return replace(motion, time=max(time, self.time))
+
+
+class FakeDevice:
+    """Joints that follow their setpoints with a first-order lag. Implements JointDevice."""
+
+    def __init__(
+        self,
+        name: str,
+        joints: tuple[JointFacts, ...],
+        clock: Clock,
+        posture: Mapping[str, float] | None = None,
+    ) -> None:
+        self._name = name
+        self._joints = joints
+        self._by_name = {joint.name: joint for joint in joints}
+        self._clock = clock
+        self._lock = threading.Lock()  # held for microseconds
+        self._closed = False
+        now = clock.now()
+        start = {joint.name: (posture or {}).get(joint.name, 0.0) for joint in joints}
+        self._motions = {
+            name: _Motion(now, value, value)
+            for name, value in ((j.name, min(max(start[j.name], j.lower), j.upper)) for j in joints)
+        }
+
+    @property
+    def name(self) -> str:
+        """The device's name."""
+        return self._name
+
+    @property
+    def joints(self) -> tuple[JointFacts, ...]:
+        """The joints in the order of every reading."""
+        return self._joints
+
+    def read(self) -> JointReading:
+        """Return the state of the joints now."""
+        with self._lock:
+            now = self._clock.now()
+            if not self._closed:
+                self._motions = {name: motion.at(now) for name, motion in self._motions.items()}
+            motions = list(self._motions.values())
+        return JointReading(
+            time=motions[0].time,
+            positions=tuple(m.position for m in motions),
+            velocities=tuple((m.setpoint - m.position) / LAG for m in motions),
+            commands=tuple(m.setpoint for m in motions),
+            torques=tuple(
+                min(max(_STIFFNESS * (m.setpoint - m.position), -j.max_torque), j.max_torque)
+                for m, j in zip(motions, self._joints, strict=True)
+            ),
+        )
+
+    def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints to `targets`."""
+        for name, target in targets.items():
+            self._command(name, target, max_speeds[name])
+
+    def command_velocities(self, velocities: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints at `velocities` until further notice."""
+        for name, velocity in velocities.items():
+            self._command(name, math.copysign(math.inf, velocity), abs(velocity))
+
+    def close(self) -> None:
+        """Stop all motion."""
+        self.read()
+        with self._lock:
+            self._closed = True
+
+    def _command(self, name: str, target: float, speed: float) -> None:
+        facts = self._by_name[name]
+        end = min(max(target, facts.lower), facts.upper)
+        with self._lock:
+            if not self._closed:
+                motion = self._motions[name].at(self._clock.now())
+                rate = math.copysign(speed, end - motion.setpoint) if end != motion.setpoint else 0.0
+                self._motions[name] = replace(motion, rate=rate, end=end)
+
+
+class FakeRobot(FakeDevice):
+    """An H25 without physics. Implements Robot.
+
+    `balls` are the colours in RGB of the balls that mechanisms carry, by name. With `camera_failure` every
+    capture raises HardwareFailure with that text.
+    """
+
+    def __init__(
+        self,
+        clock: Clock | None = None,
+        *,
+        posture: Mapping[str, float] | None = None,
+        balls: Mapping[str, tuple[int, int, int]] | None = None,
+        camera_failure: str | None = None,
+    ) -> None:
+        self._robot_clock: Clock = clock or WallClock()
+        super().__init__("Nao", H25.joints, self._robot_clock, posture or H25.postures["STAND_INIT"])
+        colors = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)} if balls is None else balls
+        self._balls = {
+            name: FakeDevice(
+                name,
+                tuple(JointFacts(name + axis, *limits) for axis, *limits in BALL_JOINTS),
+                self._robot_clock,
+                {f"{name}Pan": 0.3 * (index - 0.5), f"{name}Distance": 1.0, f"{name}Height": 0.5},
+            )
+            for index, name in enumerate(colors)
+        }
+        self._colors = dict(colors)
+        self._camera_failure = camera_failure
+
+    @property
+    def cameras(self) -> tuple[CameraFacts, ...]:
+        """The head's two cameras."""
+        return H25.cameras
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that was given, or steady wall time."""
+        return self._robot_clock
+
+    @property
+    def mechanisms(self) -> tuple[FakeDevice, ...]:
+        """The balls."""
+        return tuple(self._balls.values())
+
+    def state(self) -> BodyState:
+        """Return that it stands upright: it cannot fall."""
+        return BodyState(torso_tilt=0.0, fallen=False, real_time_factor=self._robot_clock.rate, lag=0.0)
+
+    def capture(self, camera: str, width: int, height: int) -> Frame:
+        """Draw what a camera sees: each ball as a disc of its colour on a grey ground."""
+        facts = next((facts for facts in self.cameras if facts.name == camera), None)
+        if facts is None:
+            raise HardwareFailure(f"there is no camera {camera!r}")
+        if self._camera_failure is not None:
+            raise HardwareFailure(self._camera_failure)
+        if self._closed:
+            raise HardwareFailure(f"{camera}: the robot is closed")
+        reading = self.read()
+        pan, tilt = reading.positions[:2]
+        balls = []
+        for name, ball in self._balls.items():
+            bearing, distance, height_above_floor = ball.read().positions
+            balls.append(Ball(bearing, distance, height_above_floor, self._colors[name]))
+        pixels: NDArray[np.uint8] = draw(facts, (width, height), (pan, tilt), balls)
+        return Frame(camera, reading.time, width, height, pixels)
+
+    def start(self) -> None:
+        """Do nothing: it computes its state when it is asked."""
+
+    def close(self) -> None:
+        """Stop all motion."""
+        super().close()
+        for ball in self._balls.values():
+            ball.close()

@@ -1,0 +1,133 @@
+"""A device behind its safety layer: the one way by which servants command joints."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from typing import Final
+
+from interfaces.nao import Severity
+
+from naoserver.event_log import EventLog
+from naoserver.outcome import Outcome
+from naoserver.robot import JointDevice, JointFacts, JointReading
+from naoserver.safety import Goal, Safety
+
+
+class GuardedDevice:
+    """Pass commands through `safety` to `device`, one at a time, and tell `events` what was changed.
+
+    Every command of a client goes through `_obey`: a lease that shuts other writers out and an emergency stop
+    belong there. `wall_time` is steady; `wake` is called when `watch` has become due sooner.
+    """
+
+    def __init__(
+        self,
+        device: JointDevice,
+        safety: Safety,
+        events: EventLog,
+        wall_time: Callable[[], float],
+        wake: Callable[[], None],
+    ) -> None:
+        self.name: Final = device.name
+        self.joints: Final = device.joints
+        self._device = device
+        self._safety = safety
+        self._events = events
+        self._wall_time = wall_time
+        self._wake = wake
+        self._lock = threading.Lock()
+        self._closed = False
+        self._index = {joint.name: index for index, joint in enumerate(device.joints)}
+
+    def facts(self, joint: str) -> JointFacts:
+        """Return the limits of a joint."""
+        return self.joints[self._index[joint]]
+
+    def index(self, joint: str) -> int:
+        """Return the place of a joint in every reading."""
+        return self._index[joint]
+
+    def speed_cap(self, joint: str) -> float:
+        """Return the highest speed that a command of the joint gets."""
+        return self._safety.speed_cap(joint)
+
+    def read(self) -> JointReading:
+        """Return the newest snapshot of the joints without blocking."""
+        return self._device.read()
+
+    def goal(self, joint: str) -> Goal:
+        """Return where the joint was last sent and how fast; where it is, and 0, before any such command."""
+        with self._lock:
+            goal = self._safety.goal(joint)
+        return goal or Goal(self.read().commands[self._index[joint]], 0.0)
+
+    def velocity(self, joint: str) -> float:
+        """Return the velocity that the joint is commanded to reach."""
+        with self._lock:
+            return self._safety.velocity(joint)
+
+    def move(self, targets: Mapping[str, float], speeds: Mapping[str, float]) -> Outcome:
+        """Send joints to targets. Raises InvalidCommand, and then commands nothing."""
+        return self._obey(lambda reading: self._safety.move(targets, speeds, reading))
+
+    def drive(self, velocities: Mapping[str, float], client: str) -> Outcome:
+        """Move joints at velocities until the timeout. Raises InvalidCommand, and then commands nothing."""
+        now = self._wall_time()
+        return self._obey(lambda reading: self._safety.drive(velocities, reading, client, now))
+
+    def hold(self, joints: Iterable[str] | None = None) -> None:
+        """Stop joints at once, or all."""
+        names = tuple(self._index if joints is None else joints)
+        self._obey(lambda reading: self._safety.hold(names, reading))
+
+    def drop_client(self, client: str) -> None:
+        """Stop what a lost client drives by velocity."""
+        with self._lock:
+            outcome = self._apply(self._safety.drop_client(client, self.read()))
+        for joint in outcome.stopped:
+            self._events.add(Severity.Warning, joint, "stopped: the client that drove it is gone", "lost")
+
+    def watch(self) -> float | None:
+        """Look at the moving joints; return in how many wall seconds to look again, None while all rests."""
+        with self._lock:
+            now = self._wall_time()
+            outcome = self._apply(self._safety.watch(self.read(), now))
+            due = self._safety.next_watch(self.read(), self._wall_time())
+        if outcome.stopped:
+            self._events.count_timeout()
+        for joint in outcome.stopped:
+            message = (
+                f"stopped: its velocity was not renewed within {self._safety.options.velocity_timeout:g} s"
+            )
+            self._events.add(Severity.Warning, joint, message, "timeout")
+        self._tell(outcome)
+        return due
+
+    def close(self) -> None:
+        """Stop all joints and refuse further motion."""
+        with self._lock:
+            if not self._closed:
+                self._apply(self._safety.hold(tuple(self._index), self.read()))
+                self._closed = True
+
+    def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
+        with self._lock:
+            outcome = self._apply(command(self.read()))
+        self._tell(outcome)
+        self._wake()
+        return outcome
+
+    def _apply(self, outcome: Outcome) -> Outcome:
+        if not self._closed:
+            if outcome.positions:
+                self._device.command_positions(outcome.positions, outcome.max_speeds)
+            if outcome.velocities:
+                self._device.command_velocities(outcome.velocities)
+        return outcome
+
+    def _tell(self, outcome: Outcome) -> None:
+        if outcome.limitations:
+            self._events.count_limited()
+        for limitation in outcome.limitations:
+            self._events.add(Severity.Warning, limitation.joint, limitation.reason, "limited")

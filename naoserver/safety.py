@@ -1,0 +1,359 @@
+"""Make commands safe before they reach a device's joints: pure logic, no I/O, time passed in.
+
+What it does to a command:
+
+- a value that is not finite, a joint that the device does not have: refused with InvalidCommand;
+- a target out of the joint's range, or out of the range that the other joint's angle leaves it (the
+  anti-collision tables of `naoserver.body`): clamped, also on the way there while both joints move;
+- a position speed above the cap (a fraction of the joint's full speed): capped;
+- a velocity: capped, reached and left by a ramp, ended at the joint's limit;
+- a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
+  robot time: a client that hangs stops the joint as soon however fast a simulation runs;
+- joints that one motor drives: told the same.
+
+Every change is told in the `Outcome`. Callers serialise the calls (`naoserver.guarded_device` does).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from naoserver.body import Coupling
+from naoserver.errors import InvalidCommand
+from naoserver.options import SafetyOptions
+from naoserver.outcome import Limitation, Outcome
+from naoserver.range_table import RangeTable
+from naoserver.robot import JointFacts, JointReading
+
+_REACHED: Final = 1e-3
+"""Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
+_ROUNDING: Final = 1e-9
+"""Change in rad (or m) by which a value that only went through arithmetic is not called limited."""
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Where a position command sends a joint, and at most how fast."""
+
+    target: float
+    speed: float
+
+
+@dataclass(slots=True)
+class _Drive:
+    """A joint that moves at a commanded velocity."""
+
+    target: float
+    velocity: float
+    """Velocity reached so far on the ramp to `target`."""
+    deadline: float
+    client: str
+
+
+class Safety:
+    """Watch over the joints of one device."""
+
+    def __init__(
+        self,
+        joints: Sequence[JointFacts],
+        options: SafetyOptions | None = None,
+        tables: Iterable[RangeTable] = (),
+        couplings: Iterable[Coupling] = (),
+    ) -> None:
+        self.options: Final = options or SafetyOptions()
+        self._facts = {joint.name: joint for joint in joints}
+        self._index = {joint.name: index for index, joint in enumerate(joints)}
+        self._tables = tuple(tables)
+        self._table_of = {table.dependent: table for table in self._tables}
+        self._couplings = tuple(couplings)
+        # A joint is in at most one of the two; in neither before its first command.
+        self._drives: dict[str, _Drive] = {}
+        self._goals: dict[str, Goal] = {}
+        self._issued: dict[str, tuple[float, float] | float] = {}  # the device's newest command of a joint
+        self._held_back: set[str] = set()  # joints that a range holds back, and that have been told
+        self._time = 0.0  # robot time of the last look
+
+    def goal(self, joint: str) -> Goal | None:
+        """Return where the joint was last sent; None before any position command and while it is driven."""
+        return self._goals.get(joint)
+
+    def velocity(self, joint: str) -> float:
+        """Return the velocity that the joint is commanded to reach, 0 unless it is driven by velocity."""
+        drive = self._drives.get(joint)
+        return drive.target if drive else 0.0
+
+    def speed_cap(self, joint: str) -> float:
+        """Return the highest speed that a command gets, in rad/s or m/s."""
+        options = self.options
+        return options.speed_fractions.get(joint, options.speed_fraction) * self._facts[joint].max_velocity
+
+    def move(
+        self, targets: Mapping[str, float], speeds: Mapping[str, float], reading: JointReading
+    ) -> Outcome:
+        """Send joints to `targets` at most at `speeds`; without a speed, or with 0, at the default.
+
+        Raises InvalidCommand, and then commands nothing.
+        """
+        wanted = self._checked(targets, "target")
+        limits = self._checked({joint: speed for joint, speed in speeds.items() if joint in wanted}, "speed")
+        for joint, speed in limits.items():
+            if speed < 0:
+                raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
+        outcome = Outcome()
+        self._wake(reading)
+        self._couple(wanted, outcome)
+        self._couple(limits, outcome)
+        for joint, target in wanted.items():
+            facts = self._facts[joint]
+            safe = _clamped(target, facts.lower, facts.upper)
+            if safe != target:
+                outcome.limitations.append(
+                    Limitation(joint, f"{target:.4g} is out of range, taken {safe:.4g}")
+                )
+            speed = limits.get(joint, 0.0) or self.options.default_fraction * facts.max_velocity
+            self._set_goal(joint, Goal(safe, self._capped(joint, speed, outcome)))
+        self._clear_tables(wanted, reading, outcome)
+        self._command(wanted, reading, outcome)
+        outcome.accepted = {joint: self._goals[joint].target for joint in targets}
+        return outcome
+
+    def drive(
+        self, velocities: Mapping[str, float], reading: JointReading, client: str, now: float
+    ) -> Outcome:
+        """Move joints at `velocities` until `now` plus the timeout, in steady wall time.
+
+        Raises InvalidCommand, and then commands nothing.
+        """
+        wanted = self._checked(velocities, "velocity")
+        outcome = Outcome()
+        self._wake(reading)
+        self._couple(wanted, outcome)
+        for joint, velocity in wanted.items():
+            before = self._drives.get(joint)
+            self._set_drive(
+                joint,
+                _Drive(
+                    target=self._capped(joint, velocity, outcome),
+                    velocity=before.velocity if before else 0.0,
+                    deadline=now + self.options.velocity_timeout,
+                    client=client,
+                ),
+            )
+        for table in self._tables:
+            dependent = table.dependent
+            if table.independent in wanted and dependent not in self._goals and dependent not in self._drives:
+                self._stay(dependent, reading)
+        outcome.accepted = {joint: self._drives[joint].target for joint in velocities}
+        self._command(wanted, reading, outcome)
+        return outcome
+
+    def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
+        """Stop joints at once, wherever they are."""
+        outcome = Outcome()
+        for joint in joints:
+            self._hold(joint, reading, outcome)
+        return outcome
+
+    def drop_client(self, client: str, reading: JointReading) -> Outcome:
+        """Stop what a client drives by velocity, because the client is lost."""
+        outcome = Outcome()
+        self._stop(
+            (joint for joint, drive in self._drives.items() if drive.client == client), reading, outcome
+        )
+        return outcome
+
+    def watch(self, reading: JointReading, now: float) -> Outcome:
+        """Look at the moving joints: stop what was not renewed, go on with ramps, keep clear of limits."""
+        outcome = Outcome()
+        self._stop(
+            (joint for joint, drive in self._drives.items() if now >= drive.deadline), reading, outcome
+        )
+        self._command((), reading, outcome)
+        return outcome
+
+    def next_watch(self, reading: JointReading, now: float) -> float | None:
+        """Return in how many wall seconds `watch` is due; None while nothing moves that it must look at."""
+        if self._drives:
+            first = min(drive.deadline for drive in self._drives.values())
+            return min(self.options.period, max(0.0, first - now))
+        return self.options.period if self._at_work(reading) else None
+
+    # -- checks ------------------------------------------------------------------------------------------
+
+    def _checked(self, values: Mapping[str, float], what: str) -> dict[str, float]:
+        for joint, value in values.items():
+            if joint not in self._facts:
+                raise InvalidCommand(
+                    joint, f"there is no joint {joint!r}; there are {', '.join(self._facts)}"
+                )
+            if not math.isfinite(value):
+                raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
+        return dict(values)
+
+    def _couple(self, values: dict[str, float], outcome: Outcome) -> None:
+        """Give joints of one motor the same value: the leader's, or the follower's if it alone has one."""
+        for pair in self._couplings:
+            leader, follower = values.get(pair.leader), values.get(pair.follower)
+            if leader is None and follower is None:
+                continue
+            values[pair.leader] = values[pair.follower] = leader if leader is not None else follower or 0.0
+            if leader is not None and follower is not None and leader != follower:
+                reason = f"shares its motor with {pair.leader}, whose {leader:.4g} it takes"
+                outcome.limitations.append(Limitation(pair.follower, reason))
+
+    def _capped(self, joint: str, speed: float, outcome: Outcome) -> float:
+        cap = self.speed_cap(joint)
+        safe = _clamped(speed, -cap, cap)
+        if abs(safe - speed) > _ROUNDING:
+            outcome.limitations.append(Limitation(joint, f"speed {speed:.4g} is too fast, taken {safe:.4g}"))
+        return safe
+
+    def _clear_tables(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
+        """Clamp goals to what the other joint's goal leaves, also those of joints that were not named."""
+        for table in self._tables:
+            joint = table.dependent
+            if (table.independent not in wanted and joint not in wanted) or joint in self._drives:
+                continue
+            if joint not in self._goals:
+                self._stay(joint, reading)
+            goal, other = self._goals[joint], self._goals.get(table.independent)
+            lower, upper = table.at(other.target if other else self._setpoint(table.independent, reading))
+            safe = _clamped(goal.target, lower, upper)
+            if abs(safe - goal.target) > _ROUNDING:
+                reason = f"{goal.target:.4g} would hit at this {table.independent}, taken {safe:.4g}"
+                outcome.limitations.append(Limitation(joint, reason))
+                self._goals[joint] = Goal(safe, goal.speed)
+
+    # -- what the joints are told ------------------------------------------------------------------------
+
+    def _set_goal(self, joint: str, goal: Goal) -> None:
+        self._drives.pop(joint, None)
+        self._goals[joint] = goal
+        self._issued.pop(joint, None)
+        self._held_back.discard(joint)
+
+    def _set_drive(self, joint: str, drive: _Drive) -> None:
+        self._goals.pop(joint, None)
+        self._drives[joint] = drive
+        self._issued.pop(joint, None)
+
+    def _stay(self, joint: str, reading: JointReading) -> None:
+        """Make where the joint is its goal, without telling the device."""
+        goal = Goal(
+            self._setpoint(joint, reading), self.options.default_fraction * self._facts[joint].max_velocity
+        )
+        self._set_goal(joint, goal)
+        self._issued[joint] = (goal.target, goal.speed)
+
+    def _hold(self, joint: str, reading: JointReading, outcome: Outcome) -> None:
+        self._stay(joint, reading)
+        outcome.velocities[joint] = 0.0
+        for table in self._tables:
+            goal = self._goals.get(table.dependent)
+            if table.independent == joint and goal is not None:
+                safe = _clamped(goal.target, *table.at(self._setpoint(joint, reading)))
+                self._goals[table.dependent] = Goal(safe, goal.speed)
+
+    def _stop(self, joints: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
+        for joint in list(joints):
+            if self._drives[joint].target != 0.0:
+                outcome.stopped.append(joint)
+            self._hold(joint, reading, outcome)
+
+    def _command(self, named: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
+        """Fill in what the device is to be told now: of joints named, driven, or ruled by a table."""
+        elapsed = max(0.0, reading.time - self._time)
+        self._time = reading.time
+        horizon = max(1.5 * elapsed, self.options.period)  # robot seconds that pass before the next look
+        for joint, drive in list(self._drives.items()):
+            self._ramp(joint, drive, elapsed)
+            if drive.velocity == drive.target == 0.0:
+                self._hold(joint, reading, outcome)
+            else:
+                self._command_drive(joint, drive.velocity, horizon, reading, outcome)
+        for joint in dict.fromkeys((*named, *self._table_of)):
+            goal = self._goals.get(joint)
+            if goal is not None:
+                safe = _clamped(goal.target, *self._range(joint, horizon, reading))
+                if safe == goal.target:
+                    self._held_back.discard(joint)
+                    self._issue_position(joint, safe, goal.speed, outcome)
+                    continue
+                other = self._table_of[joint].independent if joint in self._table_of else None
+                if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
+                    self._tell_once(joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome)
+                self._issue_position(joint, safe, self.speed_cap(joint), outcome)
+
+    def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
+        step = self._facts[joint].max_velocity / self.options.ramp_time * elapsed
+        drive.velocity += _clamped(drive.target - drive.velocity, -step, step)
+
+    def _command_drive(
+        self, joint: str, velocity: float, horizon: float, reading: JointReading, outcome: Outcome
+    ) -> None:
+        lower, upper = self._range(joint, horizon, reading)
+        setpoint = self._setpoint(joint, reading)
+        ahead = setpoint + velocity * horizon
+        inside = lower - _REACHED <= setpoint <= upper + _REACHED
+        end = _clamped(ahead if inside else setpoint, lower, upper)
+        if not inside or end != ahead:
+            self._tell_once(joint, f"stopped at its limit {end:.4g}", outcome)
+            self._issue_position(joint, end, abs(velocity) if inside else self.speed_cap(joint), outcome)
+            return
+        self._held_back.discard(joint)
+        if self._issued.get(joint) != velocity:
+            self._issued[joint] = velocity
+            outcome.velocities[joint] = velocity
+
+    def _issue_position(self, joint: str, target: float, speed: float, outcome: Outcome) -> None:
+        if self._issued.get(joint) != (target, speed):
+            self._issued[joint] = (target, speed)
+            outcome.positions[joint] = target
+            outcome.max_speeds[joint] = speed
+
+    def _tell_once(self, joint: str, reason: str, outcome: Outcome) -> None:
+        if joint not in self._held_back:
+            self._held_back.add(joint)
+            outcome.limitations.append(Limitation(joint, reason))
+
+    # -- where the joints are ----------------------------------------------------------------------------
+
+    def _setpoint(self, joint: str, reading: JointReading) -> float:
+        return reading.commands[self._index[joint]]
+
+    def _range(self, joint: str, horizon: float, reading: JointReading) -> tuple[float, float]:
+        """Return the range in which the joint may be until `horizon` robot seconds from now."""
+        facts = self._facts[joint]
+        table = self._table_of.get(joint)
+        if table is None:
+            return facts.lower, facts.upper
+        other = table.independent
+        setpoint = self._setpoint(other, reading)
+        if (drive := self._drives.get(other)) is not None:
+            step = drive.velocity * horizon
+        elif (goal := self._goals.get(other)) is not None:
+            step = _clamped(goal.target - setpoint, -goal.speed * horizon, goal.speed * horizon)
+        else:
+            step = 0.0
+        lower, upper = table.over((reading.positions[self._index[other]], setpoint, setpoint + step))
+        return max(lower, facts.lower), min(upper, facts.upper)
+
+    def _wake(self, reading: JointReading) -> None:
+        """After a rest, begin ramps and look-ahead with one period, however long the rest was."""
+        if not self._at_work(reading):
+            self._time = reading.time - self.options.period
+
+    def _at_work(self, reading: JointReading) -> bool:
+        joints = (joint for table in self._tables for joint in (table.independent, table.dependent))
+        return bool(self._drives) or any(self._moving(joint, reading) for joint in joints)
+
+    def _moving(self, joint: str, reading: JointReading) -> bool:
+        goal = self._goals.get(joint)
+        return goal is not None and abs(self._setpoint(joint, reading) - goal.target) > _REACHED
+
+
+def _clamped(value: float, lower: float, upper: float) -> float:
+    return min(max(value, lower), upper)
