@@ -289,6 +289,8 @@ class Safety:
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
         step = self._facts[joint].max_velocity / self.options.ramp_time * elapsed
+        if joint in self._held_back and drive.velocity * drive.target < 0.0:
+            drive.velocity = 0.0  # it stands at its limit: the way back begins from rest
         drive.velocity += _clamped(drive.target - drive.velocity, -step, step)
 
     def _command_drive(

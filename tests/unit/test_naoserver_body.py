@@ -1,0 +1,80 @@
+"""The facts of the H25 as the code sees them."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from naoserver.body import H25, Body
+from naoserver.errors import RobotError
+from naoserver.hinges import HINGES
+from naoserver.range_table import RangeTable
+
+HEAD = next(table for table in H25.anticollision if table.dependent == "HeadPitch")
+
+
+def test_the_body_is_whole():
+    assert len(H25.joints) == 26
+    assert sum(link.mass for link in H25.links) == pytest.approx(H25.facts["checks"]["total_mass"], abs=1e-5)
+    assert {joint.child for joint in H25.joints} == {link.name for link in H25.links} - {"torso"}
+
+
+def test_each_link_stands_after_the_one_that_carries_it():
+    joints = {joint.name: joint for joint in H25.joints}
+    seen = set()
+    for link in H25.links:
+        if link.parent_joint is not None:
+            assert joints[link.parent_joint].parent in seen
+        seen.add(link.name)
+
+
+def test_every_joint_belongs_to_one_hinge():
+    named = [joint for hinge in HINGES for _, joint in hinge.joints]
+    assert sorted(named) == sorted(H25.joint_names)
+
+
+def test_postures_are_within_the_ranges():
+    limits = {joint.name: joint for joint in H25.joints}
+    for name in ("STAND", "STAND_INIT", "CROUCH"):
+        for joint, angle in H25.postures[name].items():
+            assert limits[joint].lower - 0.01 <= angle <= limits[joint].upper + 0.01, (name, joint)
+
+
+def test_a_camera_has_a_rate_for_each_size():
+    for camera in H25.cameras:
+        assert len(camera.sizes) == len(camera.rates)
+        assert (320, 240) in camera.sizes
+        vertical = 2 * math.atan(math.tan(camera.horizontal_fov / 2) * 0.75)
+        assert math.degrees(vertical) == pytest.approx(H25.facts["cameras"]["v6"]["vfov_deg"], abs=0.1)
+
+
+def test_a_missing_section_is_named():
+    with pytest.raises(RobotError, match=r"short\.json.*'joints'"):
+        _ = Body({}, "short.json").joints
+
+
+def test_the_head_table_interpolates_and_ends_at_its_edges():
+    assert HEAD.at(0.0) == (-0.671951, 0.515047)
+    assert HEAD.at(-3.0) == HEAD.rows[0][1:]
+    assert HEAD.at(3.0) == HEAD.rows[-1][1:]
+    (a, low_a, high_a), (b, low_b, high_b) = HEAD.rows[0:2]
+    assert HEAD.at((a + b) / 2) == pytest.approx(((low_a + low_b) / 2, (high_a + high_b) / 2))
+
+
+@given(st.lists(st.floats(-3, 3), min_size=1, max_size=3), st.floats(0, 1))
+def test_a_range_over_a_sweep_holds_everywhere_in_it(angles, share):
+    lower, upper = HEAD.over(angles)
+    between = min(angles) + share * (max(angles) - min(angles))
+    low, high = HEAD.at(between)
+    assert lower >= low - 1e-9
+    assert upper <= high + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("rows", "reason"),
+    [((), "no rows"), (((0, 0, 1), (0, 0, 1)), "does not increase"), (((0, 1, 0),), "empty range")],
+)
+def test_a_table_that_makes_no_sense_is_refused(rows, reason):
+    with pytest.raises(RobotError, match=f"HeadPitch.*{reason}"):
+        RangeTable("HeadYaw", "HeadPitch", rows)

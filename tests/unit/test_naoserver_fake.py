@@ -1,0 +1,119 @@
+"""The fake robot keeps the contract of `naoserver.robot`, in virtual time."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from naoserver.errors import HardwareFailure
+from naoserver.fake import LAG, FakeRobot
+from naoserver.fake_camera import Ball, focal_length, project
+from naoserver.robot import Robot
+from zenoh_ice.clock import VirtualClock
+
+
+@pytest.fixture
+def clock():
+    return VirtualClock()
+
+
+@pytest.fixture
+def robot(clock):
+    return FakeRobot(clock, posture={})
+
+
+def head(robot):
+    reading = robot.read()
+    return reading.commands[0], reading.positions[0], reading.velocities[0]
+
+
+def test_it_is_a_robot(robot):
+    assert isinstance(robot, Robot)
+
+
+def test_a_position_command_moves_the_setpoint_at_its_speed(robot, clock):
+    robot.command_positions({"HeadYaw": 1.0}, {"HeadYaw": 0.5})
+    clock.advance(1.0)
+    setpoint, position, velocity = head(robot)
+    assert setpoint == pytest.approx(0.5)
+    assert position == pytest.approx(0.5 - 0.5 * LAG, abs=1e-6)
+    assert velocity == pytest.approx(0.5)
+    clock.advance(2.0)
+    assert head(robot) == pytest.approx((1.0, 1.0, 0.0))
+
+
+def test_a_velocity_command_goes_on_until_the_limit(robot, clock):
+    robot.command_velocities({"HeadYaw": -1.0})
+    clock.advance(1.5)
+    assert head(robot)[0] == pytest.approx(-1.5)
+    clock.advance(1.5)
+    assert head(robot)[0] == robot.joints[0].lower
+
+
+def test_velocity_zero_holds(robot, clock):
+    robot.command_positions({"HeadYaw": 1.0}, {"HeadYaw": 0.5})
+    clock.advance(1.0)
+    robot.command_velocities({"HeadYaw": 0.0})
+    clock.advance(1.0)
+    assert head(robot)[0] == pytest.approx(0.5)
+
+
+@given(st.lists(st.floats(0.001, 0.4), max_size=8))
+def test_its_answers_do_not_depend_on_how_often_it_is_asked(steps):
+    clocks = [VirtualClock(), VirtualClock()]
+    asked, left_alone = (FakeRobot(clock) for clock in clocks)
+    for robot in (asked, left_alone):
+        robot.command_positions({"HeadYaw": 1.0}, {"HeadYaw": 0.7})
+    for step in steps:
+        clocks[0].advance(step)
+        asked.read()
+    clocks[1].advance(clocks[0].now())
+    assert asked.read().positions == pytest.approx(left_alone.read().positions, abs=1e-6)
+
+
+def test_after_close_it_stands_still(robot, clock):
+    robot.command_velocities({"HeadYaw": 1.0})
+    robot.close()
+    robot.close()
+    robot.command_velocities({"HeadYaw": 1.0})
+    before = robot.read()
+    clock.advance(1.0)
+    assert robot.read() == before
+    with pytest.raises(HardwareFailure, match="closed"):
+        robot.capture("Camera", 320, 240)
+
+
+def test_the_camera_sees_a_ball_where_the_head_does_not_look(robot, clock):
+    frame = robot.capture("Camera", 320, 240)
+    assert frame.pixels.shape == (240, 320, 3)
+    assert not np.array_equal(frame.pixels[0, 0], (220, 30, 30))
+    reds = np.argwhere((frame.pixels == (220, 30, 30)).all(axis=2))
+    assert len(reds) > 100
+    assert reds[:, 1].mean() > 160, "a ball to the right is right of the centre"
+    robot.command_positions({"HeadYaw": -0.15}, {"HeadYaw": 5.0})
+    clock.advance(1.0)
+    reds = np.argwhere((robot.capture("Camera", 320, 240).pixels == (220, 30, 30)).all(axis=2))
+    assert reds[:, 1].mean() + 0.5 == pytest.approx(160, abs=1.0)
+
+
+def test_looking_down_raises_the_ball_in_the_image(robot):
+    camera = robot.cameras[0]
+    ball = Ball(0.0, 1.0, 0.5, (1, 1, 1))
+    assert project(camera, 0.0, 0.3, ball)[2] > project(camera, 0.0, 0.0, ball)[2]
+
+
+def test_the_focal_length_gives_the_field_of_view(robot):
+    camera = robot.cameras[0]
+    assert 2 * math.atan(160 / focal_length(camera, 320)) == pytest.approx(camera.horizontal_fov)
+
+
+def test_a_camera_that_fails_says_why(clock):
+    with pytest.raises(HardwareFailure, match="libegl1"):
+        FakeRobot(clock, camera_failure="install libegl1").capture("Camera", 320, 240)
+
+
+def test_an_unknown_camera_is_named(robot):
+    with pytest.raises(HardwareFailure, match="'CameraBack'"):
+        robot.capture("CameraBack", 320, 240)
