@@ -1,44 +1,133 @@
-"""What a person sees of the robot: the bare blocks, or a skin."""
+"""Paint on the links of the body: materials, shells and primitives that are seen and never touched."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from typing import Final
 
 import mujoco
+import numpy as np
+
+from naoserver_sim.mesh import Mesh
 
 VISUAL_GROUP: Final = 1
-_BLOCK: Final = (0.75, 0.76, 0.78, 1.0)
-_DARK: Final = (0.3, 0.32, 0.35, 1.0)
+"""The geoms of this group are what the cameras see of the robot."""
 
-# Half sizes and places in m of the boxes of the links on the left; the right ones are their mirror images.
-_BOXES: Final = {
-    "torso": ((0.045, 0.06, 0.095), (0.0, 0.0, 0.02)),
-    "l_upper_arm": ((0.0525, 0.03, 0.03), (0.05, 0.01, 0.0)),
-    "l_forearm": ((0.028, 0.03, 0.03), (0.028, 0.0, 0.0)),
-    "l_wrist_hand": ((0.035, 0.02, 0.02), (0.04, 0.0, 0.0)),
-    "l_thigh": ((0.035, 0.035, 0.05), (0.0, 0.0, -0.05)),
-    "l_tibia": ((0.035, 0.03, 0.05), (0.0, 0.0, -0.05)),
-    "l_foot": ((0.075, 0.044, 0.02), (0.024, 0.006, -0.025)),
-}
+Vector = tuple[float, float, float]
 
 
-def add_blocks(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody]) -> None:
-    """Show the mechanical blocks: a box for each limb and a sphere for the head."""
-    del spec
-    for name, (size, (x, y, z)) in _BOXES.items():
-        for side, sign in ((name, 1), ("r" + name[1:], -1)) if name[1] == "_" else ((name, 1),):
-            _add(links[side], mujoco.mjtGeom.mjGEOM_BOX, size, (x, sign * y, z), _BLOCK)
-    _add(links["head"], mujoco.mjtGeom.mjGEOM_SPHERE, (0.062, 0, 0), (0, 0, 0.052), _BLOCK)
-    for side in ("l", "r"):
-        for joint in ("shoulder", "elbow", "hip", "ankle"):
-            _add(links[f"{side}_{joint}"], mujoco.mjtGeom.mjGEOM_SPHERE, (0.028, 0, 0), (0, 0, 0), _DARK)
+class Material(Enum):
+    """Colors (red, green, blue), specular and shininess, each 0 to 1, and emission."""
+
+    WHITE = ((0.93, 0.93, 0.94), 0.6, 0.8, 0.0)
+    LIGHT_GREY = ((0.80, 0.81, 0.83), 0.4, 0.6, 0.0)
+    GREY = ((0.42, 0.44, 0.47), 0.2, 0.3, 0.0)
+    DARK = ((0.16, 0.17, 0.19), 0.2, 0.4, 0.0)
+    BLACK = ((0.03, 0.03, 0.04), 0.6, 0.9, 0.0)
+    # As far from red as orange goes: who looks for a red ball must not find the robot's own body.
+    ORANGE = ((0.98, 0.56, 0.05), 0.5, 0.7, 0.0)
+    LED = ((0.45, 0.85, 1.0), 0.0, 0.0, 0.6)
+
+    def __init__(self, rgb: Vector, specular: float, shininess: float, emission: float) -> None:
+        self.rgb = rgb
+        self.specular = specular
+        self.shininess = shininess
+        self.emission = emission
 
 
-def _add(link: Any, kind: Any, size: Any, pos: Any, rgba: Any) -> None:
-    link.add_geom(
-        type=kind, size=size, pos=pos, rgba=rgba, group=VISUAL_GROUP, contype=0, conaffinity=0, mass=0
-    )
+class Painter:
+    """Add what is seen to the links of a body.
+
+    What is painted on a link of the left side (`l_...`) is painted on the right one, too, mirrored. On a link
+    in the middle `twice=True` adds the mirror image. Lengths in m in the link's frame.
+    """
+
+    def __init__(self, spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody]) -> None:
+        self._spec = spec
+        self._links = links
+        self._meshes = 0
+        for material in Material:
+            spec.add_material(
+                name=material.name,
+                rgba=[*material.rgb, 1.0],
+                specular=material.specular,
+                shininess=material.shininess,
+                emission=material.emission,
+            )
+
+    def shell(self, link: str, mesh: Mesh, material: Material, *, twice: bool = False) -> None:
+        """Add a mesh."""
+        for place, mirror in self._places(link, twice=twice):
+            name = f"{place}_{self._meshes}"
+            self._meshes += 1
+            side = mesh.mirrored() if mirror else mesh
+            self._spec.add_mesh(
+                name=name,
+                uservert=side.vertices.flatten(),
+                userface=side.faces.flatten(),
+                smoothnormal=True,
+            )
+            self._add(place, material, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+
+    def ellipsoid(
+        self, link: str, half: Vector, at: Vector, material: Material, *, twice: bool = False
+    ) -> None:
+        """Add an ellipsoid with half axes `half`."""
+        for place, mirror in self._places(link, twice=twice):
+            kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID
+            self._add(place, material, type=kind, size=half, pos=_reflected(at, mirror=mirror))
+
+    def box(self, link: str, half: Vector, at: Vector, material: Material) -> None:
+        """Add a box with half sides `half`."""
+        for place, mirror in self._places(link, twice=False):
+            kind = mujoco.mjtGeom.mjGEOM_BOX
+            self._add(place, material, type=kind, size=half, pos=_reflected(at, mirror=mirror))
+
+    def capsule(self, link: str, radius: float, ends: tuple[Vector, Vector], material: Material) -> None:
+        """Add a capsule between the centers of its round ends."""
+        for place, mirror in self._places(link, twice=False):
+            fromto = [value for end in ends for value in _reflected(end, mirror=mirror)]
+            kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+            self._add(place, material, type=kind, size=[radius, 0, 0], fromto=fromto)
+
+    def disc(
+        self,
+        link: str,
+        radius: float,
+        thickness: float,
+        at: Vector,
+        normal: Vector,
+        material: Material,
+        *,
+        twice: bool = False,
+    ) -> None:
+        """Add a disc round `at` whose axis is `normal`."""
+        for place, mirror in self._places(link, twice=twice):
+            quat = np.zeros(4)
+            direction = np.array(_reflected(normal, mirror=mirror))
+            mujoco.mju_quatZ2Vec(quat, direction / np.linalg.norm(direction))
+            self._add(
+                place,
+                material,
+                type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+                size=[radius, thickness / 2, 0],
+                pos=_reflected(at, mirror=mirror),
+                quat=quat,
+            )
+
+    def _places(self, link: str, *, twice: bool) -> list[tuple[str, bool]]:
+        """Return the links to paint on, each with whether it is the mirror image."""
+        if link.startswith("l_"):
+            return [(link, False), (f"r_{link[2:]}", True)]
+        return [(link, False), (link, True)] if twice else [(link, False)]
+
+    def _add(self, link: str, material: Material, **shape: mujoco.mjtGeom | str | Sequence[float]) -> None:
+        self._links[link].add_geom(
+            material=material.name, group=VISUAL_GROUP, contype=0, conaffinity=0, mass=0, **shape
+        )
 
 
-add_skin = add_blocks
+def _reflected(vector: Vector, *, mirror: bool) -> Vector:
+    x, y, z = vector
+    return (x, -y, z) if mirror else vector

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.robot import CameraFacts, JointFacts
-from naoserver_sim.appearance import add_blocks, add_skin
+from naoserver_sim.appearance import Painter
+from naoserver_sim.blocks import paint_blocks
 from naoserver_sim.body import TORSO, add_body, sole
+from naoserver_sim.skin import paint_skin
 from naoserver_sim.world import BALLS, SPECTATOR, Ball, add_ball, add_surroundings
 
 TIMESTEP: Final = 0.0025
@@ -75,7 +77,7 @@ def build_model(body: Body = H25, balls: Sequence[Ball] = BALLS, *, skin: bool =
     cameras = simulated_cameras(body)
     add_surroundings(spec)
     links = add_body(spec, body, cameras[: len(body.cameras)])
-    (add_skin if skin else add_blocks)(spec, links)
+    (paint_skin if skin else paint_blocks)(Painter(spec, links))
     for ball in balls:
         add_ball(spec, ball)
     mj = spec.compile()

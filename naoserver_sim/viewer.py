@@ -1,0 +1,51 @@
+"""MuJoCo's own window on the running simulation."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import threading
+from collections.abc import Callable
+from typing import Final
+
+import mujoco
+
+from naoserver.errors import HardwareFailure
+from naoserver_sim.simulator import Snapshot
+
+_FRAME_INTERVAL: Final = 1 / 30
+
+
+def check_display() -> None:
+    """Raise HardwareFailure when there is no display to open a window on."""
+    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise HardwareFailure(
+            "there is no display to open a window on: run with --headless and watch the stream of"
+            " CameraOutside, or set DISPLAY"
+        )
+
+
+def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: threading.Event) -> None:
+    """Show the newest snapshots in a window until it is closed or `ended` is set.
+
+    To be called from the main thread. The window shows a copy: what is pushed about in it does not reach the
+    simulation.
+
+    Raises HardwareFailure when the window cannot be opened.
+    """
+    check_display()
+    data = mujoco.MjData(mj)
+    try:
+        window = importlib.import_module("mujoco.viewer").launch_passive(mj, data, show_left_ui=False)
+    except (ImportError, RuntimeError, mujoco.FatalError) as error:
+        raise HardwareFailure(f"the window cannot be opened: {error}") from error
+    with window:
+        while window.is_running() and not ended.wait(_FRAME_INTERVAL):
+            snapshot = newest()
+            with window.lock():
+                data.time = snapshot.time
+                data.qpos[:] = snapshot.qpos
+                mujoco.mj_kinematics(mj, data)
+                mujoco.mj_comPos(mj, data)
+                mujoco.mj_camlight(mj, data)
+            window.sync()
