@@ -9,6 +9,7 @@ from interfaces.jderobot import Pose3DEncodersPrx, Pose3DMotorsData, Pose3DMotor
 from zenoh_ice import Communicator
 
 from .axes import AxisLimits, AxisPosition
+from .color import Color
 
 __all__ = ["Ball"]
 
@@ -21,15 +22,15 @@ class Ball:
     Every method talks to the server and raises the exceptions of zenoh_ice.
     """
 
-    def __init__(self, color: str, motors: Pose3DMotorsPrx, encoders: Pose3DEncodersPrx) -> None:
+    def __init__(self, color: Color, motors: Pose3DMotorsPrx, encoders: Pose3DEncodersPrx) -> None:
         self.color = color
         self._motors = motors
         self._encoders = encoders
         self.limits = AxisLimits.from_params(motors.getPose3DMotorsParams())
 
     @classmethod
-    def connect(cls, communicator: Communicator, color: str) -> Ball:
-        """Return the ball of a color, such as `green`: identities BallGreenMotors and BallGreenEncoders."""
+    def connect(cls, communicator: Communicator, color: Color) -> Ball:
+        """Return the ball of a color; of green the identities are BallGreenMotors and BallGreenEncoders."""
         identity = f"Ball{color.capitalize()}"
         motors = Pose3DMotorsPrx.checkedCast(communicator.stringToProxy(f"{identity}Motors"))
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy(f"{identity}Encoders"))

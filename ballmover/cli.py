@@ -20,8 +20,8 @@ from zenoh_ice.command import (
     run,
 )
 
-from .exceptions import BallMoverException
-from .waypoints import Waypoint, built_in_waypoints, read_waypoints
+from .color import Color
+from .waypoints import built_in_waypoints, read_waypoints
 
 __all__ = ["app", "main"]
 
@@ -36,13 +36,14 @@ ballmover red figure.csv --once              a file of your own, once
 ballmover green --speed 0.1 --connect tcp/192.168.1.7:7447
 
 A file has one waypoint a line: x, y, z in metres (x forward of the robot, y to its left, z up from the
-ground), then, if you like, a speed in m/s and a time to stay in s. TOML works too: one [[waypoints]] for each."""
+ground), then, if you like, a speed in m/s and a time to stay in s. TOML works too: one [[waypoints]] for
+each."""
 
 
 @app.command(epilog=_EPILOG)
 def move(
     *,
-    color: Annotated[str, typer.Argument(metavar="COLOR", help="Ball to move: green or red.")],
+    color: Annotated[Color, typer.Argument(help="Ball to move.")],
     waypoints: Annotated[
         Path | None,
         typer.Argument(metavar="[WAYPOINTS]", help="CSV or TOML file; without it the built-in waypoints."),
@@ -82,7 +83,7 @@ def move(
         show_config=show_config,
         log_level=log_level,
     )
-    points = _read(color, waypoints)
+    points = read_waypoints(waypoints) if waypoints else built_in_waypoints(color)
 
     from zenoh_ice import initialize
 
@@ -97,17 +98,6 @@ def move(
         with Progress(color, route) as progress:
             mover = Mover(ball, communicator.clock, route, progress, tolerance=tolerance, limit=limit)
             mover.run(loop=loop)
-
-
-def _read(color: str, path: Path | None) -> list[Waypoint]:
-    if path is not None:
-        return read_waypoints(path)
-    points = built_in_waypoints(color)
-    if points is None:
-        raise BallMoverException(
-            f"there are no built-in waypoints for a {color} ball: name a file of waypoints"
-        )
-    return points
 
 
 def main() -> None:

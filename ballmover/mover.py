@@ -6,7 +6,7 @@ import logging
 import time
 from typing import Final, Protocol
 
-from zenoh_ice import Clock
+from zenoh_ice.clock import Clock
 from zenoh_ice.exceptions import (
     ConnectionLostException,
     ObjectNotExistException,
@@ -158,7 +158,8 @@ class Mover:
             if self._clock.now() >= deadline:
                 raise NotArrivedException(
                     f"{stop.waypoint}: after {self._limit:g} s the ball is still {error:.3f} m away, more "
-                    f"than the tolerance of {self._tolerance:g} m; is it blocked, or does somebody else move it?"
+                    f"than the tolerance of {self._tolerance:g} m; is it blocked, or does somebody else "
+                    "move it?"
                 )
             self._tick()
             self._ball.command(stop.axes)

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from .axes import Point
+from .color import Color
 from .route import Route, Stop
 
 __all__ = ["Progress"]
@@ -27,7 +28,7 @@ class Progress:
     """
 
     def __init__(
-        self, color: str, route: Route, console: Console | None = None, errors: Console | None = None
+        self, color: Color, route: Route, console: Console | None = None, errors: Console | None = None
     ) -> None:
         self._color = color
         self._count = len(route.stops)

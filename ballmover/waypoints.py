@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Final
 
 from .axes import Point
+from .color import Color
 from .exceptions import WaypointException
 
 __all__ = ["Waypoint", "built_in_waypoints", "parse_csv", "parse_toml", "read_waypoints"]
@@ -75,11 +76,11 @@ def read_waypoints(path: Path) -> list[Waypoint]:
     return parse(text, str(path))
 
 
-def built_in_waypoints(color: str) -> list[Waypoint] | None:
-    """Return the waypoints that come with a ball of this color, or None when there are none."""
+def built_in_waypoints(color: Color) -> list[Waypoint]:
+    """Return the waypoints that come with a ball."""
     name = f"{color}.csv"
     file = resources.files(__package__) / "paths" / name
-    return parse_csv(file.read_text(encoding="utf-8"), name) if file.is_file() else None
+    return parse_csv(file.read_text(encoding="utf-8"), name)
 
 
 def parse_csv(text: str, name: str) -> list[Waypoint]:

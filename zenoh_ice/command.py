@@ -168,11 +168,11 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     in the main thread, so `with` and `finally` clean up wherever they strike. While that goes on further ones
     are ignored, but not for ever.
     """
-    stop = _StopOnSignal()
-    stop.install()
+    errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
+    _StopOnSignal().install()
     try:
         app()
-    except (ZenohIceError, *expected) as error:
+    except errors as error:
         _logger.debug("the command failed", exc_info=True)
         typer.echo(f"{Path(sys.argv[0]).name}: error: {' '.join(str(error).split())}", err=True)
         sys.exit(1)

@@ -1,0 +1,14 @@
+"""The balls of the simulated world."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+__all__ = ["Color"]
+
+
+class Color(StrEnum):
+    """The color of a ball, by which it is known."""
+
+    GREEN = "green"
+    RED = "red"

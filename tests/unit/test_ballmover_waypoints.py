@@ -1,0 +1,174 @@
+"""Files of waypoints: what they may hold, and how a bad one is refused."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ballmover.axes import Point
+from ballmover.color import Color
+from ballmover.exceptions import WaypointException
+from ballmover.waypoints import Waypoint, built_in_waypoints, parse_csv, parse_toml, read_waypoints
+
+coordinates = st.floats(-100, 100)
+waypoints = st.builds(
+    Waypoint,
+    st.builds(Point, coordinates, coordinates, coordinates),
+    st.none() | st.floats(0.001, 10),
+    st.floats(0, 100),
+)
+
+
+def bare(points):
+    return [(p.point, p.speed, p.dwell) for p in points]
+
+
+def test_csv_with_header_comments_and_empty_cells():
+    text = "# a figure\nz, x, y, dwell, speed\n\n0.5, 0.9, -0.1,, 0.2  # fast\r\n 0.6 ,0.8,0,\n"
+    assert parse_csv(text, "f.csv") == [
+        Waypoint(Point(0.9, -0.1, 0.5), 0.2, 0.0, "f.csv:4"),
+        Waypoint(Point(0.8, 0.0, 0.6), None, 0.0, "f.csv:5"),
+    ]
+
+
+def test_csv_without_header():
+    assert bare(parse_csv("0.9,0,0.5\n0.9,0.1,0.5,0.3,2", "f")) == [
+        (Point(0.9, 0, 0.5), None, 0.0),
+        (Point(0.9, 0.1, 0.5), 0.3, 2.0),
+    ]
+
+
+def test_toml():
+    text = "[[waypoints]]\nx = 1\ny = 0.5\nz = 0.25\n\n[[waypoints]]\nx = 1\ny = 0\nz = 0.25\nspeed = 0.1\ndwell = 1\n"
+    assert parse_toml(text, "f.toml") == [
+        Waypoint(Point(1.0, 0.5, 0.25), None, 0.0, "f.toml:1"),
+        Waypoint(Point(1.0, 0.0, 0.25), 0.1, 1.0, "f.toml:6"),
+    ]
+
+
+@given(st.lists(waypoints, min_size=1, max_size=20))
+def test_csv_gives_back_what_was_written(points):
+    lines = [
+        f"{p.point.x!r}, {p.point.y!r}, {p.point.z!r}, {'' if p.speed is None else repr(p.speed)}, {p.dwell!r}"
+        for p in points
+    ]
+    assert bare(parse_csv("\n".join(lines), "f")) == bare(points)
+
+
+@given(st.lists(waypoints, min_size=1, max_size=20))
+def test_toml_gives_back_what_was_written(points):
+    tables = [
+        f"[[waypoints]]\nx={p.point.x!r}\ny={p.point.y!r}\nz={p.point.z!r}\ndwell={p.dwell!r}\n"
+        + ("" if p.speed is None else f"speed={p.speed!r}\n")
+        for p in points
+    ]
+    assert bare(parse_toml("".join(tables), "f")) == bare(points)
+
+
+@given(st.text(alphabet="xyzspedwl0123456789.,-#e \n\r;naif[]=\"'", max_size=80))
+def test_any_text_is_read_or_refused_by_our_exception(text):
+    refused = []
+    for parse in (parse_csv, parse_toml):
+        try:
+            points = parse(text, "f")
+        except WaypointException as error:
+            refused.append(str(error))
+            continue
+        assert points
+        assert all(math.isfinite(value) for p in points for value in (*p.point, p.dwell))
+    assert all(message.startswith("f:") for message in refused)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0.9,0,0.5\n0.9,zero,0.5", "f:2: y must be a number, not 'zero'"),
+        ("0.9,0", "f:1: z is missing"),
+        ("0.9,,0.5", "f:1: y is missing"),
+        ("0.9,0,0.5,0.1,0,7", "f:1: 6 values; at most 5"),
+        ("0.9,0,nan", "f:1: z must be finite, not nan"),
+        ("0.9,0,1e999", "f:1: z must be finite, not inf"),
+        ("0.9,0,0.5,0", "f:1: speed must be above 0 m/s, not 0"),
+        ("0.9,0,0.5,,-1", "f:1: dwell must not be negative"),
+        ("x,y,hight\n1,2,3", "f:1: there is no column 'hight'"),
+        ("x,y,y,z\n1,2,3,4", "f:1: column 'y' appears twice"),
+        ("x,y\n1,2", "f:1: column 'z' is missing"),
+        ("x,,y,z\n1,,2,3", "f:1: there is no column ''"),
+        ("", "f: there is no waypoint in it"),
+        ("x,y,z\n# nothing\n", "f: there is no waypoint in it"),
+    ],
+)
+def test_bad_csv_is_refused_with_line_and_reason(text, message):
+    with pytest.raises(WaypointException) as raised:
+        parse_csv(text, "f")
+    assert str(raised.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[[waypoints]]\nx = 1\ny = \nz = 2", "f:3: not TOML"),
+        ("[[waypoints]]\nx = 1\n\n[[waypoints]]\nx = 1\ny = 1", "f:1: y is missing"),
+        (
+            "[[waypoints]]\nx=1\ny=1\nz=1\n\n[[waypoints]]\nx=1\ny=1\nz='a'",
+            "f:6: z must be a number, not 'a'",
+        ),
+        ("[[waypoints]]\nx=1\ny=1\nz=true", "f:1: z must be a number, not True"),
+        ("[[waypoints]]\nx=1\ny=1\nz=1\nw=1", "f:1: there is no key 'w'"),
+        (f"[[waypoints]]\nx=1\ny=1\nz=1{'0' * 400}", "f:1: z is too large"),
+        ("waypoints = [{x=1,y=1,z=1}, {x=1,y=1}]", "f: waypoint 2: z is missing"),
+        ("waypoints = [3]", "f: waypoint 1: a waypoint is a table"),
+        ("waypoints = 3", "f: waypoints must be a list"),
+        ("points = 3", "f: there is no key 'points'"),
+        ("x = " + "[" * 100_000, "f: nested too deeply"),
+        ("", "f: there is no waypoint in it"),
+    ],
+)
+def test_bad_toml_is_refused_with_line_and_reason(text, message):
+    with pytest.raises(WaypointException) as raised:
+        parse_toml(text, "f")
+    assert str(raised.value).startswith(message)
+
+
+def test_a_file_is_read_by_its_ending(tmp_path):
+    csv, toml = tmp_path / "a.csv", tmp_path / "a.TOML"
+    csv.write_text("\ufeffx,y,z\n1,2,3\n", encoding="utf-8")
+    toml.write_text("[[waypoints]]\nx=1\ny=2\nz=3\n")
+    assert bare(read_waypoints(csv)) == bare(read_waypoints(toml)) == [(Point(1, 2, 3), None, 0.0)]
+
+
+def test_a_file_that_cannot_be_read_is_refused(tmp_path):
+    with pytest.raises(WaypointException, match="cannot read the waypoints: No such file"):
+        read_waypoints(tmp_path / "none.csv")
+    with pytest.raises(WaypointException, match="Is a directory"):
+        read_waypoints(tmp_path)
+    binary = tmp_path / "binary.csv"
+    binary.write_bytes(b"1,2,3\n\xff\xfe")
+    with pytest.raises(WaypointException, match=r"binary\.csv:2: not UTF-8"):
+        read_waypoints(binary)
+    big = tmp_path / "big.csv"
+    big.write_bytes(b"#" * (2 << 20))
+    with pytest.raises(WaypointException, match="larger than 1048576 bytes"):
+        read_waypoints(big)
+
+
+EYE_HEIGHT = 0.49  # m, of the top camera in StandInit
+
+
+@pytest.mark.parametrize("color", list(Color))
+def test_built_in_waypoints_are_before_the_robot(color):
+    for waypoint in built_in_waypoints(color):
+        point = waypoint.point
+        assert 0.7 <= math.hypot(point.x, point.y) <= 1.2
+        assert abs(math.atan2(point.y, point.x)) <= math.radians(60)
+        assert 0.3 <= point.z <= 0.75
+        assert waypoint.speed == 0.25
+
+
+def test_the_built_in_red_ball_never_hides_the_green_one():
+    green, red = built_in_waypoints(Color.GREEN), built_in_waypoints(Color.RED)
+    assert min(p.point.z for p in green) > EYE_HEIGHT + 0.05
+    assert max(p.point.z for p in red) < EYE_HEIGHT - 0.05

@@ -1,0 +1,130 @@
+"""Clocks: the wall's, and the one that tests move."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from zenoh_ice.clock import Clock, ClockStalledException, VirtualClock, WallClock
+
+
+def start(function, name=None):
+    thread = threading.Thread(target=function, name=name)
+    thread.start()
+    return thread
+
+
+def join(*threads):
+    for thread in threads:
+        thread.join(10.0)
+        assert not thread.is_alive()
+
+
+@pytest.mark.parametrize("clock", [WallClock(), VirtualClock()])
+def test_clocks_fulfill_the_protocol(clock):
+    assert isinstance(clock, Clock)
+    assert clock.rate == 1.0
+
+
+def test_wall_clock_waits_at_least_as_long_as_told():
+    clock = WallClock()
+    start_time = clock.now()
+    clock.sleep(0.02)
+    clock.sleep_until(start_time + 0.04)
+    assert not clock.wait(threading.Event(), 0.01)
+    assert clock.now() - start_time >= 0.05
+    clock.sleep(-1.0)
+    clock.sleep_until(start_time)
+
+
+def test_wall_clock_ends_a_wait_with_its_event():
+    event = threading.Event()
+    event.set()
+    assert WallClock().wait(event, 60.0)
+
+
+def test_virtual_clock_stands_still_until_it_is_advanced():
+    clock = VirtualClock(5.0)
+    assert clock.now() == 5.0
+    time.sleep(0.005)
+    assert clock.now() == 5.0
+    clock.advance(0.25)
+    assert clock.now() == 5.25
+    with pytest.raises(ValueError, match="backwards"):
+        clock.advance(-0.1)
+
+
+def test_virtual_clock_does_not_drift():
+    clock = VirtualClock()
+    for _ in range(100_000):
+        clock.advance(0.1)
+    assert clock.now() == 10_000.0
+
+
+def test_virtual_clock_wakes_sleepers_in_order_of_time():
+    clock = VirtualClock()
+    log = []
+
+    def tick(name, period, count):
+        for _ in range(count):
+            clock.sleep(period)
+            log.append((name, clock.now()))
+
+    threads = []
+    for number, (name, period, count) in enumerate([("a", 0.3, 2), ("b", 0.2, 3), ("c", 0.2, 1)], start=1):
+        threads.append(start(lambda n=name, p=period, c=count: tick(n, p, c)))
+        clock.wait_for_waiters(number)
+    clock.advance(1.0)
+    join(*threads)
+    # At 0.6 s "a" comes first: it began to wait at 0.3 s, "b" at 0.4 s.
+    assert log == [("b", 0.2), ("c", 0.2), ("a", 0.3), ("b", 0.4), ("a", 0.6), ("b", 0.6)]
+    assert clock.now() == 1.0
+    assert clock.waiting == 0
+
+
+def test_virtual_clock_wakes_a_waiter_by_event_or_by_time():
+    clock = VirtualClock()
+    event = threading.Event()
+    results = []
+    thread = start(lambda: results.append((clock.wait(event, 1.0), clock.now())))
+    clock.wait_for_waiters(1)
+    clock.advance(1.0)
+    join(thread)
+    thread = start(lambda: results.append((clock.wait(event, 1.0), clock.now())))
+    clock.wait_for_waiters(1)
+    clock.advance(0.5)
+    event.set()
+    join(thread)
+    assert results == [(False, 1.0), (True, 1.5)]
+    assert clock.wait(event, 1.0)
+
+
+def test_past_times_do_not_wait():
+    clock = VirtualClock(10.0)
+    clock.sleep(0.0)
+    clock.sleep(-1.0)
+    clock.sleep_until(9.0)
+    assert not clock.wait(threading.Event(), 0.0)
+
+
+def test_a_sleeper_that_nobody_wakes_is_told():
+    with pytest.raises(ClockStalledException, match="nobody advanced"):
+        VirtualClock(limit=0.02).sleep(1.0)
+
+
+def test_a_woken_thread_that_hangs_is_named():
+    clock = VirtualClock(limit=0.05)
+    release = threading.Event()
+
+    def hang():
+        clock.sleep(1.0)
+        release.wait(10.0)
+
+    thread = start(hang, name="culprit")
+    clock.wait_for_waiters(1)
+    with pytest.raises(ClockStalledException, match="'culprit'"):
+        clock.advance(2.0)
+    release.set()
+    join(thread)

@@ -1,0 +1,152 @@
+"""What commands share: exit codes, signals, logging, and quick help."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+HEADER = """
+import sys, time, typer
+from pathlib import Path
+from zenoh_ice.command import *
+from zenoh_ice.exceptions import ConnectFailedException
+
+app = typer.Typer()
+"""
+
+
+def script(body: str) -> list[str]:
+    return [sys.executable, "-c", HEADER + textwrap.dedent(body) + "\nrun(app)\n"]
+
+
+def finish(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    try:
+        out, err = process.communicate(timeout=20)
+    finally:
+        process.kill()
+    return process.returncode, out, err
+
+
+def start(body: str, *arguments: str, **options) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [*script(body), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+    )
+
+
+OPTIONS = """
+@app.command()
+def command(*, realm: Realm = None, connect: Connect = None, listen: Listen = None, clock: ClockChoice = None,
+            timeout: Timeout = None, config: Config = None, show_config: ShowConfig = False,
+            log_level: LogLevel = None) -> None:
+    settings = configure(realm=realm, connect=connect, listen=listen, clock=clock, timeout=timeout,
+                         config=config, show_config=show_config, log_level=log_level,
+                         defaults={"listen": ["tcp/127.0.0.1:7447"]})
+    import logging
+    logging.getLogger("robot.arm").info("reached %d", 3)
+    typer.echo(settings.realm)
+"""
+
+
+def test_options_become_settings_and_logs_go_to_stderr():
+    code, out, err = finish(start(OPTIONS, "--realm", "lab", "--log-level", "info"))
+    assert (code, out) == (0, "lab\n")
+    assert "INFO     robot.arm: reached 3" in err
+
+
+def test_show_config_tells_values_and_origins(tmp_path):
+    file = tmp_path / "robot.toml"
+    file.write_text("timeout = 1.5")
+    flags = ["--connect", "tcp/10.0.0.1:7447", "--connect", "tcp/10.0.0.2:7447", "--config", str(file)]
+    code, out, _ = finish(start(OPTIONS, "--show-config", *flags))
+    assert code == 0
+    lines = [" ".join(line.split()) for line in out.splitlines()]
+    assert "connect ['tcp/10.0.0.1:7447', 'tcp/10.0.0.2:7447'] --connect" in lines
+    assert f"timeout 1.5 {file}" in lines
+    assert "listen ['tcp/127.0.0.1:7447'] default" in lines
+
+
+def test_our_errors_are_one_line_and_exit_code_1():
+    body = """
+    @app.command()
+    def command() -> None:
+        raise ConnectFailedException("nobody answers at tcp/127.0.0.1:1\\nstart naoserver-sim")
+    """
+    code, out, err = finish(start(body))
+    assert (code, out) == (1, "")
+    assert err == "-c: error: nobody answers at tcp/127.0.0.1:1 start naoserver-sim\n"
+
+
+def test_a_bad_setting_names_its_flag():
+    code, _, err = finish(start(OPTIONS, "--realm", "a/b"))
+    assert code == 1
+    assert err.startswith("-c: error: --realm: realm = 'a/b': ")
+    assert err.count("\n") == 1
+
+
+def test_wrong_usage_is_exit_code_2():
+    code, _, err = finish(start(OPTIONS, "--reelm", "lab"))
+    assert code == 2
+    assert "--reelm" in err
+
+
+SERVE = """
+@app.command()
+def command() -> None:
+    try:
+        print("ready", flush=True)
+        time.sleep(60)
+    finally:
+        print("cleaning", flush=True)
+        time.sleep(0.3)
+        print("clean", flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("number", "expected"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_signals_clean_up_and_set_the_exit_code(number, expected):
+    process = start(SERVE)
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(number)
+    code, out, err = finish(process)
+    assert (code, out, err) == (expected, "cleaning\nclean\n", "")
+
+
+def test_a_second_signal_does_not_break_off_the_cleaning_up():
+    process = start(SERVE)
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGINT)
+    assert process.stdout.readline() == "cleaning\n"
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGTERM)
+    code, out, err = finish(process)
+    assert (code, out, err) == (130, "clean\n", "")
+
+
+def test_nohup_is_respected():
+    process = start(SERVE.replace("time.sleep(60)", "time.sleep(0.5)"), preexec_fn=ignore_hangup)
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGHUP)
+    assert finish(process)[0] == 0
+
+
+def ignore_hangup():
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+
+def test_help_loads_nothing_heavy():
+    body = """
+    import sys, zenoh_ice.command
+    heavy = {"zenoh", "numpy", "mujoco", "cv2", "asyncio"} & set(sys.modules)
+    sys.exit(", ".join(sorted(heavy)) or 0)
+    """
+    result = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(body)], capture_output=True, text=True, timeout=20, check=False
+    )
+    assert result.stderr == ""
+    assert result.returncode == 0

@@ -1,0 +1,155 @@
+"""Settings: their sources, who wins, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenoh_ice import settings as module
+from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.settings import Settings, load_settings
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_setting_is_checked():
+    assert [*module._CHECKS, "origins"] == [item.name for item in fields(Settings)]
+
+
+def test_later_sources_win_and_origins_are_remembered(tmp_path):
+    file = write(tmp_path / "robot.toml", 'realm = "file"\ntimeout = 3\nclock = "sim"\nlisten = []\n')
+    settings = load_settings(
+        file,
+        {"timeout": 5.0, "connect": None},
+        defaults={"log_level": "info", "realm": "command"},
+        environment={"VISUALHFSM_CLOCK": "wall", "VISUALHFSM_TIMEOUT": "4", "HOME": "/"},
+    )
+    assert settings == Settings(realm="file", timeout=5.0, clock="wall", listen=(), log_level="info")
+    assert settings.origins == {
+        "realm": str(file),
+        "listen": str(file),
+        "clock": "VISUALHFSM_CLOCK",
+        "timeout": "--timeout",
+        "log_level": "default",
+    }
+    described = {line.split()[0]: line.split()[-1] for line in settings.describe().splitlines()}
+    assert described["realm"] == str(file)
+    assert described["clock"] == "VISUALHFSM_CLOCK"
+    assert described["connect"] == "default"
+
+
+def test_environment_parses_every_type():
+    settings = load_settings(
+        environment={
+            "VISUALHFSM_CONNECT": "tcp/10.0.0.1:7447, tcp/[::1]:9",
+            "VISUALHFSM_LISTEN": "",
+            "VISUALHFSM_SHARED_MEMORY": "no",
+            "VISUALHFSM_DISPATCH_THREADS": "3",
+            "VISUALHFSM_LOG_LEVEL": "DEBUG",
+        }
+    )
+    assert settings.connect == ("tcp/10.0.0.1:7447", "tcp/[::1]:9")
+    assert settings.listen == ()
+    assert settings.shared_memory is False
+    assert settings.dispatch_threads == 3
+    assert settings.log_level == "debug"
+
+
+def test_environment_can_name_the_file(tmp_path):
+    file = write(tmp_path / "robot.toml", 'realm = "file"')
+    assert load_settings(environment={"VISUALHFSM_CONFIG": str(file)}).realm == "file"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("reelm = 'x'", ["reelm", "realm"]),
+        ("realm = 3", ["realm", "3"]),
+        ("realm = 'a/b'", ["realm", "'a/b'"]),
+        ("realm = '*'", ["realm"]),
+        ("realm = 'nao@lab'", ["realm"]),
+        ("connect = 'tcp/127.0.0.1:7447'", ["connect", "list"]),
+        ("connect = ['127.0.0.1:7447']", ["127.0.0.1:7447", "PROTOCOL/ADDRESS"]),
+        ("connect = ['tcp/127.0.0.1']", ["tcp/HOST:PORT"]),
+        ("connect = ['tcp/127.0.0.1:0']", ["port 0"]),
+        ("listen = ['tcp/127.0.0.1:70000']", ["port 70000"]),
+        ("listen = [7447]", ["listen"]),
+        ("clock = 'sun'", ["clock", "auto, wall, sim"]),
+        ("timeout = true", ["timeout"]),
+        ("timeout = nan", ["timeout"]),
+        ("timeout = 600", ["timeout", "60"]),
+        ("shared_memory = 1", ["shared_memory", "true or false"]),
+        ("log_level = 'loud'", ["log_level"]),
+        ("max_request_size = 0", ["max_request_size"]),
+        ("realm = \nclock = 1", ["TOML", "line 1"]),
+    ],
+)
+def test_a_bad_file_is_refused_with_its_name(tmp_path, text, expected):
+    file = write(tmp_path / "robot.toml", text)
+    with pytest.raises(ConfigurationException) as raised:
+        load_settings(file, environment={})
+    message = str(raised.value)
+    assert message.startswith(f"{file}: ")
+    for part in expected:
+        assert part in message
+
+
+def test_a_missing_file_is_told(tmp_path):
+    with pytest.raises(ConfigurationException, match="cannot read the settings: No such file"):
+        load_settings(tmp_path / "none.toml", environment={})
+
+
+@pytest.mark.parametrize(
+    ("variable", "text"),
+    [
+        ("VISUALHFSM_TIMEOUT", "soon"),
+        ("VISUALHFSM_SHARED_MEMORY", "maybe"),
+        ("VISUALHFSM_DISPATCH_THREADS", "2.5"),
+        ("VISUALHFSM_REALM", ""),
+        ("VISUALHFSM_REELM", "x"),
+    ],
+)
+def test_a_bad_variable_is_refused_with_its_name(variable, text):
+    with pytest.raises(ConfigurationException, match=f"^{variable}: "):
+        load_settings(environment={variable: text})
+
+
+def test_a_bad_flag_is_refused_with_its_name():
+    with pytest.raises(ConfigurationException, match=r"^--log-level: log_level = 'loud': write one of"):
+        load_settings(None, {"log_level": "loud"}, environment={})
+
+
+def test_a_program_can_override_and_is_checked():
+    settings = Settings().override(realm="lab", connect=["tcp/localhost:7447"])
+    assert settings.realm == "lab"
+    assert settings.connect == ("tcp/localhost:7447",)
+    with pytest.raises(ConfigurationException, match="the program: realm"):
+        Settings(realm="a b")
+    with pytest.raises(ConfigurationException, match="no setting 'relm'"):
+        Settings().override(relm="lab")
+
+
+@given(st.text())
+def test_no_realm_breaks_out_of_its_chunk(realm):
+    try:
+        accepted = Settings(realm=realm).realm
+    except ConfigurationException:
+        return
+    assert accepted
+    assert not set(accepted) & set("/*$#?@ \n")
+
+
+@given(st.text(max_size=40))
+def test_an_endpoint_is_accepted_or_refused_by_our_exception(endpoint):
+    try:
+        settings = Settings(listen=(endpoint,))
+    except ConfigurationException:
+        return
+    assert "/" in settings.listen[0]
