@@ -94,15 +94,14 @@ class Painter:
     def disc(
         self,
         link: str,
-        radius: float,
-        thickness: float,
+        size: tuple[float, float],
         at: Vector,
         normal: Vector,
         material: Material,
         *,
         twice: bool = False,
     ) -> None:
-        """Add a disc round `at` whose axis is `normal`."""
+        """Add a disc of `size` (radius, thickness) round `at`, with the axis `normal`."""
         for place, mirror in self._places(link, twice=twice):
             quat = np.zeros(4)
             direction = np.array(_reflected(normal, mirror=mirror))
@@ -111,7 +110,7 @@ class Painter:
                 place,
                 material,
                 type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-                size=[radius, thickness / 2, 0],
+                size=[size[0], size[1] / 2, 0],
                 pos=_reflected(at, mirror=mirror),
                 quat=quat,
             )

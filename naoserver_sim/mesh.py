@@ -61,19 +61,12 @@ def loft(
         u = center_u + half_u * np.sign(cosine) * np.abs(cosine) ** power
         v = center_v + half_v * np.sign(sine) * np.abs(sine) ** power
         points.append(np.column_stack([u, v, np.full(slices, at)]))
-    ends = [
-        np.array([[ring[3], ring[4], at]])
-        for ring, at in ((rings[0], _end(rings, 0)), (rings[-1], _end(rings, -1)))
-    ]
+    # The two points that close the ends, in the planes of the outermost rings.
+    ends = [np.array([[ring[3], ring[4], ring[0]]]) for ring in (rings[0], rings[-1])]
     swept = np.concatenate([*points, *ends])
     vertices = np.empty_like(swept)
     vertices[:, list(_AXES[axis])] = swept
     return Mesh(vertices, _faces(len(rings), slices))
-
-
-def _end(rings: NDArray[np.float64], which: int) -> float:
-    """Return where the point that closes an end lies: in the plane of its outermost ring."""
-    return float(rings[which][0])
 
 
 def _interpolate(keys: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -82,14 +75,14 @@ def _interpolate(keys: NDArray[np.float64]) -> NDArray[np.float64]:
     rings = []
     for i in range(1, len(keys)):
         before, start, end, after = padded[i - 1 : i + 3]
-        for t in np.arange(_RINGS_A_SECTION) / _RINGS_A_SECTION:
-            rings.append(
-                start
-                + 0.5 * t * (end - before)
-                + 0.5 * t**2 * (2 * before - 5 * start + 4 * end - after)
-                + 0.5 * t**3 * (3 * start - before - 3 * end + after)
-            )
-    return np.array([*rings, keys[-1]])
+        t = np.arange(_RINGS_A_SECTION)[:, None] / _RINGS_A_SECTION
+        rings.append(
+            start
+            + 0.5 * t * (end - before)
+            + 0.5 * t**2 * (2 * before - 5 * start + 4 * end - after)
+            + 0.5 * t**3 * (3 * start - before - 3 * end + after)
+        )
+    return np.concatenate([*rings, keys[-1:]])
 
 
 def _with_domes(rings: NDArray[np.float64], domes: tuple[float, float]) -> NDArray[np.float64]:

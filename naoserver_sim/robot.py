@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,6 +17,7 @@ from naoserver_sim.control import Command, SetpointController
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.pacing import Pacer
 from naoserver_sim.simulator import Simulator
+from naoserver_sim.viewer import show
 from naoserver_sim.world import BALLS, scattered
 
 if TYPE_CHECKING:
@@ -178,6 +179,13 @@ class SimulatedRobot(SimulatedDevice):
             self._simulator.advance(1)
             due = self._started_at + self._simulator.snapshot.time - self._virtual.now()
             self._virtual.advance(max(0.0, due))
+
+    def show(self, ended: Callable[[float], bool]) -> None:
+        """Show the robot in MuJoCo's window until it is closed or `ended(seconds)` returns true.
+
+        Blocks the calling thread, which must be the main one. Raises HardwareFailure without a display.
+        """
+        show(self._model.mj, lambda: self._simulator.snapshot, ended)
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""

@@ -33,17 +33,17 @@ def _paint_head(paint: Painter) -> None:
     paint.shell("head", skull, Material.WHITE)
     paint.ellipsoid("head", (0.0285, 0.044, 0.040), (0.029, 0, 0.043), Material.LIGHT_GREY)
     eye, outward = (0.0515, 0.0265, 0.0500), (0.88, 0.47, 0.05)
-    paint.disc("head", 0.0165, 0.006, eye, outward, Material.LED, twice=True)
-    paint.disc("head", 0.0125, 0.008, eye, outward, Material.BLACK, twice=True)
-    paint.disc("head", 0.0050, 0.004, (0.0545, 0, 0.0665), (0.97, 0, 0.25), Material.BLACK)
-    paint.disc("head", 0.0050, 0.004, (0.0495, 0, 0.0180), (0.85, 0, -0.52), Material.BLACK)
+    paint.disc("head", (0.0165, 0.006), eye, outward, Material.LED, twice=True)
+    paint.disc("head", (0.0125, 0.008), eye, outward, Material.BLACK, twice=True)
+    paint.disc("head", (0.0050, 0.004), (0.0545, 0, 0.0665), (0.97, 0, 0.25), Material.BLACK)
+    paint.disc("head", (0.0050, 0.004), (0.0495, 0, 0.0180), (0.85, 0, -0.52), Material.BLACK)
     ear = (0.0, 0.0615, 0.050)
-    paint.disc("head", 0.0310, 0.012, ear, (0, 1, 0), Material.ORANGE, twice=True)
-    paint.disc("head", 0.0265, 0.015, ear, (0, 1, 0), Material.WHITE, twice=True)
-    paint.disc("head", 0.0190, 0.017, ear, (0, 1, 0), Material.GREY, twice=True)
+    paint.disc("head", (0.0310, 0.012), ear, (0, 1, 0), Material.ORANGE, twice=True)
+    paint.disc("head", (0.0265, 0.015), ear, (0, 1, 0), Material.WHITE, twice=True)
+    paint.disc("head", (0.0190, 0.017), ear, (0, 1, 0), Material.GREY, twice=True)
     for x, z in ((0.028, 0.1035), (0.0, 0.1115), (-0.028, 0.1045)):
         paint.ellipsoid("head", (0.012, 0.013, 0.004), (x, 0, z), Material.DARK)
-    paint.disc("neck", 0.022, 0.050, (0, 0, -0.020), (0, 0, 1), Material.DARK)
+    paint.disc("neck", (0.022, 0.050), (0, 0, -0.020), (0, 0, 1), Material.DARK)
 
 
 def _paint_torso(paint: Painter) -> None:
@@ -70,14 +70,14 @@ def _paint_torso(paint: Painter) -> None:
         domes=(0.016, 0.014),
     )
     paint.shell("torso", belly, Material.ORANGE)
-    paint.disc("torso", 0.0125, 0.006, (0.0495, 0, 0.0552), (1, 0, 0.05), Material.LIGHT_GREY)
-    paint.disc("torso", 0.0095, 0.008, (0.0495, 0, 0.0552), (1, 0, 0.05), Material.LED)
+    paint.disc("torso", (0.0125, 0.006), (0.0495, 0, 0.0552), (1, 0, 0.05), Material.LIGHT_GREY)
+    paint.disc("torso", (0.0095, 0.008), (0.0495, 0, 0.0552), (1, 0, 0.05), Material.LED)
     for z in (0.070, 0.040):
-        paint.disc("torso", 0.0085, 0.008, (0.0460, 0.0350, z), (0.95, 0.3, 0), Material.GREY, twice=True)
+        paint.disc("torso", (0.0085, 0.008), (0.0460, 0.0350, z), (0.95, 0.3, 0), Material.GREY, twice=True)
 
 
 def _paint_arms(paint: Painter) -> None:
-    paint.disc("l_shoulder", 0.027, 0.045, (0, -0.018, 0), (0, 1, 0), Material.GREY)
+    paint.disc("l_shoulder", (0.027, 0.045), (0, -0.018, 0), (0, 1, 0), Material.GREY)
     upper_arm = loft(
         [
             Section(-0.020, (0.029, 0.034), (0.002, 0), 2.3),
@@ -102,7 +102,7 @@ def _paint_arms(paint: Painter) -> None:
         domes=(0.010, 0.006),
     )
     paint.shell("l_forearm", forearm, Material.WHITE)
-    paint.disc("l_wrist_hand", 0.024, 0.012, (0.008, 0, 0), (1, 0, 0), Material.GREY)
+    paint.disc("l_wrist_hand", (0.024, 0.012), (0.008, 0, 0), (1, 0, 0), Material.GREY)
     palm = loft(
         [
             Section(0.016, (0.023, 0.019), squareness=2.4),
@@ -143,7 +143,7 @@ def _paint_legs(paint: Painter) -> None:
         domes=(0.014, 0.014),
     )
     paint.shell("l_thigh", plate, Material.ORANGE)
-    paint.disc("l_tibia", 0.030, 0.062, (0, 0.002, 0), (0, 1, 0), Material.GREY)
+    paint.disc("l_tibia", (0.030, 0.062), (0, 0.002, 0), (0, 1, 0), Material.GREY)
     shin = loft(
         [
             Section(-0.090, (0.033, 0.035), (-0.002, 0.003), 2.3),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import threading
 from collections.abc import Callable
 from typing import Final
 
@@ -25,11 +24,11 @@ def check_display() -> None:
         )
 
 
-def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: threading.Event) -> None:
-    """Show the newest snapshots in a window until it is closed or `ended` is set.
+def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: Callable[[float], bool]) -> None:
+    """Show the newest snapshots in a window until it is closed or `ended` says so.
 
-    To be called from the main thread. The window shows a copy: what is pushed about in it does not reach the
-    simulation.
+    `ended` waits at most the given seconds for the end and returns whether it has come. To be called from the
+    main thread. The window shows a copy: what is pushed about in it does not reach the simulation.
 
     Raises HardwareFailure when the window cannot be opened.
     """
@@ -40,7 +39,7 @@ def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: threading.Ev
     except (ImportError, RuntimeError, mujoco.FatalError) as error:
         raise HardwareFailure(f"the window cannot be opened: {error}") from error
     with window:
-        while window.is_running() and not ended.wait(_FRAME_INTERVAL):
+        while window.is_running() and not ended(_FRAME_INTERVAL):
             snapshot = newest()
             with window.lock():
                 data.time = snapshot.time

@@ -21,13 +21,13 @@ BALL_RADIUS: Final = 0.06
 SPECTATOR: Final = CameraFacts(
     name="CameraOutside",
     position=(1.75, -1.55, 0.85),
-    tilt=0.24,
-    horizontal_fov=math.radians(56.3),
+    tilt=0.235,
+    horizontal_fov=math.radians(44),
     sizes=((320, 240), (640, 480), (1280, 960)),
     rates=(30.0, 30.0, 15.0),
 )
 """A spectator in front of the robot and to its right; sees it and the balls."""
-_SPECTATOR_YAW: Final = math.radians(130)
+_SPECTATOR_YAW: Final = math.radians(123)
 
 
 @dataclass(frozen=True, slots=True)
