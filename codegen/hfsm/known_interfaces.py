@@ -1,0 +1,75 @@
+"""Find the proxies that a document may name: those in the packages that codegen generated from IDL."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+__all__ = ["KnownInterface", "KnownInterfaces", "find_interfaces"]
+
+_PACKAGE: Final = "interfaces"
+_PROXY: Final = re.compile(r"^class (\w+)Prx\(", re.MULTILINE)
+_MAX_DEPTH: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class KnownInterface:
+    """An IDL interface: its scoped name (`nao::PoseHead`) and the Python package that has its proxy."""
+
+    scoped_name: str
+    package: str
+
+    @property
+    def proxy(self) -> str:
+        """The name of the proxy class."""
+        return self.scoped_name.rsplit("::", 1)[-1] + "Prx"
+
+
+@dataclass(frozen=True, slots=True)
+class KnownInterfaces:
+    """Interfaces by their plain name."""
+
+    by_name: Mapping[str, tuple[KnownInterface, ...]]
+
+    def find(self, name: str) -> tuple[KnownInterface, ...]:
+        """Return the interfaces that a plain or a scoped name (`Camera`, `nao::PoseHead`) may mean."""
+        scoped = name.strip().replace(".", "::").removeprefix("::")
+        found = self.by_name.get(scoped.rsplit("::", 1)[-1], ())
+        return tuple(known for known in found if "::" not in scoped or known.scoped_name == scoped)
+
+
+def find_interfaces(directories: Iterable[Path] = ()) -> KnownInterfaces:
+    """Return the interfaces of the package `interfaces` and of the packages in further directories."""
+    found: dict[str, dict[str, KnownInterface]] = {}
+    for known in _all_interfaces(directories):
+        found.setdefault(known.scoped_name.rsplit("::", 1)[-1], {}).setdefault(known.scoped_name, known)
+    return KnownInterfaces({name: tuple(by_scope.values()) for name, by_scope in found.items()})
+
+
+def _all_interfaces(directories: Iterable[Path]) -> Iterator[KnownInterface]:
+    spec = importlib.util.find_spec(_PACKAGE)
+    for location in (spec.submodule_search_locations or ()) if spec else ():
+        for package in _packages(Path(location)):
+            yield from _in_package(package, (_PACKAGE, package.name), (package.name,))
+    for directory in directories:
+        for package in _packages(directory):
+            yield from _in_package(package, (package.name,), (package.name,))
+
+
+def _in_package(
+    directory: Path, package: tuple[str, ...], scope: tuple[str, ...]
+) -> Iterator[KnownInterface]:
+    for module in sorted(directory.glob("*.py")):
+        for match in _PROXY.finditer(module.read_text(encoding="utf-8", errors="replace")):
+            yield KnownInterface("::".join((*scope, match.group(1))), ".".join(package))
+    if len(scope) < _MAX_DEPTH:
+        for inner in _packages(directory):
+            yield from _in_package(inner, (*package, inner.name), (*scope, inner.name))
+
+
+def _packages(directory: Path) -> list[Path]:
+    return sorted(path.parent for path in directory.glob("*/__init__.py"))

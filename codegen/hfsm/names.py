@@ -1,0 +1,45 @@
+"""Turn what people call things into names that Python takes."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import unicodedata
+from collections.abc import Collection
+from typing import Final
+
+__all__ = ["RESERVED", "camel_case", "identifier", "unique"]
+
+RESERVED: Final = frozenset(
+    {"Any", "Automaton", "Component", "Proxy", "State", "Transition", "libraries", "main", "self"}
+)
+"""Names that a generated component needs for itself."""
+
+
+def identifier(name: str, fallback: str) -> str:
+    """Return a name as a Python identifier: `go to wall` as `go_to_wall`; `fallback` when nothing is left."""
+    normal = unicodedata.normalize("NFKC", name)
+    usable = "".join(character if f"a{character}".isidentifier() else " " for character in normal)
+    joined = re.sub(r"_{2,}", "_", "_".join(usable.split())).strip("_")
+    if not joined:
+        return fallback
+    if not joined.isidentifier() or keyword.iskeyword(joined):
+        return f"{fallback}_{joined}" if joined[0].isdigit() else f"{joined}_"
+    return joined
+
+
+def camel_case(name: str) -> str:
+    """Return an identifier as the name of a class: `follow_ball` as `FollowBall`."""
+    words = [word for word in name.split("_") if word]
+    camel = "".join(word[0].upper() + word[1:] for word in words)
+    return f"{camel}Component" if camel in RESERVED else camel
+
+
+def unique(wanted: str, number: int, taken: Collection[str]) -> str:
+    """Return a name that is not taken: `wanted`, `wanted_<number>`, and so on."""
+    if wanted not in taken:
+        return wanted
+    candidate = f"{wanted}_{number}"
+    while candidate in taken:
+        candidate += "_"
+    return candidate

@@ -1,0 +1,272 @@
+"""Understand the Python that people typed into a document: parse it, find its names, indent it anew.
+
+A piece of code becomes the body of a function in the generated component. Its lines stand there as they were
+typed, moved to the right; the inside of a multi-line string is not touched.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import symtable
+import tokenize
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from .document import Text
+
+__all__ = ["Code", "CodeError", "analyze_block", "analyze_condition", "analyze_library", "analyze_methods"]
+
+_INDENT: Final = " " * 4
+_SELF: Final = "self"
+
+# What C++ has and Python has not, outside strings and comments of either.
+_CPP: Final = re.compile(
+    r"""^\s*\#\s*(?:include|define|ifdef|ifndef|endif)\b   # the preprocessor
+      | ->\s*\w+\s*(?:\(|\[|->|;|=[^=]|<|>)              # a member through a pointer
+      | (?<!\[)\b[A-Za-z_]\w*::\w+                       # a scoped name
+      | ^\s*//                                             # a comment
+      | /\*
+      | ^\s*(?:const\s+)?(?:void|bool|int|float|double|char|auto|unsigned|std::\w+)[\s&*]+\w+\s*[;=(\[]
+      | [;{]\s*$                                           # the end of a statement, or a block
+      | \)\s*\{
+      | &&|\|\||!\w+\s*[()]""",
+    re.VERBOSE | re.MULTILINE,
+)
+
+
+class CodeError(Exception):
+    """A piece of code cannot be used; `line` and `column` are those of the document."""
+
+    def __init__(self, message: str, line: int, column: int = 1) -> None:
+        super().__init__(message)
+        self.line = line
+        self.column = column
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A piece of code as it will stand in the component.
+
+    `lines` are its lines without the indentation that all share and without empty lines around them; `line`
+    is where the first stands in the document; `fixed` holds the indices of lines that must not be indented,
+    because they begin inside a string. `bound` are the names that it assigns in its own scope and `used` all
+    names in it.
+    """
+
+    lines: tuple[str, ...]
+    line: int
+    fixed: frozenset[int]
+    bound: frozenset[str] = frozenset()
+    used: frozenset[str] = frozenset()
+    has_statements: bool = True
+
+    def indented(self, level: int) -> list[str]:
+        """Return the lines moved right by a number of levels."""
+        prefix = _INDENT * level
+        return [
+            line if index in self.fixed or not line.strip() else prefix + line
+            for index, line in enumerate(self.lines)
+        ]
+
+
+def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: bool = True) -> Code | None:
+    """Return statements that become the body of a function, or None when there are none and no comment.
+
+    `shared` are the names that the variables of the automaton bind. With `returns` false the code runs in the
+    middle of a function, and must not return from it. Raises CodeError.
+    """
+    code = _split(text)
+    if code is None:
+        return None
+    tree = _parse(code, text)
+    _refuse_out_of_place(tree, code, returns=returns)
+    declared = {name for node in ast.walk(tree) if isinstance(node, ast.Nonlocal) for name in node.names}
+    table = _scope(code, shared | declared)
+    bound = frozenset(symbol.get_name() for symbol in table.get_symbols() if symbol.is_local())
+    bound |= frozenset(declared & set(table.get_identifiers()))
+    if _SELF in bound:
+        raise CodeError("`self` is the component: no code can assign it", code.line)
+    if returns:
+        _refuse_annotations(tree, code)
+    return Code(code.lines, code.line, code.fixed, bound, _names(tree), bool(tree.body))
+
+
+def analyze_condition(text: Text) -> Code:
+    """Return an expression that may span lines. Raises CodeError."""
+    code = _split(text)
+    if code is None:
+        raise CodeError("the condition is empty", text.line, text.column)
+    # Parentheses on lines of their own let the expression span lines and end with a comment.
+    wrapped = Code(("(", *code.lines, ")"), code.line - 1, frozenset(index + 1 for index in code.fixed))
+    tree = _parse(wrapped, text)
+    statement = tree.body[0]
+    # A tuple takes in the parentheses, and so does what closes them itself, as in `a) or (b`.
+    if len(tree.body) != 1 or not isinstance(statement, ast.Expr) or statement.value.lineno == 1:
+        raise CodeError("a condition is one expression that is true or false", code.line, text.column)
+    _refuse_out_of_place(tree, wrapped, returns=False)
+    table = _scope(wrapped, frozenset())
+    bound = frozenset(symbol.get_name() for symbol in table.get_symbols() if symbol.is_local())
+    if _SELF in bound:
+        raise CodeError("`self` is the component: no code can assign it", code.line)
+    return Code(code.lines, code.line, code.fixed, bound, _names(tree))
+
+
+def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
+    """Return the functions of an automaton and the document's line of each, by name, or None without code.
+
+    Raises CodeError.
+    """
+    code = _split(text)
+    if code is None:
+        return None
+    tree = _parse(code, text)
+    _compile("\n".join(code.lines), code)
+    found: dict[str, int] = {}
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            line = code.line + node.lineno - 1
+            if node.name in found:
+                message = f"the function `{node.name}` is defined twice, first in line {found[node.name]}"
+                raise CodeError(message, line)
+            found[node.name] = line
+    return Code(code.lines, code.line, code.fixed, frozenset(found), _names(tree), bool(tree.body)), found
+
+
+def analyze_library(text: Text) -> tuple[str, frozenset[str]]:
+    """Return an import statement and the names that it binds. Raises CodeError."""
+    written = text.text.strip()
+    statement = written if re.match(r"(import|from)\s", written) else f"import {written}"
+    try:
+        body = ast.parse(statement).body
+    except SyntaxError:
+        body = []
+    if len(body) != 1 or not isinstance(body[0], ast.Import | ast.ImportFrom) or "\n" in statement:
+        message = f"`{written[:60]}` is no library: write `cv2`, `numpy as np` or `from math import pi`"
+        raise CodeError(message, text.line, text.column)
+    names = (alias.asname or alias.name.split(".")[0] for alias in body[0].names)
+    return statement, frozenset(names)
+
+
+def _split(text: Text) -> Code | None:
+    """Return the lines of a text without what all share on their left, or None when all are blank."""
+    lines = text.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    first = next((index for index, line in enumerate(lines) if line.strip()), None)
+    if first is None:
+        return None
+    last = next(index for index in reversed(range(len(lines))) if lines[index].strip())
+    lines = lines[first : last + 1]
+    line = text.line + first
+    indentation = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
+    fixed = _string_lines(lines, indented=bool(indentation))
+    if indentation:
+        for index, content in enumerate(lines):
+            if index in fixed or not content.strip():
+                continue
+            lines[index] = content.removeprefix(indentation)
+    return Code(tuple(lines), line, fixed)
+
+
+def _string_lines(lines: list[str], *, indented: bool) -> frozenset[int]:
+    """Return the indices of the lines that begin inside a string."""
+    source = "\n".join((["if True:"] if indented else []) + lines) + "\n"
+    offset = 2 if indented else 1
+    fixed: set[int] = set()
+    open_format_strings: list[int] = []
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            kind = tokenize.tok_name[token.type]
+            start = token.start[0]
+            if kind == "FSTRING_START":
+                open_format_strings.append(start)
+            elif kind == "FSTRING_END":
+                start = open_format_strings.pop()
+            if kind in ("STRING", "FSTRING_END"):
+                fixed.update(range(start + 1 - offset, token.end[0] + 1 - offset))
+    except (tokenize.TokenError, SyntaxError):
+        pass  # the parser says what is wrong, and where
+    return frozenset(fixed)
+
+
+def _parse(code: Code, text: Text) -> ast.Module:
+    source = "\n".join(code.lines)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # such as an escape sequence that Python does not know
+            return ast.parse(source)
+    except (SyntaxError, ValueError) as error:
+        line = min(max(1, getattr(error, "lineno", None) or 1), len(code.lines))
+        column = getattr(error, "offset", None) or 1
+        reason = error.msg if isinstance(error, SyntaxError) else str(error)
+        if _CPP.search(source):
+            message = f"this is C++, and only Python runs here (Python says: {reason})"
+        else:
+            message = f"not valid Python: {reason}"
+        raise CodeError(message, code.line + line - 1, max(1, column)) from error
+    except (RecursionError, MemoryError) as error:
+        raise CodeError("the code is nested too deeply", text.line, text.column) from error
+
+
+def _scope(code: Code, outer: frozenset[str]) -> symtable.SymbolTable:
+    """Return the names of the code as the body of a function inside one that binds `outer`."""
+    names = " = ".join(sorted(outer | {"_"}))
+    header = ("def _outer():", f"{_INDENT}{names} = None", f"{_INDENT}def _inner():")
+    body = [*code.indented(2), _INDENT * 2 + "pass"]
+    source = "\n".join((*header, *body)) + "\n"
+    shifted = Code(code.lines, code.line - len(header), code.fixed)
+    _compile(source, shifted, columns=2 * len(_INDENT))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        table = symtable.symtable(source, "<document>", "exec")
+    return table.get_children()[0].get_children()[0]
+
+
+def _compile(source: str, code: Code, columns: int = 0) -> None:
+    """Raise CodeError for what the parser lets pass and the compiler does not, such as a stray `break`."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            compile(source, "<document>", "exec", dont_inherit=True)
+    except SyntaxError as error:
+        line, column = code.line + (error.lineno or 1) - 1, (error.offset or 1) - columns
+        raise CodeError(f"not valid Python: {error.msg}", line, max(1, column)) from error
+    except (RecursionError, MemoryError) as error:
+        raise CodeError("the code is nested too deeply", code.line) from error
+
+
+def _refuse_out_of_place(tree: ast.Module, code: Code, *, returns: bool) -> None:
+    for node in _own_nodes(tree):
+        place = (code.line + getattr(node, "lineno", 1) - 1, getattr(node, "col_offset", 0) + 1)
+        if isinstance(node, ast.Yield | ast.YieldFrom | ast.Await | ast.AsyncFor | ast.AsyncWith):
+            word = "yield" if isinstance(node, ast.Yield | ast.YieldFrom) else "await"
+            raise CodeError(f"`{word}` has no place here: the code of a cycle runs from start to end", *place)
+        if isinstance(node, ast.Return) and not returns:
+            raise CodeError("`return` has no place in the variables", *place)
+        if isinstance(node, ast.ImportFrom) and any(alias.name == "*" for alias in node.names):
+            raise CodeError("`import *` has no place here: name it among the libraries", *place)
+
+
+def _refuse_annotations(tree: ast.Module, code: Code) -> None:
+    """Raise CodeError where a name is annotated that has to be shared, which Python does not allow."""
+    for node in _own_nodes(tree):
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            message = (
+                f"`{node.target.id}` is shared by all code of its automaton: annotate it in the variables"
+            )
+            raise CodeError(message, code.line + node.lineno - 1, node.col_offset + 1)
+
+
+def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes below one, without those inside functions and classes of their own."""
+    for child in ast.iter_child_nodes(node):
+        yield child
+        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
+            yield from _own_nodes(child)
+
+
+def _names(tree: ast.Module) -> frozenset[str]:
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    return frozenset(names)
