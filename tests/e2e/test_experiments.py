@@ -1,0 +1,105 @@
+"""The paper's experiments with every component a process of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+
+from interfaces.hfsm import HfsmMonitorPrx
+from interfaces.jderobot import CameraPrx, ImageData
+from interfaces.nao import HealthPrx
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from zenoh_ice import Communicator, Sample, initialize
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+def start_robot(stack: ExitStack, *options: str) -> tuple[str, Communicator]:
+    """Start the simulated robot; return its endpoint and a communicator connected to it."""
+    endpoint = free_endpoint()
+    server = stack.enter_context(ComponentProcess(module("naoserver_sim", "--listen", endpoint, *options)))
+    server.wait_for("ready")
+    return endpoint, stack.enter_context(initialize(connect=[endpoint]))
+
+
+def is_centered(image: ImageData) -> bool:
+    """Return whether the middle of what is clearly green lies in the middle third of both axes."""
+    height, width = image.description.height, image.description.width
+    pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3).astype(np.int16)
+    green = pixels[..., 1] - np.maximum(pixels[..., 0], pixels[..., 2]) > 50
+    rows, columns = np.nonzero(green)
+    return (
+        len(rows) > 0
+        and width / 3 < columns.mean() < 2 * width / 3
+        and height / 3 < rows.mean() < 2 * height / 3
+    )
+
+
+def test_follow_ball_keeps_the_green_ball_in_the_middle_of_the_image(stack: ExitStack) -> None:
+    endpoint, communicator = start_robot(stack)
+    for command in (
+        module("ballmover", "green", "--loop", "--connect", endpoint),
+        module("behaviors.follow_ball", "--connect", endpoint),
+    ):
+        stack.enter_context(ComponentProcess(command))
+    monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.follow_ball"))
+    started = monitor.getSnapshot.wait(timeout=20)
+    camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
+
+    centered = []
+    sample: Sample[ImageData] | None = None
+    while len(centered) < 80:
+        sample = camera.getImageData.wait(after=sample, timeout=5)
+        if sample.time > started.time + 3:
+            centered.append(is_centered(sample.value))
+
+    assert sum(centered) / len(centered) >= 0.9
+
+
+def test_dance_and_follow_changes_by_the_timeline_of_the_paper_and_keeps_its_balance(
+    stack: ExitStack,
+) -> None:
+    endpoint, communicator = start_robot(stack, "--speed", "4")
+    for command in (
+        module("ballmover", "red", "--loop", "--connect", endpoint),
+        module("ballmover", "green", "--loop", "--connect", endpoint),
+        module("behaviors.dance_and_follow", "--connect", endpoint),
+    ):
+        stack.enter_context(ComponentProcess(command))
+    monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
+    health = HealthPrx.uncheckedCast(communicator.stringToProxy("Health"))
+
+    snapshot = monitor.getSnapshot.wait(timeout=20)
+    structure = monitor.getStructure()
+    names = {(a.id, s.id): s.name for a in structure.automata for s in a.states}
+    root, follow, dance = (
+        a.id for a in structure.automata if a.name in ("dance_and_follow", "followBall", "dance")
+    )
+    entered: dict[int, list[tuple[str, float]]] = {root: [], follow: [], dance: []}
+    tilt = 0.0
+    while snapshot.value.time < 42:
+        for automaton in snapshot.value.automata:
+            entry = (names[automaton.id, automaton.state], automaton.enteredAt)
+            changes = entered.get(automaton.id)
+            if changes is not None and (not changes or changes[-1] != entry):
+                changes.append(entry)
+        report = health.getHealth.latest()
+        tilt = max(tilt, report.value.torsoTilt if report else 0.0)
+        snapshot = monitor.getSnapshot.wait(after=snapshot, timeout=5)
+
+    assert [name for name, _ in entered[root]] == ["followBall", "dance", "followBall", "dance", "followBall"]
+    assert [at for _, at in entered[root]] == pytest.approx([0, 10, 20, 30, 40], abs=0.2)
+    assert [name for name, _ in entered[follow]][:3] == ["red", "green", "red"]
+    assert [at for _, at in entered[follow]][:3] == pytest.approx([0, 8, 26], abs=0.2)
+    assert [name for name, _ in entered[dance]][:2] == ["right", "left"]
+    assert tilt < math.radians(10)

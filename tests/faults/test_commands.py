@@ -1,0 +1,88 @@
+"""What commands do when their surroundings are wrong."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+
+from interfaces.nao import PoseHeadPrx
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from zenoh_ice import initialize
+
+CLIENTS = {
+    "behavior": module("behaviors.follow_ball"),
+    "ballmover": module("ballmover", "green"),
+}
+
+
+@pytest.mark.parametrize("command", CLIENTS.values(), ids=CLIENTS.keys())
+def test_without_a_server_a_client_names_the_endpoint_and_how_to_start_one(command: list[str]) -> None:
+    endpoint = free_endpoint()
+
+    with ComponentProcess([*command, "--connect", endpoint]) as client:
+        code = client.wait(15)
+
+        assert code == 1
+        assert endpoint in client.output
+        assert "naoserver-sim" in client.output
+        assert "Traceback" not in client.output
+
+
+def test_a_port_in_use_is_named(free_robot_endpoint: str) -> None:
+    with ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as first:
+        first.wait_for("ready")
+
+        with ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as second:
+            assert second.wait(15) == 1
+            assert free_robot_endpoint in second.output
+            assert "in use" in second.output
+            assert "Traceback" not in second.output
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.3, 0.6, 0.9, 1.3])
+def test_ctrl_c_in_the_middle_of_start_up_is_clean(delay: float, free_robot_endpoint: str) -> None:
+    with ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as server:
+        # What is to be struck is an arbitrary moment of the start, which no event announces.
+        time.sleep(delay)
+        server.process.send_signal(signal.SIGINT)
+        code = server.wait(10)
+
+        assert code in (130, -signal.SIGINT)  # before the interpreter has our handler, the signal itself
+        assert "Traceback" not in server.output or code == -signal.SIGINT
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: str) -> None:
+    server = module("naoserver_sim", "--listen", free_robot_endpoint)
+    with ComponentProcess(module("behaviors.follow_ball", "--connect", free_robot_endpoint)) as behavior:
+        with ComponentProcess(server) as first:
+            first.wait_for("ready")
+            with initialize(connect=[free_robot_endpoint]) as communicator:
+                head = PoseHeadPrx.uncheckedCast(communicator.stringToProxy("Head"))
+                wait_until_turning(head)
+            first.process.kill()
+        behavior.wait_for("lost|gone|unreachable", 5)
+
+        with ComponentProcess(server) as second:
+            second.wait_for("ready")
+            with initialize(connect=[free_robot_endpoint]) as communicator:
+                wait_until_turning(PoseHeadPrx.uncheckedCast(communicator.stringToProxy("Head")))
+        assert behavior.process.poll() is None
+
+
+def wait_until_turning(head: PoseHeadPrx) -> None:
+    """Wait until the head, which searches for a ball that nobody moves, turns."""
+    pose = head.getPose.wait(timeout=15)
+    deadline = time.monotonic() + 15
+    while abs(pose.value.panSpeed) < 0.1:
+        assert time.monotonic() < deadline, "the head does not turn"
+        pose = head.getPose.wait(after=pose, timeout=15)
+
+
+@pytest.fixture
+def free_robot_endpoint() -> str:
+    return free_endpoint()
