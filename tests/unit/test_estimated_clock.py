@@ -1,0 +1,198 @@
+"""The estimate of another clock's time between its samples."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenoh_ice import estimated_clock
+from zenoh_ice.clock import Clock
+from zenoh_ice.estimated_clock import EstimatedClock
+from zenoh_ice.exceptions import CommunicatorDestroyedException
+
+
+class Wall:
+    """Steady wall time that a test moves."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def wall(monkeypatch):
+    wall = Wall()
+    monkeypatch.setattr(estimated_clock, "time", SimpleNamespace(monotonic=wall.monotonic))
+    return wall
+
+
+def test_it_is_a_clock():
+    clock = EstimatedClock(7.0, 5.0, simulated=True)
+    assert isinstance(clock, Clock)
+    assert clock.rate == 5.0
+    assert clock.simulated
+
+
+def test_time_runs_on_between_samples_at_their_rate(wall):
+    clock = EstimatedClock(10.0, 5.0, simulated=True)
+    wall.now += 0.1
+    assert clock.now() == pytest.approx(10.5)
+    clock.update(10.6, 2.0, simulated=True)
+    assert clock.now() == pytest.approx(10.6)
+    wall.now += 0.5
+    assert clock.now() == pytest.approx(11.6)
+    clock.update(11.6, 0.0, simulated=True)
+    wall.now += 5.0
+    assert clock.now() == pytest.approx(11.6)
+
+
+def test_an_estimate_that_was_ahead_waits_and_does_not_go_back(wall):
+    clock = EstimatedClock(10.0, 1.0, simulated=True)
+    wall.now += 1.0
+    assert clock.now() == pytest.approx(11.0)
+    clock.update(10.5, 1.0, simulated=True)
+    assert clock.now() == pytest.approx(11.0)
+    wall.now += 0.4
+    assert clock.now() == pytest.approx(11.0)
+    wall.now += 0.2
+    assert clock.now() == pytest.approx(11.1)
+
+
+def test_a_restarted_simulation_is_followed_back(wall, caplog):
+    caplog.set_level(logging.INFO)
+    clock = EstimatedClock(100.0, 1.0, simulated=True)
+    wall.now += 1.0
+    clock.update(0.02, 1.0, simulated=True)
+    assert clock.now() == pytest.approx(0.02)
+    assert "began anew" in caplog.text
+
+
+samples = st.lists(st.tuples(st.floats(0, 2), st.floats(-0.09, 3), st.floats(0, 20)), max_size=30)
+
+
+@given(samples)
+def test_it_never_runs_backwards_unless_the_simulation_restarts(steps):
+    wall = Wall()
+    original, estimated_clock.time = estimated_clock.time, SimpleNamespace(monotonic=wall.monotonic)
+    try:
+        clock = EstimatedClock(0.0, 1.0, simulated=True)
+        robot, seen = 0.0, [clock.now()]
+        for passed, advance, rate in steps:
+            wall.now += passed
+            seen.append(clock.now())
+            robot += advance
+            clock.update(robot, rate, simulated=True)
+            seen.append(clock.now())
+    finally:
+        estimated_clock.time = original
+    assert seen == sorted(seen)
+    assert seen[-1] >= robot
+
+
+@pytest.mark.parametrize(("time_", "rate"), [(math.nan, 1.0), (math.inf, 1.0), (1.0, math.nan), (1.0, -1.0)])
+def test_a_sample_that_no_clock_can_show_is_dropped(wall, caplog, time_, rate):
+    clock = EstimatedClock(10.0, 1.0, simulated=True)
+    clock.update(time_, rate, simulated=True)
+    assert clock.now() == 10.0
+    assert clock.rate == 1.0
+    assert "dropped a sample" in caplog.text
+
+
+def test_silence_is_told_once_and_so_is_its_end(wall, caplog):
+    clock = EstimatedClock(10.0, 2.0, simulated=True)
+    wall.now += 0.9
+    clock.now()
+    assert caplog.messages == []
+    for _ in range(3):
+        wall.now += 0.5
+        clock.now()
+    assert clock.now() == pytest.approx(10.0 + 2.0 * 2.4)
+    clock.update(15.0, 2.0, simulated=True)
+    assert caplog.messages == [
+        "nothing heard of the robot's clock for 1.4 s; going on at its last rate, 2",
+        "the robot's clock is heard again",
+    ]
+
+
+def asleep(function):
+    """Run a function in a thread; return the thread and, once it has ended, what happened."""
+    outcome = []
+
+    def run():
+        try:
+            outcome.append(function())
+        except CommunicatorDestroyedException as error:
+            outcome.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread, outcome
+
+
+def join(thread):
+    thread.join(10.0)
+    assert not thread.is_alive()
+
+
+def test_sleeps_scale_with_the_rate():
+    clock = EstimatedClock(0.0, 50.0, simulated=True)
+    started = time.monotonic()
+    clock.sleep(5.0)
+    clock.sleep_until(6.0)
+    assert not clock.wait(threading.Event(), 1.0)
+    assert 7.0 / 50.0 <= time.monotonic() - started < 5.0
+    assert clock.now() >= 7.0
+    clock.sleep(-1.0)
+    clock.sleep_until(0.0)
+
+
+def test_an_event_ends_a_wait():
+    clock = EstimatedClock(0.0, 1.0, simulated=True)
+    event = threading.Event()
+    thread, outcome = asleep(lambda: clock.wait(event, 60.0))
+    event.set()
+    join(thread)
+    assert outcome == [True]
+
+
+def test_a_change_of_rate_reaches_sleepers():
+    clock = EstimatedClock(0.0, 0.0, simulated=True)
+    event = threading.Event()
+    sleepers = [asleep(lambda: clock.sleep(30.0)), asleep(lambda: clock.wait(event, 30.0))]
+    clock.update(0.0, 1000.0, simulated=True)
+    for thread, _ in sleepers:
+        join(thread)
+    assert clock.now() >= 30.0
+
+
+def test_a_restart_wakes_sleepers():
+    clock = EstimatedClock(1000.0, 1.0, simulated=True)
+    event = threading.Event()
+    sleepers = [asleep(lambda: clock.sleep(60.0)), asleep(lambda: clock.wait(event, 60.0))]
+    deadline = time.monotonic() + 10.0
+    while any(not outcome for _, outcome in sleepers) and time.monotonic() < deadline:
+        clock.update(clock.now() - 10.0, 1.0, simulated=True)  # until both have begun to wait
+        time.sleep(0.01)
+    for thread, _ in sleepers:
+        join(thread)
+    assert [outcome for _, outcome in sleepers] == [[None], [False]]
+
+
+def test_closing_lets_sleepers_go():
+    clock = EstimatedClock(0.0, 0.0, simulated=True)
+    event = threading.Event()
+    sleepers = [asleep(lambda: clock.sleep(60.0)), asleep(lambda: clock.wait(event, 60.0))]
+    clock.close()
+    for thread, outcome in sleepers:
+        join(thread)
+        assert isinstance(outcome[0], CommunicatorDestroyedException)
+    assert clock.now() == 0.0
