@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.errors import HardwareFailure
-from naoserver.fake import LAG, FakeRobot
-from naoserver.fake_camera import Ball, focal_length, project
+from naoserver.fake import FakeRobot
+from naoserver.fake.camera import Ball, focal_length, project
+from naoserver.fake.robot import LAG
 from naoserver.robot import Robot
 from zenoh_ice.clock import VirtualClock
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25
 from naoserver.errors import HardwareFailure
-from naoserver.fake_camera import Ball, draw
+from naoserver.fake.camera import Ball, draw
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
 from zenoh_ice.clock import Clock, WallClock
 

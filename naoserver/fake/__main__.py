@@ -1,0 +1,73 @@
+"""Serve the fake robot: `python -m naoserver.fake`."""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import typer
+
+from naoserver.errors import RobotError
+from naoserver.fake import FakeRobot
+from naoserver.server import serve
+from zenoh_ice import initialize
+from zenoh_ice.command import (
+    ClockChoice,
+    Config,
+    Connect,
+    Listen,
+    LogLevel,
+    Realm,
+    ShowConfig,
+    Timeout,
+    configure,
+    run,
+)
+from zenoh_ice.settings import DEFAULT_ENDPOINT
+
+app = typer.Typer(add_completion=False, rich_markup_mode="rich")
+
+_EXAMPLES = """
+[bold]Examples[/bold]
+
+  python -m naoserver.fake
+  python -m naoserver.fake --realm robot2 --listen tcp/127.0.0.1:7448
+"""
+
+
+@app.command(epilog=_EXAMPLES)
+def fake(
+    realm: Realm = None,
+    connect: Connect = None,
+    listen: Listen = None,
+    clock: ClockChoice = None,
+    timeout: Timeout = None,
+    config: Config = None,
+    show_config: ShowConfig = False,
+    log_level: LogLevel = None,
+) -> None:
+    """Serve a robot without physics, with two balls, in wall time.
+
+    Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
+    """
+    settings = configure(
+        realm=realm,
+        connect=connect,
+        listen=listen,
+        clock=clock,
+        timeout=timeout,
+        config=config,
+        show_config=show_config,
+        log_level=log_level,
+        defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"},
+    )
+    with initialize(settings) as communicator, closing(FakeRobot()) as robot:
+        robot.start()
+        adapter = communicator.createObjectAdapter("FakeRobot")
+        with serve(robot, adapter):
+            adapter.activate()
+            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.listen)}")
+            communicator.waitForShutdown()
+
+
+if __name__ == "__main__":
+    run(app, expected=(RobotError,))

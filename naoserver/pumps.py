@@ -1,0 +1,145 @@
+"""The threads that publish: each sends what is new, to whoever listens, at its own pace."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from naoserver.guarded_device import GuardedDevice
+from naoserver.servants.camera import CameraI
+from naoserver.servants.streaming import StreamsState
+from zenoh_ice import Clock
+
+_logger = logging.getLogger(__name__)
+
+_IDLE: Final = 0.05
+"""Wall seconds between two looks for listeners while there is none."""
+_RETRY: Final = 1.0
+"""Wall seconds until a pump goes on after a failure."""
+_FASTEST: Final = 0.001
+"""Wall seconds that at least pass between two rounds of any pump, whatever the robot's clock does."""
+_END: Final = 3.0
+"""Wall seconds within which a pump ends: above the longest a camera takes for an image."""
+
+
+class Pump(ABC):
+    """A thread that does a round of work again and again until it is closed."""
+
+    def __init__(self, name: str) -> None:
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
+    def ask_to_stop(self) -> None:
+        """Let the thread end after its current round."""
+        self._stopping.set()
+
+    def join(self) -> None:
+        """Wait until the thread has ended, with a limit."""
+        if self._thread.ident is not None:
+            self._thread.join(_END)
+            if self._thread.is_alive():
+                _logger.error("%s did not end within %g s", self._thread.name, _END)
+
+    @abstractmethod
+    def _round(self) -> None:
+        """Wait for the next round's time, for as long as `_stopping` is not set, and do its work."""
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            begun = time.monotonic()
+            try:
+                self._round()
+            except Exception:
+                _logger.exception("%s goes on in %g s after an error", self._thread.name, _RETRY)
+                self._stopping.wait(_RETRY)
+            self._stopping.wait(max(0.0, begun + _FASTEST - time.monotonic()))
+
+
+class Schedule:
+    """Points in time a period apart on a clock: without drift, and without a burst after a delay."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._due = clock.now()
+
+    def restart(self) -> None:
+        """Make the next point due now."""
+        self._due = self._clock.now()
+
+    def wait_for_next(self, stopping: threading.Event, period: float) -> bool:
+        """Wait for the next point; returns False when `stopping` came first."""
+        self._due += period
+        now = self._clock.now()
+        if abs(self._due - now) > period:  # a whole period late, or the clock began anew
+            self._due = now
+        return not self._clock.wait(stopping, self._due - now)
+
+
+class WallPump(Pump):
+    """Call `publish` at a rate of wall time."""
+
+    def __init__(self, name: str, rate: float, publish: Callable[[], None]) -> None:
+        super().__init__(name)
+        self._period = 1.0 / rate
+        self._publish = publish
+        self._due = time.monotonic()
+
+    def _round(self) -> None:
+        self._due = max(self._due + self._period, time.monotonic())
+        if not self._stopping.wait(self._due - time.monotonic()):
+            self._publish()
+
+
+class StatePump(Pump):
+    """Stream the joint state: one reading a device and round, shared by all its servants."""
+
+    def __init__(self, clock: Clock, rate: float, wall_rate: float, servants: Sequence[StreamsState]) -> None:
+        super().__init__("joint state")
+        self._schedule = Schedule(clock)
+        self._period = 1.0 / rate
+        self._shortest = 1.0 / wall_rate
+        self._groups: dict[GuardedDevice, list[StreamsState]] = {}
+        for servant in servants:
+            self._groups.setdefault(servant.device, []).append(servant)
+
+    def _round(self) -> None:
+        begun = time.monotonic()
+        listening = False
+        for device, servants in self._groups.items():
+            listened_to = [servant for servant in servants if servant.listening]
+            if listened_to:
+                listening = True
+                reading = device.read()
+                for servant in listened_to:
+                    servant.publish(reading)
+        if not listening:
+            self._stopping.wait(_IDLE)
+            self._schedule.restart()
+        elif self._schedule.wait_for_next(self._stopping, self._period):
+            self._stopping.wait(max(0.0, begun + self._shortest - time.monotonic()))
+
+
+class CameraPump(Pump):
+    """Stream a camera's images at its rate in robot time."""
+
+    def __init__(self, clock: Clock, camera: CameraI) -> None:
+        super().__init__(f"images of {camera.facts.name}")
+        self._schedule = Schedule(clock)
+        self._camera = camera
+
+    def _round(self) -> None:
+        if not self._camera.wanted:
+            self._stopping.wait(_IDLE)
+            self._schedule.restart()
+        elif not self._camera.publish():
+            self._stopping.wait(_RETRY)
+        else:
+            self._schedule.wait_for_next(self._stopping, self._camera.period)

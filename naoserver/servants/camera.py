@@ -1,0 +1,217 @@
+"""Servant of a camera: images for who asks, and a stream for who listens."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import replace
+
+from interfaces.jderobot import (
+    Camera,
+    CameraDescription,
+    ConfigurationNotExistException,
+    HardwareFailedException,
+    ImageData,
+    ImageDescription,
+)
+from interfaces.nao import Severity
+from naoserver.errors import HardwareFailure, RobotError
+from naoserver.event_log import EventLog
+from naoserver.options import CameraOptions
+from naoserver.pixel_formats import BYTES_A_PIXEL, PIXEL_FORMATS
+from naoserver.rate_meter import RateMeter
+from naoserver.robot import CameraFacts, Frame, Robot
+from naoserver.servants.conversions import to_time
+from zenoh_ice import Current
+
+STREAMED_FORMAT = next(iter(PIXEL_FORMATS))
+
+
+class CameraI(Camera):
+    """Serve one camera of a robot.
+
+    No image is taken while nobody asks, listens or has called startCameraStreaming. A call returns the newest
+    image if it is younger than one period, else it takes one.
+    """
+
+    def __init__(self, robot: Robot, facts: CameraFacts, options: CameraOptions, events: EventLog) -> None:
+        """Serve the camera `facts` of `robot`; raises RobotError when `options` ask for what it cannot do."""
+        problem = _problem(facts, options)
+        if problem:
+            raise RobotError(problem)
+        self.facts = facts
+        self._robot = robot
+        self._options = options
+        self._events = events
+        self._settings = options  # replaced as a whole, so that it may be read without a lock
+        self._streaming = False
+        self._newest: Frame | None = None
+        self._taking = threading.Lock()  # held while an image is taken: who waits gets that image
+        self._meter = RateMeter(robot.clock.now)
+
+    # -- operations --------------------------------------------------------------------------------------
+
+    def getImageDescription(self, current: Current) -> ImageDescription:  # noqa: ARG002
+        """Return the shape of the images of the stream."""
+        return _shape(self._settings.width, self._settings.height, STREAMED_FORMAT)
+
+    def getImageFormat(self, current: Current) -> list[str]:  # noqa: ARG002
+        """Return the pixel formats, that of the stream first."""
+        return list(PIXEL_FORMATS)
+
+    def getImageData(self, format: str, current: Current) -> ImageData:  # noqa: ARG002
+        """Return the newest image.
+
+        Raises ConfigurationNotExistException for an unknown format, HardwareFailedException without an image.
+        """
+        if format not in PIXEL_FORMATS:
+            known = ", ".join(PIXEL_FORMATS)
+            raise ConfigurationNotExistException(
+                f"{self.facts.name} has no format {format!r}; it has {known}"
+            )
+        try:
+            return _image(self._fresh(), format)
+        except HardwareFailure as failure:
+            self._report(failure)
+            raise HardwareFailedException(str(failure)) from failure
+
+    def getCameraDescription(self, current: Current) -> CameraDescription:
+        """Return what the camera is and how it projects."""
+        settings, facts = self._settings, self.facts
+        focal = settings.width / 2 / math.tan(facts.horizontal_fov / 2)
+        return CameraDescription(
+            name=facts.name,
+            shortDescription=f"{settings.width}x{settings.height}, {settings.rate:g} images/s of robot time",
+            streamingUri=_key(current) if self.wanted else "",
+            width=settings.width,
+            height=settings.height,
+            rate=settings.rate,
+            fdistx=focal,
+            fdisty=focal,
+            u0=settings.width / 2,
+            v0=settings.height / 2,
+            skew=0.0,
+            posx=facts.position[0],
+            posy=facts.position[1],
+            posz=facts.position[2],
+            tilt=facts.tilt,
+        )
+
+    def setCameraDescription(self, description: CameraDescription, current: Current) -> int:  # noqa: ARG002
+        """Take width, height and rate from a description; returns 0.
+
+        Raises ConfigurationNotExistException, telling what there is, and then changes nothing.
+        """
+        settings = replace(
+            self._settings, width=description.width, height=description.height, rate=description.rate
+        )
+        problem = _problem(self.facts, settings)
+        if problem:
+            raise ConfigurationNotExistException(problem)
+        self._settings = settings
+        return 0
+
+    def startCameraStreaming(self, current: Current) -> str:
+        """Take images from now on, whether anybody listens or not; returns the key of the stream.
+
+        Raises HardwareFailedException when no image can be taken.
+        """
+        try:
+            self._fresh()
+        except HardwareFailure as failure:
+            self._report(failure)
+            raise HardwareFailedException(str(failure)) from failure
+        self._streaming = True
+        return _key(current)
+
+    def stopCameraStreaming(self, current: Current) -> None:  # noqa: ARG002
+        """Take images only for who asks."""
+        self._streaming = False
+
+    def reset(self, current: Current) -> None:  # noqa: ARG002
+        """Return to the settings with which the server was started."""
+        self._settings = self._options
+        self._streaming = False
+
+    # -- for the server ----------------------------------------------------------------------------------
+
+    @property
+    def wanted(self) -> bool:
+        """Whether images are to be taken without being asked for."""
+        return self._streaming or self.getImageDataPublisher.listening
+
+    @property
+    def period(self) -> float:
+        """Robot seconds between two images of the stream."""
+        return 1.0 / self._settings.rate
+
+    @property
+    def delivered_rate(self) -> float:
+        """Images taken a second of robot time, lately."""
+        return self._meter.rate
+
+    def publish(self) -> bool:
+        """Take an image and send it to whoever listens; returns whether there was one."""
+        try:
+            with self._taking:
+                frame = self._take()
+        except HardwareFailure as failure:
+            self._report(failure)
+            return False
+        if self.getImageDataPublisher.listening:
+            self.getImageDataPublisher.publish(_image(frame, STREAMED_FORMAT), time=frame.time)
+        return True
+
+    def _fresh(self) -> Frame:
+        with self._taking:
+            frame, settings = self._newest, self._settings
+            if (
+                frame is not None
+                and (frame.width, frame.height) == (settings.width, settings.height)
+                and 0.0 <= self._robot.clock.now() - frame.time < self.period
+            ):
+                return frame
+            return self._take()
+
+    def _take(self) -> Frame:
+        settings = self._settings
+        self._newest = None  # not kept when the next fails
+        frame = self._newest = self._robot.capture(self.facts.name, settings.width, settings.height)
+        self._meter.count(frame.time)
+        return frame
+
+    def _report(self, failure: HardwareFailure) -> None:
+        self._events.add(Severity.Error, self.facts.name, str(failure), "camera")
+
+
+def _problem(facts: CameraFacts, settings: CameraOptions) -> str:
+    """Return why a camera cannot have the settings; empty when it can."""
+    rates = dict(zip(facts.sizes, facts.rates, strict=True))
+    highest = rates.get((settings.width, settings.height))
+    if highest is None:
+        sizes = ", ".join(f"{width}x{height}" for width, height in facts.sizes)
+        return f"{facts.name} has no size {settings.width}x{settings.height}; it has {sizes}"
+    if not 0.0 < settings.rate <= highest:
+        return (
+            f"{facts.name} gives no {settings.rate:g} images/s at {settings.width}x{settings.height}; "
+            f"it gives more than 0, up to {highest:g}"
+        )
+    return ""
+
+
+def _shape(width: int, height: int, format: str) -> ImageDescription:
+    return ImageDescription(
+        width=width, height=height, size=width * height * BYTES_A_PIXEL[format], format=format
+    )
+
+
+def _image(frame: Frame, format: str) -> ImageData:
+    return ImageData(
+        description=_shape(frame.width, frame.height, format),
+        timeStamp=to_time(frame.time),
+        pixelData=PIXEL_FORMATS[format](frame.pixels),
+    )
+
+
+def _key(current: Current) -> str:
+    return f"{current.communicator.realm}/{current.identity}/getImageData"

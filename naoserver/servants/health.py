@@ -1,0 +1,71 @@
+"""Servant of the server's health."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from interfaces.nao import Health, HealthReport, Severity
+
+from naoserver.errors import RobotError
+from naoserver.event_log import EventLog
+from naoserver.robot import BodyState, Robot
+from zenoh_ice import Current
+
+
+class HealthI(Health):
+    """Report how the robot and its server are, in calls and as a stream."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        events: EventLog,
+        camera_rates: Callable[[], Mapping[str, float]],
+        wall_time: Callable[[], float],
+    ) -> None:
+        self._robot = robot
+        self._events = events
+        self._camera_rates = camera_rates
+        self._wall_time = wall_time
+        self._started = wall_time()
+        self._was_fallen = False
+
+    def getHealth(self, current: Current) -> HealthReport:  # noqa: ARG002
+        """Return the state of the server."""
+        return self._report()
+
+    def publish(self) -> None:
+        """Look whether the robot has fallen, and send a report to whoever listens."""
+        state = self._state()
+        if state.fallen and not self._was_fallen:
+            tilt = math.degrees(state.torso_tilt)
+            self._events.add(
+                Severity.Error, self._robot.name, f"fallen: the torso tilts by {tilt:.0f} deg", "fall"
+            )
+        self._was_fallen = state.fallen
+        if self.getHealthPublisher.listening:
+            report = self._report()
+            self.getHealthPublisher.publish(report, time=report.time)
+
+    def _state(self) -> BodyState:
+        try:
+            return self._robot.state()
+        except RobotError as error:
+            self._events.add(Severity.Error, self._robot.name, str(error), "state")
+            return BodyState(torso_tilt=0.0, fallen=False, real_time_factor=0.0, lag=0.0)
+
+    def _report(self) -> HealthReport:
+        state = self._state()
+        events, limited, timeouts = self._events.snapshot()
+        return HealthReport(
+            time=self._robot.clock.now(),
+            uptime=self._wall_time() - self._started,
+            realTimeFactor=state.real_time_factor,
+            lag=state.lag,
+            torsoTilt=state.torso_tilt,
+            fallen=state.fallen,
+            cameraRates=dict(self._camera_rates()),
+            limitedCommands=limited,
+            velocityTimeouts=timeouts,
+            events=events,
+        )
