@@ -1,0 +1,259 @@
+"""The tree of a Slice file: what the parser builds, the checker completes and the writer reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from .lexer import Token
+
+Value = bool | int | float | str
+
+
+@dataclass(slots=True, eq=False)
+class BuiltinType:
+    """A type of the language: `int`, `string`, `Object`, ..."""
+
+    name: str
+    token: Token
+
+
+@dataclass(slots=True, eq=False)
+class NamedType:
+    """A type by its name, as it was written (`Time`, `jderobot::Time`, `::jderobot::Time`)."""
+
+    name: str
+    token: Token
+    definition: Definition | None = None
+    """What the name means, once the checker has found it."""
+
+
+@dataclass(slots=True, eq=False)
+class ProxyType:
+    """A reference to a remote object: `Camera*`, `Object*`."""
+
+    target: BuiltinType | NamedType
+    token: Token
+
+
+Type = BuiltinType | NamedType | ProxyType
+
+
+@dataclass(slots=True, eq=False)
+class Metadata:
+    """A directive in brackets: `["stream"]`."""
+
+    text: str
+    token: Token
+
+
+@dataclass(slots=True, eq=False)
+class Definition:
+    """Anything that has a name."""
+
+    name: str
+    token: Token
+    doc: str | None = None
+    metadata: list[Metadata] = field(default_factory=list)
+    scoped: str = ""
+    """The name from the root, `::jderobot::Time`; set by the checker."""
+
+    kind: ClassVar[str] = "definition"
+
+    @property
+    def module(self) -> str:
+        """The scoped name of the module around it, without the leading colons: `jderobot`."""
+        return self.scoped.rpartition("::")[0].removeprefix("::")
+
+
+@dataclass(slots=True, eq=False)
+class Literal:
+    """A value as it was written: a literal, or the name of a constant or an enumerator."""
+
+    token: Token
+    value: Value | None = None
+    name: str | None = None
+    target: Constant | Enumerator | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Member(Definition):
+    """A member of a struct, a class or an exception."""
+
+    type: Type = field(kw_only=True)
+    default: Literal | None = None
+    tag: Token | None = None
+    kind: ClassVar[str] = "member"
+
+
+@dataclass(slots=True, eq=False)
+class Parameter(Definition):
+    """A parameter of an operation."""
+
+    type: Type = field(kw_only=True)
+    out: bool = False
+    tag: Token | None = None
+    kind: ClassVar[str] = "parameter"
+
+
+@dataclass(slots=True, eq=False)
+class Operation(Definition):
+    """An operation of an interface; `returns` is None for void."""
+
+    returns: Type | None = None
+    parameters: list[Parameter] = field(default_factory=list)
+    throws: list[NamedType] = field(default_factory=list)
+    idempotent: bool = False
+    kind: ClassVar[str] = "operation"
+
+    @property
+    def streamed(self) -> bool:
+        """Whether its results are also published as a stream."""
+        return any(metadata.text == "stream" for metadata in self.metadata)
+
+    @property
+    def inputs(self) -> list[Parameter]:
+        """The parameters that a caller gives."""
+        return [parameter for parameter in self.parameters if not parameter.out]
+
+    @property
+    def outputs(self) -> list[Parameter]:
+        """The parameters that come back beside the return value."""
+        return [parameter for parameter in self.parameters if parameter.out]
+
+
+@dataclass(slots=True, eq=False)
+class Interface(Definition):
+    """An interface; `bases` are those that it extends."""
+
+    bases: list[NamedType] = field(default_factory=list)
+    operations: list[Operation] = field(default_factory=list)
+    kind: ClassVar[str] = "interface"
+
+    @property
+    def base_definitions(self) -> list[Interface]:
+        """The interfaces that it extends directly."""
+        return [base.definition for base in self.bases if isinstance(base.definition, Interface)]
+
+    def ancestors(self) -> Iterator[Interface]:
+        """Yield every interface that it extends, near or far, each once."""
+        seen: set[str] = set()
+        queue = list(self.base_definitions)
+        while queue:
+            interface = queue.pop(0)
+            if interface.scoped not in seen:
+                seen.add(interface.scoped)
+                yield interface
+                queue += interface.base_definitions
+
+
+@dataclass(slots=True, eq=False)
+class Struct(Definition):
+    """A record that is passed by value."""
+
+    members: list[Member] = field(default_factory=list)
+    kind: ClassVar[str] = "struct"
+
+
+@dataclass(slots=True, eq=False)
+class Derivable(Definition):
+    """A record that can extend one of its kind."""
+
+    base: NamedType | None = None
+    members: list[Member] = field(default_factory=list)
+
+    @property
+    def base_definition(self) -> Derivable | None:
+        """What it extends."""
+        definition = self.base.definition if self.base else None
+        return definition if isinstance(definition, Derivable) else None
+
+    def ancestors(self) -> Iterator[Derivable]:
+        """Yield what it extends, the nearest first."""
+        base = self.base_definition
+        while base is not None:
+            yield base
+            base = base.base_definition
+
+    @property
+    def all_members(self) -> list[Member]:
+        """The members with the inherited ones, the root's first."""
+        inherited = [member for base in self.ancestors() for member in reversed(base.members)]
+        return [*reversed(inherited), *self.members]
+
+
+@dataclass(slots=True, eq=False)
+class Class(Derivable):
+    """A record that can be null and extend another."""
+
+    compact_id: Token | None = None
+    kind: ClassVar[str] = "class"
+
+
+@dataclass(slots=True, eq=False)
+class Exception_(Derivable):
+    """What an operation can throw."""
+
+    kind: ClassVar[str] = "exception"
+
+
+@dataclass(slots=True, eq=False)
+class Enumerator(Definition):
+    """A value of an enumeration; `literal` is what was written, `value` what it counts as."""
+
+    literal: Literal | None = None
+    value: int = 0
+    enumeration: Enumeration | None = None
+    kind: ClassVar[str] = "enumerator"
+
+
+@dataclass(slots=True, eq=False)
+class Enumeration(Definition):
+    """A type with named values."""
+
+    enumerators: list[Enumerator] = field(default_factory=list)
+    kind: ClassVar[str] = "enumeration"
+
+
+@dataclass(slots=True, eq=False)
+class Sequence(Definition):
+    """A name for a list of one type."""
+
+    element: Type = field(kw_only=True)
+    kind: ClassVar[str] = "sequence"
+
+
+@dataclass(slots=True, eq=False)
+class Dictionary(Definition):
+    """A name for a map."""
+
+    key: Type = field(kw_only=True)
+    value: Type = field(kw_only=True)
+    kind: ClassVar[str] = "dictionary"
+
+
+@dataclass(slots=True, eq=False)
+class Constant(Definition):
+    """A named value."""
+
+    type: Type = field(kw_only=True)
+    literal: Literal = field(kw_only=True)
+    kind: ClassVar[str] = "constant"
+
+
+@dataclass(slots=True, eq=False)
+class ForwardDeclaration(Definition):
+    """`interface Camera;` or `class Node;`: the definition follows, here or in another file."""
+
+    of: type[Interface] | type[Class] = Interface
+    definition: Definition | None = None
+    kind: ClassVar[str] = "declaration"
+
+
+@dataclass(slots=True, eq=False)
+class Module(Definition):
+    """A namespace; each time it is opened makes a node of its own."""
+
+    definitions: list[Definition] = field(default_factory=list)
+    kind: ClassVar[str] = "module"

@@ -1,0 +1,168 @@
+"""Lead IDL files through all stages: from paths to the text of generated packages."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from codegen.diagnostics import Diagnostics, Location, Note
+from codegen.files import GeneratedFile
+
+from . import ast
+from .checker import check
+from .codes import Code
+from .lexer import Source
+from .names import exported_names, module_package
+from .packages import ModuleSummary, package_files, read_summary
+from .parser import parse
+from .places import GeneratedModule, Places
+from .preprocessor import Preprocessor, SourceFiles
+from .writer import module_text, write_module
+
+
+@dataclass(frozen=True, slots=True)
+class Compilation:
+    """What a run makes: files, and the leftovers of earlier runs that no IDL file accounts for any more."""
+
+    files: tuple[GeneratedFile, ...] = ()
+    leftovers: tuple[Path, ...] = ()
+
+
+@dataclass(slots=True)
+class _Root:
+    """A directory that generated packages go to."""
+
+    directory: Path
+    knows_all_sources: bool
+    """Whether every IDL file of its packages lies in it, so that a module without its file is a leftover."""
+    modules: dict[tuple[Source, str], tuple[GeneratedModule, Places]] = field(default_factory=dict)
+
+    def path(self, module: GeneratedModule) -> Path:
+        return self.directory.joinpath(*module.package, f"{module.name}.py")
+
+
+def compile_interfaces(
+    paths: Sequence[Path],
+    include_directories: Sequence[Path],
+    output: Path | None,
+    diagnostics: Diagnostics,
+) -> Compilation:
+    """Compile IDL files and all that they include.
+
+    The packages, one for each Slice module, go to the directory `output`, or else beside the files that were
+    given. What is wrong goes to `diagnostics`; after an error the compilation is empty. Nothing is written.
+    """
+    files = SourceFiles(diagnostics)
+    preprocessor = Preprocessor(files, include_directories, diagnostics)
+    roots: dict[Path, _Root] = {}
+    sources = {source: path for path in paths if (source := files.load(path)) is not None}
+    for source, path in sources.items():
+        unit = preprocessor.unit(source)
+        tree = parse(unit, diagnostics)
+        check(tree, diagnostics)
+        directory = output or path.parent
+        root = roots.setdefault(directory.resolve(), _Root(directory, output is None))
+        places = Places(tree)
+        for each in (source, *unit.included):
+            for module in places.modules_of(each):
+                key = (each, module.slice_module)
+                if each is source:
+                    root.modules[key] = (module, places)
+                else:
+                    root.modules.setdefault(key, (module, places))
+    for root in roots.values():
+        _report_clashes(root, diagnostics)
+    if diagnostics.has_errors:
+        return Compilation()
+    compilations = [_generate(root) for root in roots.values()]
+    if output is not None:
+        compilations.append(Compilation(_package_root(output)))
+    return Compilation(
+        tuple(file for compilation in compilations for file in compilation.files),
+        tuple(path for compilation in compilations for path in compilation.leftovers),
+    )
+
+
+def _report_clashes(root: _Root, diagnostics: Diagnostics) -> None:
+    """Report names that files which do not include each other define twice, and modules of one path."""
+    defined: dict[tuple[str, ...], ast.Definition] = {}
+    paths: dict[Path, GeneratedModule] = {}
+    for module, _ in root.modules.values():
+        path = root.path(module)
+        other = paths.setdefault(path, module)
+        if other is not module:
+            message = f"{path} would be made from this file and from {other.source.path}"
+            note = Note("rename one of the files, or compile them to different directories")
+            diagnostics.error(Code.NAME_CLASH_IN_OUTPUT, message, Location(module.source.path), [note])
+        for definition in module.definitions:
+            for name in exported_names(definition):
+                first = defined.setdefault((*module.package, name), definition)
+                same = first.token.source is definition.token.source
+                if first is not definition and not same:
+                    note = Note("first defined here", first.token.location)
+                    message = f"`{definition.name}` is defined in two files"
+                    diagnostics.error(Code.REDEFINITION, message, definition.token.location, [note])
+
+
+def _generate(root: _Root) -> Compilation:
+    files: list[GeneratedFile] = []
+    summaries: defaultdict[str, list[ModuleSummary]] = defaultdict(list)
+    for module, places in root.modules.values():
+        files.append(GeneratedFile(root.path(module), write_module(module, places)))
+        exported = {name for definition in module.definitions for name in exported_names(definition)}
+        summary = ModuleSummary(module.name, module.source.path.name, module_text(module), tuple(exported))
+        summaries[module.slice_module].append(summary)
+        parts = module.slice_module.split("::")
+        for length in range(1, len(parts)):
+            summaries.setdefault("::".join(parts[:length]), [])
+    generated = {file.path for file in files}
+    sources = {source.path.name for source, _ in root.modules}
+    leftovers: list[Path] = []
+    for slice_module, modules in summaries.items():
+        directory = root.directory.joinpath(*module_package(slice_module))
+        for path, summary in _modules_on_disk(directory):
+            if path in generated:
+                continue
+            if summary.source in sources or _is_orphan(summary, root):
+                leftovers.append(path)
+            else:
+                modules.append(summary)
+        files += package_files(directory, slice_module, modules)
+    kept = {root.directory.joinpath(*module_package(name)) for name in summaries}
+    return Compilation(tuple(files), (*leftovers, *_orphan_packages(root, kept)))
+
+
+def _modules_on_disk(directory: Path) -> Iterable[tuple[Path, ModuleSummary]]:
+    for path in sorted(directory.glob("*.py")):
+        summary = read_summary(path) if path.name != "__init__.py" else None
+        if summary is not None:
+            yield path, summary
+
+
+def _is_orphan(summary: ModuleSummary, root: _Root) -> bool:
+    return root.knows_all_sources and not (root.directory / summary.source).is_file()
+
+
+def _orphan_packages(root: _Root, kept: set[Path]) -> list[Path]:
+    """Return the files of generated packages beside the IDL files all of whose sources are gone."""
+    leftovers: list[Path] = []
+    if root.knows_all_sources:
+        for init in sorted(root.directory.glob("*/__init__.py")):
+            package = init.parent
+            if package in kept or read_summary(init) is None:
+                continue
+            modules = list(_modules_on_disk(package))
+            if modules and all(_is_orphan(summary, root) for _, summary in modules):
+                leftovers += [init, package / "py.typed", *(path for path, _ in modules)]
+    return leftovers
+
+
+def _package_root(output: Path) -> tuple[GeneratedFile, ...]:
+    """Return what makes the output directory a typed package, as far as it is not one."""
+    wanted = [
+        GeneratedFile(output / "__init__.py", '"""Packages generated by codegen from Slice."""\n'),
+        GeneratedFile(output / "py.typed", ""),
+    ]
+    return tuple(file for file in wanted if not file.path.exists())

@@ -1,0 +1,99 @@
+"""Write an interface in canonical form and take its fingerprint.
+
+Two interfaces have the same form exactly when their calls are the same on the wire: comments, files, the order
+of definitions and of members, and the names of sequences and dictionaries do not count.
+"""
+
+from __future__ import annotations
+
+import hashlib
+
+from . import ast
+
+FINGERPRINT_DIGITS = 16
+
+
+def fingerprint(definition: str) -> str:
+    """Return the first hexadecimal digits of the SHA-256 of a canonical definition."""
+    return hashlib.sha256(definition.encode()).hexdigest()[:FINGERPRINT_DIGITS]
+
+
+def canonical_definition(interface: ast.Interface) -> str:
+    """Return the interface, those that it extends and every type that they use, one member a line, sorted.
+
+    Each line stands for itself, so that two definitions can be compared line by line.
+    """
+    form = _CanonicalForm()
+    form.add(interface)
+    return "\n".join(sorted(form.lines)) + "\n"
+
+
+class _CanonicalForm:
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._seen: set[str] = set()
+
+    def add(self, definition: ast.Definition | None) -> None:
+        """Add the lines of a definition and of what it uses, once."""
+        if definition is None or definition.scoped in self._seen:
+            return
+        self._seen.add(definition.scoped)
+        name = definition.scoped
+        match definition:
+            case ast.Interface():
+                bases = sorted(base.scoped for base in definition.base_definitions)
+                self.lines.append(f"interface {name}{_extends(bases)}")
+                self.lines += [self._operation(operation) for operation in definition.operations]
+                for base in definition.base_definitions:
+                    self.add(base)
+            case ast.Struct():
+                self.lines.append(f"struct {name}")
+                self.lines += [self._member(member) for member in definition.members]
+            case ast.Class() | ast.Exception_():
+                base = definition.base_definition
+                self.lines.append(f"{definition.kind} {name}{_extends([base.scoped] if base else [])}")
+                self.lines += [self._member(member) for member in definition.members]
+                self.add(base)
+            case ast.Enumeration():
+                self.lines.append(f"enum {name}")
+                self.lines += [f"{each.scoped} = {each.value}" for each in definition.enumerators]
+
+    def _member(self, member: ast.Member) -> str:
+        return f"{member.scoped}: {self._type(member.type)}"
+
+    def _operation(self, operation: ast.Operation) -> str:
+        inputs = ", ".join(f"{self._type(each.type)} {each.name}" for each in operation.inputs)
+        results = [f"{self._type(each.type)} {each.name}" for each in operation.outputs]
+        if operation.returns is not None:
+            results.insert(0, self._type(operation.returns))
+        line = f"{operation.scoped}({inputs}): {', '.join(results) or 'void'}"
+        thrown = [named.definition for named in operation.throws if named.definition]
+        if thrown:
+            line += " throws " + ", ".join(sorted(exception.scoped for exception in thrown))
+        for exception in thrown:
+            self.add(exception)
+        if operation.idempotent:
+            line += " idempotent"
+        if operation.streamed:
+            line += " stream"
+        return line
+
+    def _type(self, kind: ast.Type) -> str:
+        match kind:
+            case ast.BuiltinType(name=name):
+                return name
+            case ast.ProxyType(target=target):
+                known = target.definition if isinstance(target, ast.NamedType) else None
+                return f"{known.scoped if known else target.name}*"
+            case ast.NamedType(definition=ast.Sequence() as sequence):
+                return f"sequence<{self._type(sequence.element)}>"
+            case ast.NamedType(definition=ast.Dictionary() as dictionary):
+                return f"dictionary<{self._type(dictionary.key)}, {self._type(dictionary.value)}>"
+            case ast.NamedType(definition=definition):
+                self.add(definition)
+                return definition.scoped if definition else kind.name
+        raise AssertionError(f"no canonical form for {kind}")
+
+
+def _extends(bases: list[str]) -> str:
+    return f" extends {', '.join(bases)}" if bases else ""

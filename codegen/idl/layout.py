@@ -1,0 +1,77 @@
+"""Lay out Python source the way `ruff format` does at the project's line length."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+
+LINE_LENGTH = 110
+INDENT = "    "
+
+
+def bracketed(
+    before: str, items: Sequence[str], after: str, indent: str = "", *, reserve: int = 0
+) -> list[str]:
+    """Return `before items after` on one line, or one item a line when that is too long.
+
+    `reserve` is the number of characters that will follow on the line.
+    """
+    line = f"{indent}{before}{', '.join(items)}{after}"
+    if not items or (len(line) + reserve <= LINE_LENGTH and not any("\n" in item for item in items)):
+        return [line]
+    return [f"{indent}{before}", *(f"{indent}{INDENT}{item}," for item in items), f"{indent}{after}"]
+
+
+def docstring(text: str, indent: str = "") -> list[str]:
+    """Return a docstring of paragraphs, which are separated by empty lines; lines are filled.
+
+    A paragraph that begins with a space, and what stands in it, keeps its lines.
+    """
+    text = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
+    width = LINE_LENGTH - len(indent)
+    lines: list[str] = []
+    for number, paragraph in enumerate(text.split("\n\n")):
+        if number:
+            lines.append("")
+        for line in paragraph.split("\n"):
+            hanging = len(line) - len(line.lstrip())
+            lines += textwrap.wrap(
+                line.strip(),
+                width - (3 if not lines else 0),
+                initial_indent=" " * hanging,
+                subsequent_indent=" " * (hanging * 2 if hanging else 0),
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+    if lines[0].startswith('"'):
+        lines[0] = " " + lines[0]
+    if len(lines) == 1:
+        closing = ' """' if lines[0].endswith('"') else '"""'
+        if len(indent) + 3 + len(lines[0]) + len(closing) <= LINE_LENGTH:
+            return [f'{indent}"""{lines[0]}{closing}']
+    return [f'{indent}"""{lines[0]}', *(indent + line if line else "" for line in lines[1:]), f'{indent}"""']
+
+
+def string(value: str) -> str:
+    """Return a string literal in double quotes, or in single ones when that saves backslashes."""
+    literal = repr(value)
+    if literal[0] == '"' or '"' in value:
+        return literal
+    body = literal[1:-1].replace("\\'", "'")
+    return f'"{body}"'
+
+
+def multiline_string(text: str) -> str:
+    """Return a string literal in triple quotes whose lines begin at the margin."""
+    escaped = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
+    return f'"""\\\n{escaped}"""'
+
+
+def source_order(names: Iterable[str]) -> list[str]:
+    """Return names as isort orders them: constants, then classes, then the rest."""
+
+    def key(name: str) -> tuple[int, str]:
+        bare = name.lstrip("_")
+        return (0 if name.isupper() and len(name) > 1 else 1 if bare[:1].isupper() else 2, name)
+
+    return sorted(set(names), key=key)

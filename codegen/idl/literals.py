@@ -1,0 +1,87 @@
+"""Read and write the literals of Slice."""
+
+from __future__ import annotations
+
+import math
+import re
+
+_MOST_DIGITS = 400
+
+_ESCAPE = re.compile(r"\\(?:([0-7]{1,3})|x([0-9a-fA-F]+)|u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|(.))", re.DOTALL)
+_SIMPLE_ESCAPES = {
+    "n": "\n",
+    "t": "\t",
+    "v": "\v",
+    "b": "\b",
+    "r": "\r",
+    "f": "\f",
+    "a": "\a",
+    "?": "?",
+    "\\": "\\",
+    "'": "'",
+    '"': '"',
+}
+
+
+class LiteralError(Exception):
+    """A literal has no value; the message says why."""
+
+
+def parse_integer(text: str) -> int:
+    """Return the value of a decimal, octal (`017`) or hexadecimal (`0x1f`) literal. Raises LiteralError."""
+    digits = text.lstrip("+-")
+    sign = -1 if text.startswith("-") else 1
+    if len(digits) > _MOST_DIGITS:
+        raise LiteralError(f"the integer has {len(digits)} digits")
+    try:
+        if digits[:2] in {"0x", "0X"}:
+            return sign * int(digits, 16)
+        return sign * int(digits, 8 if len(digits) > 1 and digits[0] == "0" else 10)
+    except ValueError:
+        raise LiteralError(f"`{text}` is not an octal number") from None
+
+
+def parse_float(text: str) -> float:
+    """Return the value of a floating-point literal. Raises LiteralError when it is too large."""
+    value = float(text.rstrip("fF"))
+    if math.isinf(value):
+        raise LiteralError(f"`{text[:20]}` is too large for a floating-point number")
+    return value
+
+
+def parse_string(text: str) -> str:
+    """Return the value of a quoted string literal. Raises LiteralError for an escape that Slice does not have.
+
+    Escapes of single bytes above 127 (`\\xe9`, `\\303`) stand for the bytes of UTF-8.
+    """
+    body = text[1:-1]
+    if "\\" not in body:
+        return body
+    parts: list[bytes] = []
+    position = 0
+    for match in _ESCAPE.finditer(body):
+        parts.append(body[position : match.start()].encode("utf-8", "surrogatepass"))
+        parts.append(_escaped(match))
+        position = match.end()
+    parts.append(body[position:].encode("utf-8", "surrogatepass"))
+    try:
+        return b"".join(parts).decode()
+    except UnicodeDecodeError:
+        raise LiteralError("the escapes of this string are not UTF-8") from None
+
+
+def _escaped(match: re.Match[str]) -> bytes:
+    octal, hexadecimal, short, long, simple = match.groups()
+    if octal is not None or hexadecimal is not None:
+        value = int(octal, 8) if octal is not None else int(hexadecimal, 16)
+        if value > 255:
+            raise LiteralError(f"the escape `{match.group()}` is larger than a byte")
+        return bytes([value])
+    if short is not None or long is not None:
+        code_point = int(short or long, 16)
+        if code_point > 0x10FFFF or 0xD800 <= code_point <= 0xDFFF:
+            raise LiteralError(f"the escape `{match.group()}` is no character")
+        return chr(code_point).encode()
+    if simple not in _SIMPLE_ESCAPES:
+        raise LiteralError(f"unknown escape `{match.group()}`")
+    return _SIMPLE_ESCAPES[simple].encode()

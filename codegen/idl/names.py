@@ -1,0 +1,171 @@
+"""Choose Python names for what a Slice file defines, and keep them apart from everything else in the module."""
+
+from __future__ import annotations
+
+import builtins
+import enum
+import keyword
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from . import ast
+from .layout import INDENT, LINE_LENGTH, source_order
+
+RUNTIME = "zenoh_ice.generated"
+
+# As in Ice's mapping to Python a name that Python or the base class needs gets an underscore before it. No name
+# of Slice begins or ends with one, so these and the names made below with one behind them clash with nothing.
+_BASE_CLASS_NAMES: dict[type[ast.Definition], frozenset[str]] = {
+    ast.Enumerator: frozenset(name for name in {*dir(int), *dir(enum.IntEnum), "mro", "name", "value"}),
+    ast.Operation: frozenset({"checkedCast", "uncheckedCast"}),
+}
+_EXCEPTION_NAMES = frozenset({*dir(Exception), "Members"})
+
+
+def python_name(definition: ast.Definition) -> str:
+    """Return the name of a definition in Python."""
+    name = definition.name
+    if keyword.iskeyword(name) or name in _BASE_CLASS_NAMES.get(type(definition), ()):
+        return f"_{name}"
+    return name
+
+
+def exception_member_name(member: ast.Member) -> str:
+    """Return the name of a member of an exception in Python."""
+    return f"_{member.name}" if member.name in _EXCEPTION_NAMES else python_name(member)
+
+
+def module_package(module: str) -> tuple[str, ...]:
+    """Return the path of packages for a scoped module name: `a::b` is `("a", "b")`."""
+    parts = module.split("::")
+    return tuple(f"_{part}" if keyword.iskeyword(part) else part for part in parts)
+
+
+def file_module(path: Path, taken: Iterable[str]) -> str:
+    """Return the name of the Python module for an IDL file, in lower case, apart from the `taken` names."""
+    name = re.sub(r"\W", "_", path.stem.lower())
+    if not name or name[0].isdigit() or keyword.iskeyword(name) or name == "__init__":
+        name = f"_{name}"
+    return f"{name}_idl" if name in set(taken) else name
+
+
+def members_of(definition: ast.Definition) -> Iterator[ast.Definition]:
+    """Yield what a definition holds: members, operations or enumerators."""
+    match definition:
+        case ast.Struct() | ast.Class() | ast.Exception_():
+            yield from definition.members
+        case ast.Interface():
+            yield from definition.operations
+        case ast.Enumeration():
+            yield from definition.enumerators
+
+
+class ModuleNames:
+    """The names in one generated module: what it imports, and under which name that is known in it.
+
+    A name that the module itself defines, or that a class in it gives to a member, so that it would mean the
+    member in the annotations behind it, is known with an underscore behind it: `from typing import Final as
+    Final_`.
+    """
+
+    def __init__(self, package: tuple[str, ...], definitions: Iterable[ast.Definition]) -> None:
+        self._package = package
+        self._imports: defaultdict[str, dict[str, str]] = defaultdict(dict)
+        self._needs_builtins = False
+        self._shadowed: set[str] = set()
+        self._defined: set[str] = set()
+        self._external: dict[str, str] = {}
+        self._private: set[str] = set()
+        for definition in definitions:
+            self._defined |= exported_names(definition)
+            for member in members_of(definition):
+                self._shadowed.add(python_name(member))
+                if isinstance(member, ast.Operation):
+                    self._shadowed |= {f"{member.name}Async", f"{member.name}Publisher"}
+
+    def builtin(self, name: str) -> str:
+        """Return how a builtin is written here."""
+        assert hasattr(builtins, name)
+        if name in self._shadowed or name in self._defined:
+            self._needs_builtins = True
+            return f"builtins.{name}"
+        return name
+
+    def imported(self, module: str, name: str) -> str:
+        """Return the name under which `name` of `module` is known here, and import it."""
+        taken = name in self._shadowed or name in self._defined
+        local = f"{name}_" if taken else name
+        if self._external.setdefault(local, module) != module:  # the same name in two modules
+            local = f"{module.strip('.').replace('.', '_')}_{name}_"
+        self._imports[module][name] = local
+        return local
+
+    def runtime(self, name: str) -> str:
+        """Return the name under which something of the run-time library is known here, and import it."""
+        return self.imported(RUNTIME, name)
+
+    def defined(self, name: str) -> str:
+        """Return how a definition of this module is written in annotations of its classes."""
+        return f"{name}_" if name in self._shadowed else name
+
+    def is_shadowed(self, name: str) -> bool:
+        """Return whether a member of a class has the name of this definition."""
+        return name in self._shadowed
+
+    def private(self, *parts: str) -> str:
+        """Return a name of the module's own, made of these parts."""
+        name = wanted = "_" + "_".join(parts)
+        number = 2
+        while name in self._private:  # A_b.c and A.b_c
+            name = f"{wanted}_{number}"
+            number += 1
+        self._private.add(name)
+        return name
+
+    def relative(self, package: tuple[str, ...], module: str) -> str:
+        """Return the relative name of a module of another generated package, or of this one."""
+        shared = 0
+        for here, there in zip(self._package, package, strict=False):
+            if here != there:
+                break
+            shared += 1
+        dots = "." * (len(self._package) - shared + 1)
+        return dots + ".".join((*package[shared:], module))
+
+    def import_lines(self) -> list[str]:
+        """Return the import statements, grouped as isort does."""
+        groups: list[list[str]] = [["from __future__ import annotations"], [], [], []]
+        if self._needs_builtins:
+            groups[1].append("import builtins")
+
+        def distance(module: str) -> tuple[int, str]:
+            dots = len(module) - len(module.lstrip("."))
+            return -dots, module
+
+        for module in sorted(self._imports, key=distance):
+            names = self._imports[module]
+            items = [
+                name if names[name] == name else f"{name} as {names[name]}" for name in source_order(names)
+            ]
+            group = 3 if module.startswith(".") else 2 if module == RUNTIME else 1
+            groups[group] += _import_lines(module, items)
+        return [line for group in groups if group for line in ("", *group)][1:]
+
+
+def _import_lines(module: str, items: list[str]) -> list[str]:
+    line = f"from {module} import {', '.join(items)}"
+    if len(line) <= LINE_LENGTH:
+        return [line]
+    return [f"from {module} import (", *(f"{INDENT}{item}," for item in items), ")"]
+
+
+def exported_names(definition: ast.Definition) -> set[str]:
+    """Return the public names that a definition makes in its Python module."""
+    name = python_name(definition)
+    if isinstance(definition, ast.Interface):
+        return {name, f"{name}Prx"}
+    if isinstance(definition, ast.ForwardDeclaration | ast.Module):
+        return set()
+    return {name}

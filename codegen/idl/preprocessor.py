@@ -1,0 +1,280 @@
+"""Follow includes, guards and conditions: from the tokens of files to those of one translation unit."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from codegen.diagnostics import Diagnostics, Location, Note
+
+from .codes import Code
+from .conditions import ConditionError, evaluate
+from .lexer import Kind, Source, Token
+
+EXTENSIONS = (".idl", ".ice")
+_DEEPEST_INCLUDE = 64
+_LARGEST_FILE = 16 * 2**20
+_LARGEST_UNIT = 2_000_000  # tokens; guards against files that include each other without guards
+
+# What the reference compiler defines too, so that files with parts for one language are read alike.
+_PREDEFINED = {"ICE_VERSION": "30711", "__SLICE2PY__": "1"}
+
+_DIRECTIVE = re.compile(r"#\s*(?P<name>[a-z]*)\s*(?P<rest>.*)", re.DOTALL)
+_INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
+_DEFINE = re.compile(r"(?P<name>[A-Za-z_]\w*)(?P<parameters>\()?\s*(?P<value>.*)", re.DOTALL)
+_COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
+
+
+class SourceFiles:
+    """Read each file once in a run."""
+
+    def __init__(self, diagnostics: Diagnostics) -> None:
+        self._diagnostics = diagnostics
+        self._sources: dict[Path, Source | None] = {}
+
+    def load(self, path: Path, included_at: Location | None = None) -> Source | None:
+        """Return the source at `path`, or None after reporting why it cannot be read."""
+        identity = path.resolve()
+        if identity not in self._sources:
+            self._sources[identity] = self._read(path, included_at or Location(path))
+        return self._sources[identity]
+
+    def _read(self, path: Path, asked_at: Location) -> Source | None:
+        try:
+            size = path.stat().st_size
+            if size > _LARGEST_FILE:
+                message = f"{path} has {size} bytes; a Slice file may have at most {_LARGEST_FILE}"
+                self._diagnostics.error(Code.UNREADABLE_FILE, message, asked_at)
+                return None
+            content = path.read_bytes()
+        except OSError as error:
+            reason = error.strerror or str(error)
+            self._diagnostics.error(Code.UNREADABLE_FILE, f"{path} cannot be read: {reason}", asked_at)
+            return None
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            line = content.count(b"\n", 0, error.start) + 1
+            column = error.start - content.rfind(b"\n", 0, error.start)
+            message = "the file is not UTF-8 and is read as Latin-1"
+            self._diagnostics.warning(Code.UNKNOWN_ENCODING, message, Location(path, line, column))
+            text = content.decode("latin-1")
+        text = text.replace("\r\n", "\n")
+        self._diagnostics.add_source(path, text)
+        return Source(path, text)
+
+
+@dataclass(slots=True)
+class TranslationUnit:
+    """What one file says, with all that it includes."""
+
+    source: Source
+    tokens: list[Token] = field(default_factory=list)
+    included: list[Source] = field(default_factory=list)
+    """Every file that it includes, directly or not, each once."""
+
+
+@dataclass(slots=True)
+class _Condition:
+    token: Token
+    active: bool
+    """Whether the present branch is read."""
+    taken: bool
+    """Whether a branch has been read, so that no further one is."""
+    outer_active: bool
+    else_seen: bool = False
+
+
+class Preprocessor:
+    """Turn files into translation units.
+
+    `include_directories` are searched for `#include <x>` and, after the directory of the including file, for
+    `#include "x"`.
+    """
+
+    def __init__(
+        self, files: SourceFiles, include_directories: Sequence[Path], diagnostics: Diagnostics
+    ) -> None:
+        self._files = files
+        self._include_directories = include_directories
+        self._diagnostics = diagnostics
+
+    def unit(self, source: Source) -> TranslationUnit:
+        """Return the translation unit of a file."""
+        unit = TranslationUnit(source)
+        _Reader(unit, self._files, self._include_directories, self._diagnostics).read(source)
+        unit.tokens.append(source.tokens[-1])
+        return unit
+
+
+class _Reader:
+    """The state while one translation unit is read."""
+
+    def __init__(
+        self,
+        unit: TranslationUnit,
+        files: SourceFiles,
+        include_directories: Sequence[Path],
+        diagnostics: Diagnostics,
+    ) -> None:
+        self._unit = unit
+        self._files = files
+        self._include_directories = include_directories
+        self._diagnostics = diagnostics
+        self._macros: dict[str, list[Token]] = {}
+        self._once: set[Source] = set()
+        self._depth = 0
+        for name, value in _PREDEFINED.items():
+            self._macros[name] = Source(Path("<predefined>"), value).tokens[:-1]
+
+    def read(self, source: Source) -> None:
+        """Append the tokens of `source` that count to the unit."""
+        conditions: list[_Condition] = []
+        active = True
+        output = self._unit.tokens
+        macros = self._macros
+        for token in source.tokens:
+            kind = token.kind
+            if kind is Kind.DIRECTIVE:
+                active = self._directive(token, conditions)
+            elif not active or kind is Kind.END:
+                continue
+            elif kind is Kind.NAME and token.text in macros and not token.escaped:
+                output += [replacement.moved_to(token) for replacement in macros[token.text]]
+            elif kind is Kind.INVALID or kind is Kind.UNTERMINATED:
+                self._report_bad_token(token)
+            else:
+                output.append(token)
+        for condition in conditions:
+            self._error(Code.BAD_DIRECTIVE, "this condition has no #endif", condition.token)
+
+    def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
+        self._diagnostics.error(code, message, token.location, notes)
+
+    def _report_bad_token(self, token: Token) -> None:
+        if token.kind is Kind.UNTERMINATED:
+            what = "string" if token.text.startswith('"') else "comment"
+            self._error(Code.UNTERMINATED, f"this {what} has no end", token)
+        elif token.text[0].isdigit() or token.text[1:2].isdigit():
+            self._error(Code.BAD_LITERAL, f"`{_cut(token.text)}` is not a number", token)
+        else:
+            self._error(Code.UNEXPECTED_CHARACTER, f"unexpected {_cut(token.text)!r}", token)
+
+    def _directive(self, token: Token, conditions: list[_Condition]) -> bool:
+        """Do what a directive says; return whether the tokens behind it are read."""
+        text = _COMMENT.sub(" ", token.text.replace("\\\r\n", " ").replace("\\\n", " "))
+        match = _DIRECTIVE.match(text)
+        name, rest = (match["name"], match["rest"].strip()) if match else ("", "")
+        active = not conditions or conditions[-1].active
+        if name in {"if", "ifdef", "ifndef"}:
+            holds = active and self._holds(name, rest, token)
+            conditions.append(_Condition(token, holds, holds, active))
+        elif name in {"elif", "else", "endif"}:
+            self._next_branch(name, rest, token, conditions)
+        elif active:
+            self._plain_directive(name, rest, token)
+        return not conditions or conditions[-1].active
+
+    def _next_branch(self, name: str, rest: str, token: Token, conditions: list[_Condition]) -> None:
+        if not conditions:
+            self._error(Code.BAD_DIRECTIVE, f"#{name} without #if", token)
+            return
+        if name == "endif":
+            conditions.pop()
+            return
+        condition = conditions[-1]
+        if condition.else_seen:
+            begin = Note("the condition begins here", condition.token.location)
+            self._error(Code.BAD_DIRECTIVE, f"#{name} behind #else", token, begin)
+        open_ = condition.outer_active and not condition.taken
+        condition.active = open_ and (name == "else" or self._holds("if", rest, token))
+        condition.taken = condition.taken or condition.active
+        condition.else_seen = condition.else_seen or name == "else"
+
+    def _holds(self, name: str, rest: str, token: Token) -> bool:
+        if name == "if":
+            values = {macro: " ".join(part.text for part in parts) for macro, parts in self._macros.items()}
+            try:
+                return evaluate(rest, values)
+            except ConditionError as error:
+                self._error(Code.BAD_DIRECTIVE, f"#if: {error}", token)
+                return False
+        match = _DEFINE.match(rest)
+        if match is None:
+            self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
+            return False
+        return (match["name"] in self._macros) == (name == "ifdef")
+
+    def _plain_directive(self, name: str, rest: str, token: Token) -> None:
+        match name:
+            case "include":
+                self._include(rest, token)
+            case "define":
+                self._define(rest, token)
+            case "undef":
+                self._macros.pop(rest, None)
+            case "pragma":
+                if rest.split()[:1] == ["once"]:
+                    self._once.add(token.source)
+            case "error":
+                self._error(Code.BAD_DIRECTIVE, f"#error {rest}", token)
+            case "" if not rest or rest[0].isdigit():  # `#` alone, and the line marks of a C preprocessor
+                pass
+            case "line" | "warning":
+                pass
+            case _:
+                self._error(Code.BAD_DIRECTIVE, f"unknown directive #{name}", token)
+
+    def _define(self, rest: str, token: Token) -> None:
+        match = _DEFINE.fullmatch(rest)
+        if match is None:
+            self._error(Code.BAD_DIRECTIVE, "#define needs a name", token)
+        elif match["parameters"]:
+            self._error(Code.BAD_DIRECTIVE, "a macro of Slice has no parameters", token)
+        else:
+            value = Source(token.source.path, match["value"])
+            self._macros[match["name"]] = value.tokens[:-1]
+
+    def _include(self, rest: str, token: Token) -> None:
+        match = _INCLUDE.match(rest)
+        if match is None:
+            self._error(Code.BAD_DIRECTIVE, '#include needs a file: "name.idl" or <name.idl>', token)
+            return
+        name = match["quoted"] or match["angled"]
+        path = self._find(name, token.source.path.parent, own_directory_first=match["quoted"] is not None)
+        if path is None:
+            searched = ", ".join(str(each) for each in (token.source.path.parent, *self._include_directories))
+            note = Note(f"searched in {searched}; -I DIR adds a directory")
+            self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, note)
+            return
+        source = self._files.load(path, token.location)
+        if source is None or source in self._once:
+            return
+        if self._depth >= _DEEPEST_INCLUDE or len(self._unit.tokens) > _LARGEST_UNIT:
+            message = f"{name} is included too deeply: do the files include each other without guards?"
+            self._error(Code.INCLUDE_TOO_DEEP, message, token)
+            return
+        if source not in self._unit.included and source is not self._unit.source:
+            self._unit.included.append(source)
+        self._depth += 1
+        self.read(source)
+        self._depth -= 1
+
+    def _find(self, name: str, own: Path, *, own_directory_first: bool) -> Path | None:
+        directories = list(self._include_directories)
+        directories.insert(0 if own_directory_first else len(directories), own)
+        stem, extension = os.path.splitext(name)  # noqa: PTH122 - `name` may hold what Path would normalize
+        others = [stem + other for other in EXTENSIONS if other != extension and extension in EXTENSIONS]
+        for candidate in (name, *others):
+            for directory in directories:
+                path = Path(os.path.normpath(directory / candidate))
+                if "\0" not in name and path.is_file():
+                    return path
+        return None
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= 20 else text[:20] + "..."
