@@ -1,0 +1,316 @@
+"""The communicator: a process's door to the servants of its realm, and to its own servants' clients."""
+
+from __future__ import annotations
+
+import atexit
+import itertools
+import logging
+import os
+import re
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import ExitStack
+from typing import Any, Final, Self, TypeVar
+
+from .adapter import ObjectAdapter
+from .clock import Clock, WallClock
+from .codec import Codec
+from .dispatch import Dispatcher
+from .exceptions import CommunicatorDestroyedException, ConfigurationException
+from .incoming import Incoming
+from .operation import Operation
+from .outgoing import OutgoingCall, fail
+from .presence import Presence, Target, client_token
+from .proxy import ObjectPrx
+from .session import open_session
+from .settings import Settings, load_settings
+from .stream import Sample, StreamReader, Subscription
+
+__all__ = ["Communicator", "initialize"]
+
+V = TypeVar("V")
+
+_NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,128}")
+_LONGEST_TIMEOUT: Final = 60.0  # s; Zenoh keeps a kilobyte for each call until its limit has passed
+_DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
+
+_logger = logging.getLogger(__name__)
+
+
+def initialize(settings: Settings | None = None, **overrides: object) -> Communicator:
+    """Return a communicator; use it in a `with` block, or call `destroy` at the end.
+
+    Without `settings` they come from the environment; `overrides` are fields of Settings that win over both:
+    `initialize(realm="nao", connect=["tcp/127.0.0.1:7447"])`. It does not wait for a server.
+
+    Raises EndpointInUseException when another process listens already, ConfigurationException for a setting
+    that is not valid.
+    """
+    if settings is None:
+        settings = load_settings()
+    return Communicator(settings.override(**overrides) if overrides else settings)
+
+
+class Communicator:
+    """The root of everything that talks: proxies, adapters, streams and the clock come from here.
+
+    It may be used from any thread. User code, servants and callbacks alike, runs on its own threads.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings: Final = settings
+        self.realm: Final = settings.realm
+        self.destroyed = False
+        self.local_servants: Final[dict[Target, Incoming]] = {}
+        self.call_numbers: Final = itertools.count(1)
+        self._lock = threading.RLock()
+        self._adapters: list[ObjectAdapter] = []
+        self._calls: dict[tuple[Target, Operation[..., Any], str, float], OutgoingCall] = {}
+        self._readers: dict[tuple[Target, Operation[..., Any]], StreamReader[Any]] = {}
+        self._subscriptions: set[Subscription] = set()
+        self._futures: set[Future[Any]] = set()
+        self._clock: Clock | None = None
+        self._shutdown = threading.Event()
+        self._destroyed = threading.Event()
+        self.session: Final = open_session(settings)
+        with ExitStack() as on_failure:
+            on_failure.callback(self.session.close)
+            self.client_id: Final = str(self.session.zid())
+            self.dispatcher: Final = Dispatcher(settings.dispatch_threads, f"zenoh_ice {settings.realm}")
+            on_failure.callback(self.dispatcher.close, _DESTROY_LIMIT)
+            endpoints = [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
+            self.presence: Final = Presence(self.session, endpoints, self.dispatcher.submit)
+            on_failure.callback(self.presence.close)
+            self.presence.watch(self.realm)
+            self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))
+            on_failure.pop_all()
+        _live.add(self)
+
+    # Proxies and servants.
+
+    def stringToProxy(self, text: str) -> ObjectPrx:
+        """Return the proxy of an identity, as `Head` or, of another realm, `Head@otherrealm`.
+
+        Raises ConfigurationException when the text is no proxy.
+        """
+        identity, separator, realm = text.partition("@")
+        for name in (identity, realm) if separator else (identity,):
+            if not _NAME.fullmatch(name):
+                raise ConfigurationException(
+                    f"{text!r} is no proxy: write IDENTITY or IDENTITY@REALM, of letters, digits, '_', '-' "
+                    "and '.' alone"
+                )
+        return ObjectPrx(self, Target(realm or self.realm, identity), self.settings.timeout)
+
+    def proxyToString(self, proxy: ObjectPrx) -> str:
+        """Return a proxy as text that `stringToProxy` takes."""
+        return proxy.ice_toString()
+
+    def createObjectAdapter(self, name: str) -> ObjectAdapter:
+        """Return an adapter, which makes servants reachable; the name is for people."""
+        with self._lock:
+            self._check()
+            adapter = ObjectAdapter(self, name)
+            self._adapters.append(adapter)
+        return adapter
+
+    def identities(self, realm: str | None = None) -> list[str]:
+        """Return the identities served in a realm as far as known by now, sorted."""
+        self.presence.watch(realm or self.realm)
+        return self.presence.identities(realm or self.realm)
+
+    def onClientLost(self, callback: Callable[[str], Any]) -> None:
+        """Call a function with the id of every client of the realm that ends or is lost.
+
+        A client that dies is told of at once, one that hangs after the lease. The id is that of
+        `Current.client`. The function runs on a thread of the communicator; its exceptions are logged.
+        """
+        self._check()
+        self.presence.watch_clients(self.realm, callback)
+
+    # Time.
+
+    @property
+    def clock(self) -> Clock:
+        """The component's clock, chosen by the setting `clock`; choosing may wait for the robot's server."""
+        with self._lock:
+            self._check()
+            if self._clock is None:
+                self._clock = self._choose_clock()
+            return self._clock
+
+    def _choose_clock(self) -> Clock:
+        if self.settings.clock == "wall":
+            return WallClock()
+        from .robot_clock import choose_clock
+
+        return choose_clock(self)
+
+    # Life.
+
+    def shutdown(self) -> None:
+        """Withdraw all servants and let `waitForShutdown` return; proxies go on working."""
+        self._shutdown.set()
+        with self._lock:
+            adapters = list(self._adapters)
+        for adapter in adapters:
+            adapter.deactivate()
+
+    def waitForShutdown(self, timeout: float | None = None) -> bool:
+        """Wait until `shutdown` or `destroy` is called, at most `timeout` s; return whether one was."""
+        return self._shutdown.wait(timeout)
+
+    def isShutdown(self) -> bool:
+        """Return whether `shutdown` or `destroy` was called."""
+        return self._shutdown.is_set()
+
+    def destroy(self) -> None:
+        """End everything: servants, streams, calls that wait, threads, the session.
+
+        Any thread may call it, a servant's included, and more than once. Who waits for a call or a sample
+        gets CommunicatorDestroyedException. What runs may go on for some seconds.
+        """
+        with self._lock:
+            first, self.destroyed = not self.destroyed, True
+            adapters, self._adapters = self._adapters, []
+            readers = list(self._readers.values())
+            subscriptions = list(self._subscriptions)
+        if not first:
+            if not self.dispatcher.is_own_thread():
+                self._destroyed.wait(3 * _DESTROY_LIMIT)
+            return
+        self._shutdown.set()
+        # Run from the last to the first, each whatever the others raise, Ctrl-C included.
+        with ExitStack() as steps:
+            steps.callback(_live.discard, self)
+            steps.callback(self._destroyed.set)
+            steps.callback(self.dispatcher.close, _DESTROY_LIMIT)
+            steps.callback(self._fail_futures)
+            steps.callback(self.session.close)
+            steps.callback(self._close_clock)
+            for subscription in subscriptions:
+                steps.callback(subscription.close)
+            for reader in readers:
+                steps.callback(reader.close)
+            for adapter in adapters:
+                steps.callback(adapter.destroy)
+            steps.callback(self.presence.close)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.destroy()
+
+    def __repr__(self) -> str:
+        return f"<communicator {self.client_id} of realm {self.realm}>"
+
+    # For the other modules of the package.
+
+    def find(self, target: Target, type_id: str | None, timeout: float) -> dict[str, str]:
+        """Wait until a servant is there; return the fingerprints of its interfaces by type id.
+
+        The interface asked for is missing from them if the servant does not have it.
+        """
+        self._check()
+        local = self.local_servants.get(target)
+        if local is not None:
+            return local.fingerprints
+        self.presence.wait_for(target, type_id, timeout)
+        found = self.presence.interfaces(target)
+        if not found:
+            raise self.presence.explain_absence(target)
+        return found
+
+    def outgoing_call(
+        self, target: Target, operation: Operation[..., Any], fingerprint: str, timeout: float
+    ) -> OutgoingCall:
+        """Return what calls an operation of a servant; proxies share it."""
+        key = (target, operation, fingerprint, timeout)
+        with self._lock:
+            self._check()
+            call = self._calls.get(key)
+            if call is None:
+                call = self._calls[key] = OutgoingCall(self, *key)
+            return call
+
+    def stream_reader(self, target: Target, operation: Operation[..., V]) -> StreamReader[V]:
+        """Return the reader of a stream; proxies share it."""
+        with self._lock:
+            self._check()
+            reader = self._readers.get((target, operation))
+            if reader is None:
+                reader = self._readers[target, operation] = StreamReader(self, target, operation)
+            return reader
+
+    def new_subscription(
+        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], timeout: float
+    ) -> Subscription:
+        """Return a subscription that ends with the communicator."""
+        with self._lock:
+            self._check()
+            subscription = Subscription(reader, callback, timeout, self._subscriptions.discard)
+            self._subscriptions.add(subscription)
+            return subscription
+
+    def new_future(self) -> Future[Any]:
+        """Return a future that has an outcome at the latest when the communicator is destroyed."""
+        self._check()
+        future: Future[Any] = Future()
+        future.set_running_or_notify_cancel()  # what was sent cannot be taken back
+        self._futures.add(future)
+        future.add_done_callback(self._futures.discard)
+        return future
+
+    def size_limit(self, codec: Codec[Any]) -> int:
+        """Return how many bytes a payload may have: more where its type holds byte sequences."""
+        settings = self.settings
+        return settings.max_reply_size if codec.holds_bytes else settings.max_request_size
+
+    def check_timeout(self, seconds: float) -> float:
+        """Return a limit for calls; raises ConfigurationException for one that is none."""
+        if not 0 < seconds <= _LONGEST_TIMEOUT:
+            raise ConfigurationException(
+                f"a call's limit is above 0 and at most {_LONGEST_TIMEOUT:g} s, not {seconds:g} s"
+            )
+        return seconds
+
+    def abandon(self) -> None:
+        """Refuse all further use: in a forked child the session is broken and must not be touched."""
+        self.destroyed = True
+        self._shutdown.set()
+        self._destroyed.set()
+
+    def _check(self) -> None:
+        if self.destroyed:
+            raise CommunicatorDestroyedException("the communicator was destroyed, or inherited by a fork")
+
+    def _close_clock(self) -> None:
+        close = getattr(self._clock, "close", None)
+        if close is not None:
+            close()
+
+    def _fail_futures(self) -> None:
+        for future in tuple(self._futures):
+            fail(future, CommunicatorDestroyedException("the communicator was destroyed during the call"))
+
+
+_live: Final[set[Communicator]] = set()
+
+
+def _destroy_all() -> None:
+    # Without this, a session with handlers in Python would keep the interpreter from ending.
+    for communicator in tuple(_live):
+        _logger.debug("%r was not destroyed before the end of the program", communicator)
+        communicator.destroy()
+
+
+def _abandon_all() -> None:
+    for communicator in tuple(_live):
+        communicator.abandon()
+    _live.clear()
+
+
+atexit.register(_destroy_all)
+os.register_at_fork(after_in_child=_abandon_all)

@@ -1,0 +1,220 @@
+"""The server's side of calls: one object for each servant that is served."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
+from zenoh.handlers import Callback
+
+from .attachment import NO_ATTACHMENT, decode_attachment
+from .dispatch import Lane
+from .exceptions import (
+    InterfaceMismatchException,
+    MarshalException,
+    ObjectNotExistException,
+    OperationNotExistException,
+    OverloadedException,
+    TimeoutException,
+    UserException,
+    ZenohIceError,
+)
+from .object import OBJECT_INTERFACE, Current, Object
+from .operation import Operation
+from .outgoing import settle
+from .presence import Target, servant_token
+from .publisher import Channel, Publisher
+from .wire_errors import ERROR_ENCODING, encode_error, unknown_exception
+
+if TYPE_CHECKING:
+    from .communicator import Communicator
+
+__all__ = ["Incoming"]
+
+_MAX_WAITING: Final = 64  # calls of one servant
+_MAX_REFUSALS: Final = 256  # answers to calls beyond those; further ones end without an answer
+
+_logger = logging.getLogger(__name__)
+
+
+class Incoming:
+    """Serve one servant under one identity: queryable, tokens, publishers, and the way of a call."""
+
+    def __init__(self, communicator: Communicator, target: Target, servant: Object) -> None:
+        self.target: Final = target
+        self.servant: Final = servant
+        interface = servant.ice_interface
+        self.fingerprints: Final = {known.type_id: known.fingerprint for known in interface.lineage}
+        self._accepted: Final = frozenset(self.fingerprints.values())
+        self._communicator: Final = communicator
+        operations = {**interface.all_operations, **OBJECT_INTERFACE.all_operations}
+        self._methods: Final[dict[str, tuple[Operation[..., Any], Callable[..., Any], int]]] = {
+            name: (operation, getattr(servant, name), communicator.size_limit(operation.arguments))
+            for name, operation in operations.items()
+        }
+        threads = communicator.settings.dispatch_threads
+        self._lane: Final = Lane(
+            communicator.dispatcher,
+            target.identity,
+            width=max(2, threads // 2) if servant.ice_concurrent else 1,
+            depth=_MAX_WAITING,
+        )
+        self._prefix: Final = f"{target.realm}/{target.identity}/"
+        self._queryable: zenoh.Queryable[None] | None = None
+        self._tokens: list[zenoh.LivelinessToken] = []
+        self._channels: list[tuple[Publisher[Any], Channel]] = []
+        self._refusals = 0
+
+    def activate(self, session: zenoh.Session) -> None:
+        """Take calls, then let everybody know."""
+        interface = self.servant.ice_interface
+        for operation in interface.all_operations.values():
+            if operation.streamed:
+                publisher = self.servant.ice_publisher(operation)
+                limit = self._communicator.size_limit(operation.result)
+                key = self._prefix + operation.name
+                channel = Channel(session, key, publisher, interface.fingerprint, limit)
+                self._channels.append((publisher, channel))
+                publisher.attach(channel)
+        # Complete: of two servants of one identity one gets a call, not both.
+        self._queryable = session.declare_queryable(
+            self._prefix + "*", Callback(self._on_query, indirect=False), complete=True
+        )
+        # Its own last: who waits for the servant's own interface finds the others, too.
+        for known in reversed(interface.lineage):
+            key = servant_token(self.target, known.type_id, known.fingerprint)
+            self._tokens.append(session.liveliness().declare_token(key))
+
+    def deactivate(self, timeout: float) -> None:
+        """Let everybody know, take no more calls, and wait for at most `timeout` s for those that run."""
+        while self._tokens:
+            self._tokens.pop().undeclare()
+        if self._queryable is not None:
+            self._queryable.undeclare()
+            self._queryable = None
+        while self._channels:
+            publisher, channel = self._channels.pop()
+            publisher.detach(channel)
+            channel.close()
+        if not self._lane.close(timeout):
+            _logger.error("a call of %s still runs after %g s", self.target, timeout)
+
+    def call_here(self, name: str, payload: bytes, attachment: bytes, timeout: float) -> tuple[bool, bytes]:
+        """Execute a call from this process; return whether it succeeded, and its result or error.
+
+        Both are as they would travel.
+
+        Raises TimeoutException, OverloadedException, ObjectNotExistException.
+        """
+        if self._lane.is_running_here():  # the servant calls itself: it must not wait for its own turn
+            return self._execute(name, payload, attachment, time.monotonic())
+        future: Future[tuple[bool, bytes]] = Future()
+        call = partial(self._execute, name, payload, attachment, time.monotonic())
+        self._lane.submit(partial(settle, future, call))
+        with self._communicator.dispatcher.blocked():
+            try:
+                return future.result(timeout)
+            except TimeoutError:
+                raise TimeoutException(
+                    f"{self.target.identity}.{name} did not answer within {timeout:g} s"
+                ) from None
+
+    def _on_query(self, query: zenoh.Query) -> None:
+        # On Zenoh's receiving thread: what takes longer than noting the call would hold up everybody.
+        try:
+            self._lane.submit(partial(self._answer, query, time.monotonic()))
+        except (OverloadedException, ObjectNotExistException) as error:
+            if self._refusals >= _MAX_REFUSALS:
+                query.drop()
+                return
+            self._refusals += 1
+            self._communicator.dispatcher.submit(partial(self._refuse, query, error))
+
+    def _answer(self, query: zenoh.Query, received: float) -> None:
+        with query:  # dropped in any case: a held query hangs its client until the timeout
+            key = str(query.key_expr)
+            name = key.removeprefix(self._prefix)
+            ok, answer = self._execute_query(query, name, received)
+            try:
+                if ok:
+                    query.reply(key, answer)
+                else:
+                    query.reply_err(answer, encoding=ERROR_ENCODING)
+            except zenoh.ZError as error:
+                _logger.debug("answer of %s.%s dropped: %s", self.target.identity, name, error)
+
+    def _execute_query(self, query: zenoh.Query, name: str, received: float) -> tuple[bool, bytes]:
+        if name not in self._methods:
+            return False, encode_error(self._no_operation(name))
+        payload, attachment = query.payload, query.attachment
+        size = 0 if payload is None else len(payload)
+        limit = self._methods[name][2]
+        if size > limit:  # before the payload is so much as copied
+            what = f"{self.target.identity}.{name}"
+            error = MarshalException(f"{what}: a request of {size} bytes where at most {limit} are taken")
+            return False, encode_error(error)
+        return self._execute(
+            name,
+            b"\x80" if payload is None else payload.to_bytes(),
+            None if attachment is None else attachment.to_bytes(),
+            received,
+        )
+
+    def _refuse(self, query: zenoh.Query, error: ZenohIceError) -> None:
+        self._refusals -= 1
+        with query:
+            try:
+                query.reply_err(encode_error(error), encoding=ERROR_ENCODING)
+            except zenoh.ZError as problem:
+                _logger.debug("refusal of %s dropped: %s", self.target, problem)
+
+    def _execute(
+        self, name: str, payload: bytes, attachment: bytes | None, received: float
+    ) -> tuple[bool, bytes]:
+        """Run the servant; return whether it succeeded, and its result or error as it travels."""
+        what = f"{self.target.identity}.{name}"
+        try:
+            operation, method, _ = self._methods[name]
+        except KeyError:
+            return False, encode_error(self._no_operation(name))
+        try:
+            about = NO_ATTACHMENT if attachment is None else decode_attachment(attachment)
+            self._check(about.fingerprint, name)
+            waited = time.monotonic() - received
+            if 0 < about.timeout <= waited:
+                raise TimeoutException(f"{what} waited {waited:.3g} s for its turn and was not executed")
+            arguments = operation.arguments.unpack_arguments(payload, what)
+        except ZenohIceError as error:
+            return False, encode_error(error)
+        current = Current(self.target.identity, name, about.client, about.call_id, self._communicator)
+        try:
+            result = method(*arguments, current)
+        except (Exception, SystemExit) as error:
+            if isinstance(error, UserException) and isinstance(error, operation.exceptions):
+                return False, encode_error(error)
+            _logger.exception("%s failed, called by %s", what, about.client or "a stranger")
+            return False, encode_error(unknown_exception(error))
+        try:
+            return True, operation.result.pack_result(result, f"result of {what}")
+        except MarshalException as error:
+            _logger.error("%s", error)
+            return False, encode_error(error)
+
+    def _check(self, fingerprint: str, name: str) -> None:
+        if fingerprint and fingerprint not in self._accepted and not name.startswith("ice_"):
+            own = self.servant.ice_interface
+            raise InterfaceMismatchException(
+                f"{self.target.identity}.{name}: the caller was generated from {fingerprint}, the servant "
+                f"{own.type_id} from {own.fingerprint}; generate both from the same IDL",
+                expected=fingerprint,
+                found=own.fingerprint,
+            )
+
+    def _no_operation(self, name: str) -> OperationNotExistException:
+        type_id = self.servant.ice_interface.type_id
+        return OperationNotExistException(f"{self.target.identity}, a {type_id}, has no operation {name!r}")

@@ -1,0 +1,140 @@
+"""The root of servants, and what a servant is told about the call that it serves."""
+
+from __future__ import annotations
+
+from abc import ABC
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
+
+import msgspec
+
+from .operation import OBJECT_TYPE_ID, Interface, Operation
+from .publisher import Publisher
+
+if TYPE_CHECKING:
+    from .communicator import Communicator
+
+__all__ = ["OBJECT_INTERFACE", "Current", "InterfaceDescription", "Object"]
+
+V = TypeVar("V")
+
+
+@dataclass(frozen=True, slots=True)
+class Current:
+    """The call that a servant serves."""
+
+    identity: str
+    """Identity under which the servant was called."""
+    operation: str
+    """Name of the operation."""
+    client: str
+    """Id of the calling session, as `Communicator.onClientLost` tells it; empty when the caller gave none."""
+    call_id: str
+    """Id of the call, for logs."""
+    communicator: Communicator
+    """Communicator of the servant."""
+
+
+class InterfaceDescription(msgspec.Struct):
+    """An interface as the servant's side knows it."""
+
+    typeId: str
+    fingerprint: str
+    definition: str
+
+
+class _NoArguments(msgspec.Struct):
+    pass
+
+
+class _TypeIdArgument(msgspec.Struct):
+    id: str
+
+
+class _NoResult(msgspec.Struct):
+    pass
+
+
+class _BoolResult(msgspec.Struct):
+    returnValue: bool
+
+
+class _TextResult(msgspec.Struct):
+    returnValue: str
+
+
+class _TextsResult(msgspec.Struct):
+    returnValue: list[str]
+
+
+class _DescriptionsResult(msgspec.Struct):
+    returnValue: list[InterfaceDescription]
+
+
+ICE_PING: Final[Operation[[], None]] = Operation(
+    "ice_ping", arguments=_NoArguments, result=_NoResult, idempotent=True
+)
+ICE_IS_A: Final[Operation[[str], bool]] = Operation(
+    "ice_isA", arguments=_TypeIdArgument, result=_BoolResult, idempotent=True
+)
+ICE_ID: Final[Operation[[], str]] = Operation(
+    "ice_id", arguments=_NoArguments, result=_TextResult, idempotent=True
+)
+ICE_IDS: Final[Operation[[], list[str]]] = Operation(
+    "ice_ids", arguments=_NoArguments, result=_TextsResult, idempotent=True
+)
+ICE_DESCRIBE: Final[Operation[[], list[InterfaceDescription]]] = Operation(
+    "ice_describe", arguments=_NoArguments, result=_DescriptionsResult, idempotent=True
+)
+
+OBJECT_INTERFACE: Final = Interface(
+    OBJECT_TYPE_ID, operations=(ICE_PING, ICE_IS_A, ICE_ID, ICE_IDS, ICE_DESCRIBE)
+)
+
+
+class Object(ABC):  # noqa: B024 - the abstract methods are those of the generated subclasses
+    """The root of servants: what each answers besides the operations of its interface.
+
+    Subclass the generated servant of an interface and implement its operations. Calls of one servant run one
+    at a time, on threads of the communicator, unless `ice_concurrent` is set on the class or the servant.
+    """
+
+    ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
+    ice_concurrent: bool = False
+    """Whether calls of this servant may overlap."""
+
+    def ice_ping(self, current: Current) -> None:
+        """Do nothing: the answer shows that the servant is there."""
+
+    def ice_isA(self, id: str, current: Current) -> bool:  # noqa: ARG002
+        """Return whether the servant has the interface of a type id."""
+        return id in self.ice_interface.type_ids
+
+    def ice_id(self, current: Current) -> str:  # noqa: ARG002
+        """Return the type id of the servant's own interface."""
+        return self.ice_interface.type_id
+
+    def ice_ids(self, current: Current) -> list[str]:  # noqa: ARG002
+        """Return the type ids of all interfaces of the servant, sorted."""
+        return list(self.ice_interface.type_ids)
+
+    def ice_describe(self, current: Current) -> list[InterfaceDescription]:  # noqa: ARG002
+        """Return fingerprint and definition of all interfaces of the servant, its own first."""
+        return [
+            InterfaceDescription(interface.type_id, interface.fingerprint, interface.definition)
+            for interface in self.ice_interface.lineage
+        ]
+
+    def ice_publisher(self, operation: Operation[..., V]) -> Publisher[V]:
+        """Return the publisher of a streamed operation.
+
+        It may be had before an adapter serves the servant: until then nobody listens.
+        """
+        # Servants need not call our constructor, as in Ice, so there is none.
+        publishers = self.ice_publishers()
+        return publishers.setdefault(operation.name, Publisher(operation))
+
+    def ice_publishers(self) -> dict[str, Publisher[Any]]:
+        """Return the publishers by name of operation."""
+        publishers: dict[str, Publisher[Any]] = self.__dict__.setdefault("_ice_publishers", {})
+        return publishers

@@ -1,0 +1,110 @@
+"""What generated code tells the runtime about interfaces and their operations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any, Final, Generic, ParamSpec, TypeVar
+
+import msgspec
+
+from .codec import Codec
+from .exceptions import UserException
+
+__all__ = ["OBJECT_TYPE_ID", "Interface", "Operation", "first_difference"]
+
+OBJECT_TYPE_ID: Final = "::Ice::Object"
+"""The type id that every servant answers to."""
+
+P = ParamSpec("P")
+V = TypeVar("V")
+
+
+class Operation(Generic[P, V]):
+    """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns."""
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        arguments: type[msgspec.Struct],
+        result: type[msgspec.Struct],
+        exceptions: tuple[type[UserException], ...] = (),
+        idempotent: bool = False,
+        streamed: bool = False,
+    ) -> None:
+        self.name: Final = name
+        self.arguments: Final = Codec(arguments)
+        self.result: Final = Codec(result)
+        self.exceptions: Final = exceptions
+        self.idempotent: Final = idempotent
+        self.streamed: Final = streamed
+
+    def __repr__(self) -> str:
+        return f"<operation {self.name}>"
+
+
+class Interface:
+    """An interface: its type id, its own operations, and the interfaces that it extends.
+
+    `definition` is the canonical text of the interface and of every type that it uses, one member a line;
+    `fingerprint` is the beginning of its digest.
+    """
+
+    def __init__(
+        self,
+        type_id: str,
+        *,
+        bases: tuple[Interface, ...] = (),
+        operations: tuple[Operation[..., Any], ...] = (),
+        fingerprint: str = "",
+        definition: str = "",
+    ) -> None:
+        self.type_id: Final = type_id
+        self.bases: Final = bases
+        self.operations: Final = operations
+        self.fingerprint: Final = fingerprint
+        self.definition: Final = definition
+
+    def __repr__(self) -> str:
+        return f"<interface {self.type_id} {self.fingerprint}>"
+
+    @cached_property
+    def lineage(self) -> tuple[Interface, ...]:
+        """The interface and every one that it extends, itself first, each once."""
+        return tuple(dict.fromkeys(self._walk()))
+
+    @cached_property
+    def type_ids(self) -> tuple[str, ...]:
+        """The type ids that a servant of the interface answers to, sorted as Ice does."""
+        return tuple(sorted({OBJECT_TYPE_ID, *(interface.type_id for interface in self.lineage)}))
+
+    @cached_property
+    def all_operations(self) -> dict[str, Operation[..., Any]]:
+        """The operations by name, inherited ones included."""
+        return {
+            operation.name: operation
+            for interface in reversed(self.lineage)
+            for operation in interface.operations
+        }
+
+    def _walk(self) -> Iterator[Interface]:
+        yield self
+        for base in self.bases:
+            yield from base._walk()
+
+
+def first_difference(expected: str, found: str) -> str:
+    """Return the first line in which two definitions differ, as the two sides have it."""
+    expected_lines, found_lines = expected.splitlines(), found.splitlines()
+    known = set(expected_lines)
+    present = set(found_lines)
+    missing = next((line.strip() for line in expected_lines if line not in present), None)
+    added = next((line.strip() for line in found_lines if line not in known), None)
+    if missing is not None and added is not None:
+        return f"the proxy has `{missing}` where the servant has `{added}`"
+    if missing is not None:
+        return f"the servant lacks `{missing}`"
+    if added is not None:
+        return f"the proxy lacks `{added}`"
+    return "the same members stand in another order"

@@ -1,0 +1,262 @@
+"""Who is there: servants and clients by their liveliness tokens, and the links that lead to them."""
+
+from __future__ import annotations
+
+import difflib
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+import zenoh
+from zenoh.handlers import Callback
+
+from .exceptions import (
+    CommunicatorDestroyedException,
+    ConnectFailedException,
+    ConnectionLostException,
+    ObjectNotExistException,
+    SystemException,
+)
+
+__all__ = ["ABSENT", "Presence", "Target", "client_token", "servant_token"]
+
+# s after which a servant that is not heard of is absent, counted from the newest link: its tokens come over a
+# link within milliseconds of its making, and gossip makes the links to others within tens of them.
+_GRACE: Final = 0.5
+# s between the end of a link and the end of the tokens that came over it, or the other way round.
+_SAME_MOMENT: Final = 0.5
+
+_logger = logging.getLogger(__name__)
+
+
+class Target(NamedTuple):
+    """What a call is addressed to."""
+
+    realm: str
+    identity: str
+
+    def __str__(self) -> str:
+        return f"{self.identity}@{self.realm}"
+
+
+ABSENT: Final[dict[str, str]] = {}
+"""The interfaces of a servant that is not there."""
+
+
+def servant_token(target: Target, type_id: str, fingerprint: str) -> str:
+    """Return the key of the token that a servant holds for one of its interfaces."""
+    # An empty chunk is no key: an interface without a fingerprint gives a dash.
+    return f"@servant/{target.realm}/{target.identity}/{type_id}/{fingerprint or '-'}"
+
+
+def client_token(realm: str, client: str) -> str:
+    """Return the key of the token that a communicator holds."""
+    return f"@client/{realm}/{client}"
+
+
+class Presence:
+    """Follow the servants of some realms and, on demand, the clients of one.
+
+    Zenoh's threads run the handlers here: they only note what they are told. `notify` hands a function to a
+    thread on which user code may run.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, endpoints: Sequence[str], notify: Callable[[Callable[[], None]], None]
+    ) -> None:
+        self._session: Final = session
+        self._endpoints: Final = tuple(endpoints)
+        self._notify: Final = notify
+        self._changed = threading.Condition()
+        self._servants: dict[Target, dict[str, str]] = {}
+        self._lost: dict[Target, float] = {}
+        self._listeners: list[Callable[[], None]] = []
+        self._client_callbacks: list[Callable[[str], Any]] = []
+        self._last_link_made = self._last_link_lost = -_SAME_MOMENT
+        self._last_link_made = time.monotonic()
+        self._closed = False
+        self._watched: dict[str, Any] = {}
+        self._links: Final = session.info.declare_transport_events_listener(
+            Callback(self._on_link, indirect=False)
+        )
+
+    # What others ask.
+
+    def interfaces(self, target: Target) -> dict[str, str]:
+        """Return the fingerprints of a servant's interfaces by type id; none when it is not there."""
+        return self._servants.get(target, ABSENT)
+
+    def identities(self, realm: str) -> list[str]:
+        """Return the identities that are served in a realm, sorted."""
+        with self._changed:
+            return sorted(target.identity for target in self._servants if target.realm == realm)
+
+    def lost_since(self, target: Target, moment: float) -> bool:
+        """Return whether a servant that was there went away after a moment of the monotonic clock."""
+        return self._lost.get(target, -1.0) >= moment
+
+    def wait_for(self, target: Target, type_id: str | None, timeout: float) -> bool:
+        """Wait until a servant, with a certain interface if one is given, is there; return whether it is.
+
+        It waits for at most `timeout` s, and less when those that could tell of the servant have told all.
+        """
+        self.watch(target.realm)
+        start = time.monotonic()
+        deadline = start + timeout
+
+        def found() -> bool:
+            known = self._servants.get(target, ABSENT)
+            return bool(known) if type_id is None else type_id in known
+
+        with self._changed:
+            while not found() and not self._closed:
+                until = deadline
+                if not self._endpoints or self.linked():
+                    until = min(until, max(start, self._last_link_made) + _GRACE)
+                left = until - time.monotonic()
+                if left <= 0:
+                    return False
+                self._changed.wait(min(left, _GRACE))
+            return found()
+
+    def wait_for_loss(self, target: Target, moment: float, timeout: float) -> bool:
+        """Wait for at most `timeout` s until a servant is gone; return whether it went after `moment`."""
+        with self._changed:
+            self._changed.wait_for(
+                lambda: self._closed or target not in self._servants or self.lost_since(target, moment),
+                timeout,
+            )
+            return self.lost_since(target, moment)
+
+    def wait_until_gone(self, target: Target, timeout: float) -> bool:
+        """Wait for at most `timeout` s until a servant is gone; return whether it is."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._closed or target not in self._servants, timeout)
+
+    def wait_for_return(self, target: Target, timeout: float) -> bool:
+        """Wait for at most `timeout` s until a lost servant is there again; return whether it is."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or target in self._servants, timeout)
+            return target in self._servants
+
+    def linked(self) -> bool:
+        """Return whether any link to another process stands."""
+        try:
+            return bool(self._session.info.transports())
+        except zenoh.ZError:
+            return False
+
+    def explain_absence(self, target: Target) -> SystemException:
+        """Return the exception that says why a servant cannot be called."""
+        if self._closed:
+            return CommunicatorDestroyedException("the communicator was destroyed")
+        endpoints = ", ".join(self._endpoints)
+        lost = self._lost.get(target)
+        if lost is not None and (not self.linked() or abs(lost - self._last_link_lost) < _SAME_MOMENT):
+            return ConnectionLostException(
+                f"the server of {target} went away{f' (connecting to {endpoints})' if endpoints else ''}; "
+                "calls go on as soon as it is back"
+            )
+        if self._endpoints and not self.linked():
+            return ConnectFailedException(
+                f"nothing answers at {endpoints}: start a server there, for instance with `naoserver-sim`, "
+                "or name another endpoint with --connect",
+                self._endpoints,
+            )
+        present = self.identities(target.realm)
+        near = difflib.get_close_matches(target.identity, present, 3, 0.5) or present[:8]
+        return ObjectNotExistException(
+            f"no servant {target.identity!r} in realm {target.realm!r}"
+            + (f"; there is {', '.join(near)}" if near else "; the realm has no servants")
+        )
+
+    # What others register.
+
+    def watch(self, realm: str) -> None:
+        """Follow the servants of a realm from now on."""
+        with self._changed:
+            if realm in self._watched or self._closed:
+                return
+            self._watched[realm] = None
+        self._watched[realm] = self._session.liveliness().declare_subscriber(
+            f"@servant/{realm}/**", Callback(self._on_servant, indirect=False), history=True
+        )
+
+    def add_listener(self, listener: Callable[[], None]) -> None:
+        """Call a function of ours, which must not wait, whenever a servant comes or goes."""
+        with self._changed:
+            self._listeners.append(listener)
+
+    def watch_clients(self, realm: str, callback: Callable[[str], Any]) -> None:
+        """Call a function with the id of every client of a realm that goes away."""
+        with self._changed:
+            self._client_callbacks.append(callback)
+            key = client_token(realm, "*")
+            if key in self._watched or self._closed:
+                return
+            self._watched[key] = None
+        self._watched[key] = self._session.liveliness().declare_subscriber(
+            key, Callback(self._on_client, indirect=False), history=True
+        )
+
+    def close(self) -> None:
+        """Follow nobody any longer; whoever waits is told."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+            watched = [subscriber for subscriber in self._watched.values() if subscriber is not None]
+            self._watched.clear()
+            listeners = list(self._listeners)
+        for listener in listeners:
+            listener()
+        for subscriber in watched:
+            subscriber.undeclare()
+        self._links.undeclare()
+
+    # On Zenoh's threads.
+
+    def _on_servant(self, sample: zenoh.Sample) -> None:
+        chunks = str(sample.key_expr).split("/", 4)
+        if len(chunks) != 5:
+            return
+        _, realm, identity, type_id, fingerprint = chunks
+        target = Target(realm, identity)
+        with self._changed:
+            # Replaced rather than changed: readers take no lock.
+            known = dict(self._servants.get(target, ABSENT))
+            if sample.kind == zenoh.SampleKind.PUT:
+                known[type_id] = "" if fingerprint == "-" else fingerprint
+                if not self._servants.get(target) and target in self._lost:
+                    _logger.info("%s is back", target)
+                self._servants[target] = known
+            elif known.get(type_id) in (fingerprint, ""):
+                del known[type_id]
+                if known:
+                    self._servants[target] = known
+                else:
+                    self._servants.pop(target, None)
+                    self._lost[target] = time.monotonic()
+                    _logger.info("%s is gone", target)
+            self._changed.notify_all()
+            listeners = list(self._listeners)
+        for listener in listeners:
+            listener()
+
+    def _on_client(self, sample: zenoh.Sample) -> None:
+        if sample.kind != zenoh.SampleKind.DELETE:
+            return
+        client = str(sample.key_expr).rsplit("/", 1)[1]
+        for callback in tuple(self._client_callbacks):
+            self._notify(lambda callback=callback: callback(client))  # type: ignore[misc]
+
+    def _on_link(self, event: zenoh.TransportEvent) -> None:
+        with self._changed:
+            if event.kind == zenoh.SampleKind.PUT:
+                self._last_link_made = time.monotonic()
+            else:
+                self._last_link_lost = time.monotonic()
+                if self._endpoints and not self._closed:
+                    _logger.warning("lost the link to a process; connecting again")
+            self._changed.notify_all()

@@ -1,0 +1,202 @@
+"""Proxies: what clients call servants through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar, cast
+
+from .exceptions import InterfaceMismatchException, ZenohIceError
+from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
+from .operation import Interface, Operation, first_difference
+from .outgoing import OutgoingCall, settle
+from .presence import Target
+from .stream import Sample, StreamReader, Subscription
+
+if TYPE_CHECKING:
+    from .communicator import Communicator
+
+__all__ = ["ObjectPrx"]
+
+P = ParamSpec("P")
+V = TypeVar("V")
+
+
+class ObjectPrx:
+    """A proxy: it stands for a servant, wherever that is, and survives the restart of its server.
+
+    Make one by `Communicator.stringToProxy` and give it a type by `checkedCast` of a generated class.
+    """
+
+    ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
+
+    def __init__(self, communicator: Communicator, target: Target, timeout: float) -> None:
+        self._communicator = communicator
+        self._target = target
+        self._timeout = timeout
+        self._calls: dict[Operation[..., Any], OutgoingCall] = {}
+
+    @classmethod
+    def checkedCast(cls, proxy: ObjectPrx) -> Self:
+        """Return a proxy of this type after making sure that its servant is there and has the interface.
+
+        Raises ObjectNotExistException when the realm has no such servant, ConnectFailedException when
+        nothing answers at the endpoints, ConnectionLostException when the server went away, and
+        InterfaceMismatchException when the servant has another interface or another version of it.
+        """
+        cast = cls.uncheckedCast(proxy)
+        cast._check_interface()
+        return cast
+
+    @classmethod
+    def uncheckedCast(cls, proxy: ObjectPrx) -> Self:
+        """Return a proxy of this type without asking anybody."""
+        return cls(proxy._communicator, proxy._target, proxy._timeout)
+
+    def ice_getIdentity(self) -> str:
+        """Return the identity of the servant."""
+        return self._target.identity
+
+    def ice_getRealm(self) -> str:
+        """Return the realm of the servant."""
+        return self._target.realm
+
+    def ice_getCommunicator(self) -> Communicator:
+        """Return the communicator of the proxy."""
+        return self._communicator
+
+    def ice_toString(self) -> str:
+        """Return the proxy as text that `stringToProxy` takes."""
+        realm = self._target.realm
+        return self._target.identity if realm == self._communicator.realm else str(self._target)
+
+    def ice_invocationTimeout(self, milliseconds: float) -> Self:
+        """Return a copy whose calls end within another limit, in ms as in Ice."""
+        return type(self)(
+            self._communicator, self._target, self._communicator.check_timeout(milliseconds / 1000)
+        )
+
+    def ice_getInvocationTimeout(self) -> float:
+        """Return the limit of calls in ms."""
+        return self._timeout * 1000
+
+    def ice_ping(self) -> None:
+        """Return once the servant has answered."""
+        self.ice_invoke(ICE_PING)
+
+    def ice_isA(self, id: str) -> bool:
+        """Return whether the servant has the interface of a type id."""
+        return self.ice_invoke(ICE_IS_A, id)
+
+    def ice_id(self) -> str:
+        """Return the type id of the servant's own interface."""
+        return self.ice_invoke(ICE_ID)
+
+    def ice_ids(self) -> list[str]:
+        """Return the type ids of all interfaces of the servant."""
+        return self.ice_invoke(ICE_IDS)
+
+    def ice_describe(self) -> list[InterfaceDescription]:
+        """Return fingerprint and definition of all interfaces of the servant."""
+        return self.ice_invoke(ICE_DESCRIBE)
+
+    def ice_invoke(
+        self,
+        operation: Operation[P, V],
+        *args: P.args,
+        **kwargs: P.kwargs,  # noqa: ARG002 - the type system wants both; generated code gives positions
+    ) -> V:
+        """Call an operation and wait for its outcome.
+
+        Raises the exceptions that the operation declares, or a SystemException; always within the limit.
+        """
+        try:
+            call = self._calls[operation]
+        except KeyError:
+            call = self._prepare(operation)
+        return cast("V", call.invoke(args))
+
+    def ice_invokeAsync(
+        self,
+        operation: Operation[P, V],
+        *args: P.args,
+        **kwargs: P.kwargs,  # noqa: ARG002 - as above
+    ) -> Future[V]:
+        """Call an operation without waiting; the future has what `ice_invoke` would return or raise.
+
+        Callbacks of the future run on threads of the communicator.
+        """
+        future: Future[V] = self._communicator.new_future()
+        call = self._calls.get(operation)
+        if call is not None:
+            call.begin(args, future)
+        else:  # finding the servant may take a while
+            self._communicator.dispatcher.submit(
+                partial(settle, future, partial(self._call, operation, args))
+            )
+        return future
+
+    def ice_stream(self, operation: Operation[..., V]) -> StreamReader[V]:
+        """Return the reader of a streamed operation, subscribing on first use."""
+        return self._communicator.stream_reader(self._target, operation)
+
+    def ice_subscribe(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
+        """Call a function with the newest samples of a stream."""
+        return self._communicator.new_subscription(reader, callback, self._timeout)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ObjectPrx):
+            return NotImplemented
+        return self._target == other._target and self._communicator is other._communicator
+
+    def __hash__(self) -> int:
+        return hash(self._target)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self._target}>"
+
+    def _call(self, operation: Operation[..., V], args: tuple[Any, ...]) -> V:
+        call = self._calls.get(operation) or self._prepare(operation)
+        return cast("V", call.invoke(args))
+
+    def _prepare(self, operation: Operation[..., Any]) -> OutgoingCall:
+        """Wait until the servant is there, for not longer than a call, and get ready to call it."""
+        self._communicator.find(self._target, None, self._timeout)
+        call = self._communicator.outgoing_call(
+            self._target, operation, self.ice_interface.fingerprint, self._timeout
+        )
+        self._calls[operation] = call
+        return call
+
+    def _check_interface(self) -> None:
+        wanted = self.ice_interface
+        if wanted is OBJECT_INTERFACE:
+            self._communicator.find(self._target, None, self._timeout)
+            return
+        found = self._communicator.find(self._target, wanted.type_id, self._timeout)
+        fingerprint = found.get(wanted.type_id)
+        if fingerprint is None:
+            raise InterfaceMismatchException(
+                f"{self._target} is a {', '.join(sorted(found))}, not a {wanted.type_id}",
+                expected=wanted.fingerprint,
+            )
+        if fingerprint != wanted.fingerprint:
+            difference = self._describe_difference()
+            raise InterfaceMismatchException(
+                f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "
+                f"{wanted.fingerprint}, the servant from {fingerprint}; {difference}; generate both from "
+                "the same IDL",
+                expected=wanted.fingerprint,
+                found=fingerprint,
+                member=difference,
+            )
+
+    def _describe_difference(self) -> str:
+        wanted = self.ice_interface
+        try:
+            descriptions = ObjectPrx.uncheckedCast(self).ice_describe()
+        except ZenohIceError as error:
+            return f"the servant could not be asked for its definition ({error})"
+        found = next((known for known in descriptions if known.typeId == wanted.type_id), None)
+        return first_difference(wanted.definition, found.definition) if found else "the definition is unknown"

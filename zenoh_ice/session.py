@@ -1,0 +1,73 @@
+"""Open Zenoh sessions the way the house needs them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Final
+
+import zenoh
+
+from .exceptions import ConfigurationException, EndpointInUseException
+from .settings import Settings
+
+__all__ = ["open_session"]
+
+_RETRY_FIRST: Final = 50  # ms; with the longest, a restarted server is found again within some 0.2 s
+_RETRY_LONGEST: Final = 200  # ms
+_OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; whoever needs a servant waits longer
+_KEEP_ALIVES: Final = 4  # in a lease
+_MESSAGE_OVERHEAD: Final = 1 << 16
+
+
+def open_session(settings: Settings) -> zenoh.Session:
+    """Open a session as a peer that talks to every other peer directly.
+
+    Raises EndpointInUseException when another process listens already, ConfigurationException for anything
+    else that Zenoh refuses.
+    """
+    zenoh.init_log_from_env_or("error")  # ours tell what Zenoh's warnings would; RUST_LOG shows more
+    # A server listens on the endpoint that everybody else connects to by default.
+    connect = [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
+    lease = round(settings.lease * 1000)
+    values = {
+        "mode": "peer",
+        # Only endpoints that were named: a robot must never hear the commands for another one.
+        "scouting/multicast/enabled": False,
+        # Peers do not relay: two clients of one server reach each other by the links that gossip makes.
+        "scouting/gossip/enabled": True,
+        "scouting/delay": _OPEN_DELAY,
+        "listen/endpoints": list(settings.listen),
+        "listen/exit_on_failure": True,
+        "connect/endpoints": connect,
+        "connect/exit_on_failure": False,
+        "connect/timeout_ms": 0,
+        "connect/retry": {
+            "period_init_ms": _RETRY_FIRST,
+            "period_max_ms": _RETRY_LONGEST,
+            "period_increase_factor": 2,
+        },
+        "transport/link/tx/lease": lease,
+        "transport/link/tx/keep_alive": _KEEP_ALIVES,
+        # A call must not hang in sending longer than the lease of a peer that takes nothing.
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": lease * 1000,
+        "transport/link/rx/max_message_size": settings.max_reply_size + _MESSAGE_OVERHEAD,
+        "transport/shared_memory/enabled": settings.shared_memory,
+    }
+    config = zenoh.Config()
+    try:
+        for key, value in values.items():
+            config.insert_json5(key, json.dumps(value))
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise _explain(error, settings.listen) from error
+
+
+def _explain(error: zenoh.ZError, listen: Sequence[str]) -> EndpointInUseException | ConfigurationException:
+    text = str(error)
+    if "in use" in text:  # of the system's "Address already in use"; Zenoh passes no error number
+        used = next((endpoint for endpoint in listen if endpoint in text), ", ".join(listen))
+        return EndpointInUseException(
+            f"port in use: another process listens on {used} already; stop it or choose another with --listen"
+        )
+    return ConfigurationException(f"Zenoh refuses the settings: {text}")

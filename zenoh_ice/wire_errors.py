@@ -1,0 +1,133 @@
+"""Exceptions as they travel: declared ones whole, all others by type and text, never with a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+import msgspec
+
+from .codec import Codec
+from .exceptions import (
+    ConnectionLostException,
+    InterfaceMismatchException,
+    MarshalException,
+    ObjectNotExistException,
+    OperationNotExistException,
+    OverloadedException,
+    SystemException,
+    TimeoutException,
+    UnknownException,
+    UserException,
+    ZenohIceError,
+)
+
+__all__ = ["ERROR_ENCODING", "decode_error", "encode_error", "unknown_exception"]
+
+ERROR_ENCODING: Final = "application/msgpack;zenoh_ice.error"
+"""Tells our errors from those that Zenoh itself makes, such as its timeout."""
+
+_PREFIX: Final = "::zenoh_ice::"
+_LONGEST_TEXT: Final = 4096
+_LIMIT: Final = 1 << 20
+
+# What a server may report; the rest is the client's own to find out.
+_REMOTE: Final[dict[str, type[SystemException]]] = {
+    _PREFIX + cls.__name__: cls
+    for cls in (
+        ConnectionLostException,
+        ObjectNotExistException,
+        OperationNotExistException,
+        OverloadedException,
+        TimeoutException,
+        UnknownException,
+    )
+}
+_MARSHAL: Final = _PREFIX + MarshalException.__name__
+_MISMATCH: Final = _PREFIX + InterfaceMismatchException.__name__
+
+
+class _WireError(msgspec.Struct, omit_defaults=True):
+    """An exception on the wire."""
+
+    exception: str
+    """Type id of the exception."""
+    bases: list[str] = []
+    """Type ids of the declared exceptions that it extends, nearest first."""
+    members: msgspec.Raw = msgspec.Raw(b"\x80")
+    message: str = ""
+    path: str = ""
+    expected: str = ""
+    found: str = ""
+    member: str = ""
+
+
+_encoder: Final = msgspec.msgpack.Encoder()
+_decoder: Final = msgspec.msgpack.Decoder(_WireError)
+
+
+def unknown_exception(error: BaseException) -> UnknownException:
+    """Return what a client is told of an exception that the operation does not declare."""
+    text = str(error)
+    name = error.ice_type_id if isinstance(error, UserException) else type(error).__name__
+    return UnknownException(_cut(f"{name}: {text}" if text else name))
+
+
+def encode_error(error: ZenohIceError) -> bytes:
+    """Return an exception as it travels."""
+    if isinstance(error, UserException):
+        type_id, *bases = error.ice_type_ids()
+        try:
+            members = msgspec.Raw(_encoder.encode(error.ice_members()))
+        except (AttributeError, TypeError, ValueError, OverflowError, RecursionError) as problem:
+            return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
+        return _encoder.encode(_WireError(type_id, bases, members))
+    wire = _WireError(_PREFIX + type(error).__name__, message=_cut(str(error)))
+    if isinstance(error, MarshalException):
+        wire.path = _cut(error.path)
+    elif isinstance(error, InterfaceMismatchException):
+        wire.expected, wire.found, wire.member = error.expected, error.found, _cut(error.member)
+    elif wire.exception not in _REMOTE:
+        return encode_error(unknown_exception(error))
+    return _encoder.encode(wire)
+
+
+def decode_error(data: bytes, declared: Sequence[type[UserException]], what: str) -> ZenohIceError:
+    """Return the exception that arrived as the nearest one that the operation may raise.
+
+    `what` names the call in the text of a malformed error.
+    """
+    if len(data) > _LIMIT:
+        return MarshalException(f"{what}: an error of {len(data)} bytes where at most {_LIMIT} are taken")
+    try:
+        wire = _decoder.decode(data)
+    except (ValueError, RecursionError, OverflowError) as problem:
+        return MarshalException(f"{what}: malformed error: {problem}")
+    if wire.exception == _MARSHAL:
+        return MarshalException(wire.message, wire.path)
+    if wire.exception == _MISMATCH:
+        return InterfaceMismatchException(wire.message, wire.expected, wire.found, wire.member)
+    if (system := _REMOTE.get(wire.exception)) is not None:
+        return system(wire.message)
+    return _decode_user_exception(wire, declared, what)
+
+
+def _decode_user_exception(
+    wire: _WireError, declared: Iterable[type[UserException]], what: str
+) -> ZenohIceError:
+    known: dict[str, type[UserException]] = {}
+    for root in declared:
+        for subclass in root.ice_subclasses():
+            known.setdefault(subclass.ice_type_id, subclass)
+    for type_id in (wire.exception, *wire.bases):
+        if (nearest := known.get(type_id)) is not None:
+            codec: Codec[Any] = Codec(nearest.Members)
+            try:
+                return nearest.ice_from_members(codec.unpack(bytes(wire.members), f"{what}: {type_id}"))
+            except MarshalException as problem:
+                return problem
+    return UnknownException(f"{what} raised {wire.exception}, which the operation does not declare")
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST_TEXT else text[: _LONGEST_TEXT - 3] + "..."
