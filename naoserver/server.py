@@ -124,7 +124,7 @@ class RobotServer:
         self._streams.append(encoders)
 
     def _start(self) -> None:
-        self._adapter.communicator.onClientLost(self._client_lost)
+        self._adapter.getCommunicator().onClientLost(self._client_lost)
         try:
             self._watchdog.start(self._devices)
             for identity, servant in self._servants.items():
