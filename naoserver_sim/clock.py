@@ -6,7 +6,7 @@ import threading
 import time
 from typing import Final
 
-from naoserver_sim.simulator import Simulator
+from naoserver_sim.simulator import PacedSimulator
 
 _SHORTEST: Final = 0.0005
 _LONGEST: Final = 0.05
@@ -17,17 +17,17 @@ class SimulationClock:
 
     simulated: Final = True
 
-    def __init__(self, simulator: Simulator) -> None:
+    def __init__(self, simulator: PacedSimulator) -> None:
         self._simulator = simulator
 
     @property
     def rate(self) -> float:
         """Simulated seconds in a second of wall time, over the last second; 0 when it stands still."""
-        return self._simulator.pacer.real_time_factor if self._simulator.running else 0.0
+        return self._simulator.real_time_factor
 
     def now(self) -> float:
         """Return the seconds since the start of the simulation."""
-        return self._simulator.snapshot.time
+        return self._simulator.newest().time
 
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s; returns early when the simulation ends."""

@@ -15,6 +15,7 @@ MAX_LAG = 0.25
 """Wall seconds of lag after which the schedule is moved: what is lost is not caught up in a burst."""
 SHORTEST_WAIT = 0.001
 """Shorter waits cost more than they bring: at a high speed several ticks are due at once instead."""
+_ROUNDING = 1e-6
 
 
 class _Sample(NamedTuple):
@@ -68,7 +69,7 @@ class Pacer:
             self.slips += 1
             self._anchor_wall += late
             return 1
-        return min(1 + int(late * self.speed / self._period), limit)
+        return min(1 + int(late * self.speed / self._period + _ROUNDING), limit)
 
     def wait_time(self, simulated: float) -> float:
         """Return the wall seconds to wait before asking again."""

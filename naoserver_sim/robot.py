@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
+import mujoco
 import numpy as np
 
 from naoserver.body import H25, Body
@@ -16,12 +17,12 @@ from naoserver_sim.clock import SimulationClock
 from naoserver_sim.control import Command, SetpointController
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.pacing import Pacer
-from naoserver_sim.simulator import Simulator
+from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
 from naoserver_sim.viewer import show
 from naoserver_sim.world import BALLS, scattered
 
 if TYPE_CHECKING:
-    from zenoh_ice.clock import Clock, VirtualClock
+    from zenoh_ice import Clock, VirtualClock
 
 FALLEN_TILT: Final = math.radians(60)
 """Tilt of the torso beyond which the robot lies rather than stands, crouches or sits."""
@@ -48,7 +49,7 @@ class SimulatedDevice:
 
     def read(self) -> JointReading:
         """Return the newest snapshot of the joints."""
-        snapshot, index = self._simulator.snapshot, self._index
+        snapshot, index = self._simulator.newest(), self._index
         return JointReading(
             time=snapshot.time,
             positions=tuple(snapshot.qpos[index.qpos].tolist()),
@@ -90,8 +91,8 @@ class SimulatedRobot(SimulatedDevice):
     """A Nao in MuJoCo, standing in StandInit, with two balls.
 
     `speed` is in simulated seconds a wall second, `math.inf` as fast as the processor goes. With `clock`, a
-    virtual one, nothing runs by itself: each `advance` steps the physics and then the clock, tick by tick, in
-    the caller's thread, and the same calls with the same seed give the same trace bit by bit.
+    virtual one, nothing runs by itself: the robot follows that clock, in the thread of whoever reads or
+    commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
 
     `seed` scatters the balls' starting places within the head's reach; without it they start in view.
     """
@@ -109,22 +110,19 @@ class SimulatedRobot(SimulatedDevice):
         balls = BALLS if seed is None else scattered(BALLS, np.random.default_rng(seed))
         model = build_model(body, balls, skin=skin)
         data = standing(model, body.postures[posture], balls)
-        limits = model.mj.actuator_ctrlrange
-        simulator = Simulator(
-            model.mj,
-            data,
-            SetpointController(
-                data.ctrl.copy(), limits[:, 0].copy(), limits[:, 1].copy(), _max_speeds(model)
-            ),
-            Pacer(speed),
-        )
+        controller = _controller(model, data)
+        simulator: PacedSimulator | VirtualSimulator
+        self._clock: Clock
+        if clock is None:
+            simulator = PacedSimulator(model.mj, data, controller, Pacer(speed))
+            self._clock = SimulationClock(simulator)
+        else:
+            simulator = VirtualSimulator(model.mj, data, controller, clock)
+            self._clock = clock
         super().__init__("Nao", simulator, model.robot)
         self._model = model
-        self._data = data
-        self._virtual = clock
-        self._clock: Clock = clock if clock is not None else SimulationClock(simulator)
-        self._started_at = clock.now() if clock is not None else 0.0
-        self._renderer = CameraRenderer(model.mj, model.cameras, lambda: simulator.snapshot)
+        self._physics = simulator
+        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest)
         self._mechanisms = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
@@ -145,15 +143,11 @@ class SimulatedRobot(SimulatedDevice):
         return self._mechanisms
 
     def state(self) -> BodyState:
-        """Return the newest snapshot of the body. Raises RobotError when the physics has stopped."""
-        simulator = self._simulator
-        if simulator.failure is not None:
-            raise RobotError(f"the physics stopped: {simulator.failure}") from simulator.failure
+        """Return the newest snapshot of the body."""
         at = self._model.base_qpos
-        _, x, y, _ = simulator.snapshot.qpos[at + 3 : at + 7].tolist()
+        _, x, y, _ = self._physics.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-        pacer = simulator.pacer
-        return BodyState(tilt, tilt > FALLEN_TILT, pacer.real_time_factor, pacer.lag)
+        return BodyState(tilt, tilt > FALLEN_TILT, self._physics.real_time_factor, self._physics.lag)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Render an image of the newest state; waits at most 1 s, and for GL when it was never used.
@@ -163,38 +157,33 @@ class SimulatedRobot(SimulatedDevice):
         return self._renderer.capture(camera, width, height)
 
     def start(self) -> None:
-        """Start the threads of physics and cameras; under a virtual clock none: `advance` steps the robot."""
-        if self._virtual is None:
-            self._simulator.start()
+        """Start the threads of physics and cameras; under a virtual clock there are none."""
+        self._physics.start()
+        if isinstance(self._physics, PacedSimulator):
             self._renderer.start()
 
-    def advance(self, seconds: float) -> None:
-        """Step the robot and its virtual clock by a duration in s, a multiple of the control tick.
-
-        Raises RobotError when the robot has a pace of its own.
-        """
-        if self._virtual is None:
-            raise RobotError("this robot keeps its own pace: make it with a VirtualClock to step it")
-        for _ in range(round(seconds / self._simulator.tick_period)):
-            self._simulator.advance(1)
-            due = self._started_at + self._simulator.snapshot.time - self._virtual.now()
-            self._virtual.advance(max(0.0, due))
+    def check(self) -> None:
+        """Raise RobotError when the physics has stopped by an error."""
+        if isinstance(self._physics, PacedSimulator) and self._physics.failure is not None:
+            raise RobotError(f"the physics stopped: {self._physics.failure}") from self._physics.failure
 
     def show(self, ended: Callable[[float], bool]) -> None:
         """Show the robot in MuJoCo's window until it is closed or `ended(seconds)` returns true.
 
         Blocks the calling thread, which must be the main one. Raises HardwareFailure without a display.
         """
-        show(self._model.mj, lambda: self._simulator.snapshot, ended)
+        show(self._model.mj, self._physics.newest, ended)
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""
-        self._simulator.close()
+        self._physics.close()
         self._renderer.close()
 
 
-def _max_speeds(model: Model) -> np.ndarray:
+def _controller(model: Model, data: mujoco.MjData) -> SetpointController:
+    """Return the controller of all motors, which holds them where they are commanded in `data`."""
     speeds = np.zeros(model.mj.nu)
     for device in (model.robot, *model.balls.values()):
         speeds[device.motors] = [joint.max_velocity for joint in device.joints]
-    return speeds
+    lower, upper = model.mj.actuator_ctrlrange.T.copy()
+    return SetpointController(data.ctrl.copy(), lower, upper, speeds)

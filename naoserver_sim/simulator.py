@@ -1,17 +1,23 @@
-"""The physics: a thread that steps the model at its pace and publishes what came of it."""
+"""The physics: the model stepped on a thread at its pace, or after a virtual clock."""
 
 from __future__ import annotations
 
 import logging
+import math
 import threading
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.errors import RobotError
 from naoserver_sim.control import Command, SetpointController
 from naoserver_sim.pacing import Pacer
+
+if TYPE_CHECKING:
+    from zenoh_ice import Clock
 
 _log = logging.getLogger(__name__)
 
@@ -19,6 +25,8 @@ STEPS_PER_TICK = 4
 """Physics steps in a control tick: 2.5 ms each, 10 ms in all, the cycle of the robot's motor boards."""
 _MOST_TICKS_AT_ONCE = 10
 _JOIN_TIMEOUT = 5.0
+_ROUNDING = 1e-6
+_DIVERGED = mujoco.mjtWarning.mjWARN_BADQACC
 
 Array = NDArray[np.float64]
 
@@ -37,37 +45,102 @@ class Snapshot:
 
 
 class Simulator:
-    """Step a model on its own thread (`start`), or from the caller's (`advance`).
+    """Step a model control tick by control tick.
+
+    `advance` steps it in the caller's thread: two simulators of the same model that get the same commands
+    before the same ticks go through the same states, bit by bit. Who makes time pass is up to the subclasses.
+    """
+
+    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController) -> None:
+        self._mj = mj
+        self._data = data
+        self._controller = controller
+        self._ticks = 0
+        self.tick_period: float = float(mj.opt.timestep) * STEPS_PER_TICK
+        self._data.ctrl[:] = controller.setpoints
+        self._snapshot = self._take_snapshot()
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds in a wall second, over the last second."""
+        return 1.0
+
+    @property
+    def lag(self) -> float:
+        """Wall seconds by which simulated time lagged behind its schedule in the last second."""
+        return 0.0
+
+    def newest(self) -> Snapshot:
+        """Return the newest snapshot."""
+        return self._snapshot
+
+    def post(self, command: Command) -> None:
+        """Hand over a command; it takes effect at the next control tick."""
+        self._controller.post(command)
+
+    def advance(self, ticks: int) -> None:
+        """Step some control ticks in the caller's thread and publish the state after the last.
+
+        Raises RobotError when the numbers explode.
+        """
+        while ticks > 0:
+            self._controller.tick(self.tick_period, self._data.ctrl)
+            # Nothing moves a setpoint before the next command: the physics may run on by itself.
+            together = 1 if self._controller.moving else ticks
+            mujoco.mj_step(self._mj, self._data, nstep=STEPS_PER_TICK * together)
+            self._ticks += together
+            ticks -= together
+        if self._data.warning[_DIVERGED].number:
+            raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
+        self._snapshot = self._take_snapshot()
+
+    def _take_snapshot(self) -> Snapshot:
+        data = self._data
+        return Snapshot(
+            time=self._ticks * self.tick_period,
+            qpos=data.qpos.copy(),
+            qvel=data.qvel.copy(),
+            setpoints=self._controller.setpoints,
+            forces=data.actuator_force.copy(),
+        )
+
+
+class PacedSimulator(Simulator):
+    """Step the model on a thread of its own, at its pace.
 
     Nobody waits for anybody: commands are posted to a mailbox that is emptied at each control tick, and
-    readers take the newest `snapshot`, an object that is replaced and never changed.
+    readers take the newest snapshot, an object that is replaced and never changed.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController, pacer: Pacer
+        self, mj: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController, pacer: Pacer
     ) -> None:
-        self._model = model
-        self._data = data
-        self._controller = controller
-        self.pacer = pacer
-        self.tick_period = float(model.opt.timestep) * STEPS_PER_TICK
-        self._ticks = 0
+        super().__init__(mj, data, controller)
+        self._pacer = pacer
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
-        self._data.ctrl[:] = controller.setpoints
-        self.failure: BaseException | None = None
+        self.failure: Exception | None = None
         """What ended the physics thread before its time."""
-        self.snapshot = self._take_snapshot()
 
     @property
     def running(self) -> bool:
         """Whether the physics thread steps the model."""
         return self._thread is not None and self._thread.is_alive()
 
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds in a wall second, over the last second; 0 while the physics stands still."""
+        return self._pacer.real_time_factor if self.running else 0.0
+
+    @property
+    def lag(self) -> float:
+        """Wall seconds by which simulated time lagged behind its schedule in the last second."""
+        return self._pacer.lag
+
     def post(self, command: Command) -> None:
         """Hand over a command; it takes effect at the next control tick. Ignored after `close`."""
         if not self._ending.is_set():
-            self._controller.post(command)
+            super().post(command)
 
     def start(self) -> None:
         """Start the physics thread."""
@@ -82,48 +155,62 @@ class Simulator:
             if self._thread.is_alive():
                 _log.error("the physics thread did not end within %g s", _JOIN_TIMEOUT)
 
-    def advance(self, ticks: int) -> None:
-        """Step the given number of control ticks in the caller's thread and publish the last.
-
-        Two simulators of the same model that get the same commands before the same ticks go through the same
-        states, bit by bit.
-        """
-        while ticks > 0:
-            self._controller.tick(self.tick_period, self._data.ctrl)
-            # Nothing moves a setpoint before the next command: the physics may run on by itself.
-            together = 1 if self._controller.moving else ticks
-            mujoco.mj_step(self._model, self._data, nstep=STEPS_PER_TICK * together)
-            self._ticks += together
-            ticks -= together
-        self.snapshot = self._take_snapshot()
-
-    def _take_snapshot(self) -> Snapshot:
-        data = self._data
-        return Snapshot(
-            time=self._ticks * self.tick_period,
-            qpos=data.qpos.copy(),
-            qvel=data.qvel.copy(),
-            setpoints=self._controller.setpoints,
-            forces=data.actuator_force.copy(),
-        )
-
     def _run(self) -> None:
         try:
             self._keep_pace()
         except Exception as error:  # noqa: BLE001 - whatever it is, readers must hear of it: see `failure`
             self.failure = error
-            _log.exception("the physics stopped at %.3f s", self.snapshot.time)
+            _log.exception("the physics stopped at %.3f s", self._snapshot.time)
 
     def _keep_pace(self) -> None:
-        pacer = self.pacer
-        pacer.start(self.snapshot.time, self.tick_period)
+        pacer = self._pacer
+        pacer.start(self._snapshot.time, self.tick_period)
         while not self._ending.is_set():
-            ticks = pacer.due(self.snapshot.time, _MOST_TICKS_AT_ONCE)
+            ticks = pacer.due(self._snapshot.time, _MOST_TICKS_AT_ONCE)
             if ticks:
                 slips = pacer.slips
                 self.advance(ticks)
-                pacer.record(self.snapshot.time)
+                pacer.record(self._snapshot.time)
                 if slips == 0 and pacer.slips:
                     _log.warning("the computer does not keep up with speed %g: robot time slips", pacer.speed)
             else:
-                self._ending.wait(pacer.wait_time(self.snapshot.time))
+                self._ending.wait(pacer.wait_time(self._snapshot.time))
+
+
+class VirtualSimulator(Simulator):
+    """Step the model up to a virtual clock's time whenever somebody looks or commands."""
+
+    def __init__(
+        self, mj: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController, clock: Clock
+    ) -> None:
+        super().__init__(mj, data, controller)
+        self._clock = clock
+        self._begin = clock.now()
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def newest(self) -> Snapshot:
+        """Return the state at the last control tick up to the clock's time."""
+        with self._lock:
+            self._catch_up()
+            return self._snapshot
+
+    def post(self, command: Command) -> None:
+        """Hand over a command; it takes effect at the first control tick after the clock's time."""
+        with self._lock:
+            self._catch_up()
+            super().post(command)
+
+    def start(self) -> None:
+        """Do nothing: the clock makes the time pass."""
+
+    def close(self) -> None:
+        """Let the clock run on without the model."""
+        with self._lock:
+            self._closed = True
+
+    def _catch_up(self) -> None:
+        elapsed = self._clock.now() - self._begin
+        ticks = math.floor(elapsed / self.tick_period + _ROUNDING) - self._ticks
+        if ticks > 0 and not self._closed:
+            self.advance(ticks)

@@ -1,0 +1,5 @@
+"""Run the command as `python -m naoserver_sim`."""
+
+from naoserver_sim.cli import main
+
+main()

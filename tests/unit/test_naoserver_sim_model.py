@@ -1,0 +1,149 @@
+"""The model against the facts it was made from."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from naoserver.body import H25
+from naoserver_sim.body import sole
+from naoserver_sim.model import build_model, standing
+
+pytestmark = pytest.mark.sim
+
+CHECKS = H25.facts["checks"]
+
+
+@pytest.fixture(scope="module")
+def model():
+    return build_model(skin=False)
+
+
+@pytest.fixture
+def zero_pose(model):
+    """All joints at 0, the torso upright so high that the soles touch the floor."""
+    data = mujoco.MjData(model.mj)
+    data.qpos[2] = CHECKS["torso_height_above_sole_zero_pose"]
+    mujoco.mj_forward(model.mj, data)
+    return data
+
+
+@pytest.mark.parametrize(
+    ("link", "height"),
+    [
+        ("l_hip", CHECKS["hip_axis_height"]),
+        ("r_hip", CHECKS["hip_axis_height"]),
+        ("torso", CHECKS["torso_height_above_sole_zero_pose"]),
+        ("neck", CHECKS["neck_joint_height"]),
+    ],
+)
+def test_link_stands_at_its_published_height(zero_pose, link, height):
+    assert zero_pose.body(link).xpos[2] == pytest.approx(height, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("camera", "height"),
+    [
+        ("Camera", CHECKS["top_camera_height_zero_pose"]),
+        ("CameraBottom", CHECKS["bottom_camera_height_zero_pose"]),
+    ],
+)
+def test_camera_stands_at_its_published_height(zero_pose, camera, height):
+    assert zero_pose.camera(camera).xpos[2] == pytest.approx(height, abs=1e-5)
+
+
+@pytest.mark.parametrize("facts", H25.cameras, ids=lambda facts: facts.name)
+def test_head_camera_looks_forward_and_down_by_its_tilt(zero_pose, facts):
+    forward = -zero_pose.camera(facts.name).xmat.reshape(3, 3)[:, 2]
+    assert forward == pytest.approx([math.cos(facts.tilt), 0, -math.sin(facts.tilt)], abs=1e-6)
+
+
+@pytest.mark.parametrize("facts", H25.cameras, ids=lambda facts: facts.name)
+def test_camera_sees_its_horizontal_field_of_view(model, facts):
+    vertical = math.radians(model.mj.camera(facts.name).fovy[0])
+    horizontal = 2 * math.atan(math.tan(vertical / 2) * 4 / 3)
+    assert horizontal == pytest.approx(facts.horizontal_fov, abs=1e-6)
+
+
+def test_soles_touch_the_floor(model, zero_pose):
+    for side in ("left", "right"):
+        lowest = zero_pose.geom(sole(side)).xpos[2] - model.mj.geom(sole(side)).size[2]
+        assert lowest == pytest.approx(0, abs=1e-5)
+
+
+def test_body_weighs_what_the_facts_say(model):
+    mass = sum(float(model.mj.body(link.name).mass[0]) for link in H25.links)
+    assert mass == pytest.approx(CHECKS["total_mass"], abs=1e-4)
+
+
+def test_center_of_mass_is_where_the_facts_say(model, zero_pose):
+    torso = model.mj.body("torso").id
+    x, y, z = zero_pose.subtree_com[torso]
+    assert (x, y, z) == pytest.approx(CHECKS["whole_com_zero_pose"], abs=1e-4)
+
+
+@pytest.mark.parametrize("link", [link for link in H25.links if link.mass], ids=lambda link: link.name)
+def test_link_has_its_inertia(model, link):
+    body = model.mj.body(link.name)
+    axes = np.zeros(9)
+    mujoco.mju_quat2Mat(axes, body.iquat)
+    axes = axes.reshape(3, 3)
+    inertia = axes @ np.diag(body.inertia) @ axes.T
+    facts = link.inertia
+    assert body.ipos == pytest.approx(link.com)
+    assert np.diag(inertia) == pytest.approx([facts.ixx, facts.iyy, facts.izz], rel=1e-3)
+    assert inertia[[0, 0, 1], [1, 2, 2]] == pytest.approx([facts.ixy, facts.ixz, facts.iyz], abs=1e-6)
+
+
+@pytest.mark.parametrize("joint", H25.joints, ids=lambda joint: joint.name)
+def test_joint_has_its_range_axis_and_place(model, joint):
+    hinge = model.mj.joint(joint.name)
+    assert hinge.range == pytest.approx([joint.lower, joint.upper])
+    assert hinge.axis == pytest.approx(joint.axis, abs=1e-6)
+    assert model.mj.body(joint.child).pos == pytest.approx(joint.origin)
+
+
+@pytest.mark.parametrize("place", range(len(H25.joints)), ids=H25.joint_names)
+def test_motor_of_a_joint_has_its_torque(model, place):
+    joint = H25.joints[place]
+    motor = model.mj.actuator(int(model.robot.motors[place]))
+    assert motor.forcerange == pytest.approx([-joint.max_torque, joint.max_torque])
+
+
+def test_the_two_hip_yaw_pitch_joints_share_a_motor(model):
+    left, right = (H25.joint_names.index(f"{side}HipYawPitch") for side in "LR")
+    assert model.robot.motors[left] == model.robot.motors[right]
+
+
+def test_every_other_joint_has_a_motor_of_its_own(model):
+    assert len(set(model.robot.motors.tolist())) == len(H25.joints) - 1
+
+
+@pytest.mark.parametrize("posture", ["STAND", "STAND_INIT", "STAND_ZERO", "CROUCH"])
+def test_robot_stands_still_in_a_posture(model, posture):
+    data = standing(model, H25.postures[posture])
+    height = data.body("torso").xpos[2]
+    mujoco.mj_step(model.mj, data, nstep=800)
+    assert data.body("torso").xpos[2] == pytest.approx(height, abs=0.002)
+    assert data.body("torso").xmat[8] > math.cos(math.radians(10))
+
+
+def test_robot_stands_over_the_origin_and_looks_along_x(model):
+    data = standing(model, H25.postures["STAND_INIT"])
+    feet = (data.body("l_foot").xpos + data.body("r_foot").xpos) / 2
+    assert feet[:2] == pytest.approx([0, 0], abs=0.005)
+    assert data.body("torso").xmat[0] == pytest.approx(1, abs=0.02)
+
+
+def test_skin_changes_nothing_but_the_looks(model):
+    dressed = build_model(skin=True)
+    assert dressed.mj.body_mass == pytest.approx(model.mj.body_mass)
+    touching = [m.mj.geom_contype.astype(bool).sum() for m in (dressed, model)]
+    assert touching[0] == touching[1]
+
+
+def test_larger_images_than_a_software_renderer_manages_are_not_offered(model):
+    for camera in model.cameras:
+        assert max(camera.sizes) <= (1280, 960)
+        assert len(camera.sizes) == len(camera.rates)
