@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import re
 import signal
 import socket
@@ -25,10 +26,19 @@ def module(name: str, *arguments: str) -> list[str]:
 
 
 def free_endpoint() -> str:
-    """Return an endpoint on loopback whose port nobody uses at the moment."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    """Return an endpoint on loopback whose port nobody uses at the moment.
+
+    It lies below the ports that the system hands out itself: a component that listens on port 0 before the
+    endpoint is used must not be given this very port.
+    """
+    while True:
+        with socket.socket() as probe:
+            port = random.randrange(10_000, 32_000)
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return f"tcp/127.0.0.1:{port}"
 
 
 class ComponentProcess:
