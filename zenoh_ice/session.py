@@ -41,7 +41,7 @@ def open_session(settings: Settings) -> zenoh.Session:
         "listen/exit_on_failure": True,
         "connect/endpoints": connect,
         "connect/exit_on_failure": False,
-        "connect/timeout_ms": 0,
+        "connect/timeout_ms": -1,
         "connect/retry": {
             "period_init_ms": _RETRY_FIRST,
             "period_max_ms": _RETRY_LONGEST,
