@@ -1,0 +1,1 @@
+"""See what a component of hierarchical finite state machines does."""

@@ -1,0 +1,124 @@
+"""The automata of a component as a tree, and what a snapshot says about each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from interfaces.hfsm import (
+    AutomatonSnapshot,
+    AutomatonStructure,
+    ComponentSnapshot,
+    ComponentStructure,
+    StateStructure,
+    TransitionStructure,
+)
+
+__all__ = ["Automata", "StateRow"]
+
+
+@dataclass(frozen=True, slots=True)
+class StateRow:
+    """A state in the tree; `last` tells of each owner above and of itself whether it is the last sibling."""
+
+    automaton: AutomatonStructure
+    state: StateStructure
+    last: tuple[bool, ...]
+
+
+class Automata:
+    """Find automata, states and transitions by id; unknown ids get a name that shows them."""
+
+    def __init__(self, structure: ComponentStructure) -> None:
+        self.name = structure.name
+        self.all: Sequence[AutomatonStructure] = tuple(structure.automata)
+        self._by_id = {automaton.id: automaton for automaton in self.all}
+        self._states = {(a.id, state.id): state for a in self.all for state in a.states}
+        self._transitions = {
+            (a.id, transition.id): transition for a in self.all for transition in a.transitions
+        }
+
+    def __contains__(self, automaton: int) -> bool:
+        return automaton in self._by_id
+
+    def automaton(self, automaton: int) -> AutomatonStructure | None:
+        """Return an automaton, or None when the component has none of this id."""
+        return self._by_id.get(automaton)
+
+    def automaton_name(self, automaton: int) -> str:
+        """Return the name of the state that owns an automaton, or of the component for the root."""
+        found = self._by_id.get(automaton)
+        return found.name if found else f"automaton {automaton}"
+
+    def state_name(self, automaton: int, state: int) -> str:
+        """Return the name of a state."""
+        found = self._states.get((automaton, state))
+        return found.name if found else f"state {state}"
+
+    def transition(self, automaton: int, transition: int) -> TransitionStructure | None:
+        """Return a transition, or None when the automaton has none of this id."""
+        return self._transitions.get((automaton, transition))
+
+    def destination_name(self, automaton: int, transition: int) -> str:
+        """Return the name of the state that a transition enters."""
+        found = self.transition(automaton, transition)
+        return self.state_name(automaton, found.destination) if found else f"transition {transition}"
+
+    def depth(self, automaton: int) -> int:
+        """Return how many automata are above one."""
+        return sum(1 for _ in self.ancestors(automaton))
+
+    def ancestors(self, automaton: int) -> Iterator[int]:
+        """Yield the ids of the automata above one, the nearest first."""
+        seen = {automaton}
+        found = self._by_id.get(automaton)
+        while found is not None and found.parent in self._by_id and found.parent not in seen:
+            seen.add(found.parent)
+            yield found.parent
+            found = self._by_id.get(found.parent)
+
+    def rows(self) -> Iterator[StateRow]:
+        """Yield every state in document order, each before the states of the automaton that it owns."""
+        roots = [automaton for automaton in self.all if automaton.parent not in self._by_id]
+        # What is not a tree, which no component of ours sends, still ends: no automaton is visited twice.
+        visited: set[int] = set()
+        for root in roots[:1]:
+            yield from self._rows_below(root, (), visited)
+
+    def _rows_below(
+        self, automaton: AutomatonStructure, last: tuple[bool, ...], visited: set[int]
+    ) -> Iterator[StateRow]:
+        visited.add(automaton.id)
+        for position, state in enumerate(automaton.states, 1):
+            here = (*last, position == len(automaton.states))
+            yield StateRow(automaton, state, here)
+            child = self._by_id.get(state.child)
+            if child is not None and child.id not in visited:
+                yield from self._rows_below(child, here, visited)
+
+    def current_path(self, snapshot: ComponentSnapshot) -> list[str]:
+        """Return the names of the current states from the root down to the innermost running automaton."""
+        states = {automaton.id: automaton for automaton in snapshot.automata}
+        path: list[str] = []
+        found = next((a for a in self.all if a.parent not in self._by_id), None)
+        visited: set[int] = set()
+        while found is not None and found.id in states and found.id not in visited:
+            visited.add(found.id)
+            current = states[found.id].state
+            path.append(self.state_name(found.id, current))
+            state = self._states.get((found.id, current))
+            found = self._by_id.get(state.child) if state else None
+        return path
+
+    def active_since(self, snapshot: ComponentSnapshot, automaton: int) -> float:
+        """Return the component time since which an automaton has run without being a ghost.
+
+        That is when the last of its ancestors entered its current state, or 0 for the root.
+        """
+        entered = {other.id: other.enteredAt for other in snapshot.automata}
+        return max((entered.get(ancestor, 0.0) for ancestor in self.ancestors(automaton)), default=0.0)
+
+
+def by_id(snapshot: ComponentSnapshot) -> dict[int, AutomatonSnapshot]:
+    """Return the automata of a snapshot by their ids."""
+    return {automaton.id: automaton for automaton in snapshot.automata}

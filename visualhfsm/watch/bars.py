@@ -1,0 +1,35 @@
+"""Small bars for the terminal."""
+
+from __future__ import annotations
+
+from rich.text import Text
+
+__all__ = ["level_bar", "position_bar"]
+
+
+def level_bar(fraction: float, width: int, style: str) -> Text:
+    """Draw a bar that is filled from the left by a fraction from 0 to 1, to half a cell."""
+    halves = round(min(max(fraction, 0.0), 1.0) * width * 2)
+    full, half = divmod(halves, 2)
+    filled = "━" * full + "╸" * half
+    return Text.assemble((filled, style), ("━" * (width - len(filled)), "grey30"))
+
+
+def position_bar(value: float, lower: float, upper: float, width: int, style: str) -> Text:
+    """Draw a scale from `lower` to `upper` with a mark at `value` and a tick at zero."""
+    bar = Text("─" * width, style="bright_black")
+    span = upper - lower
+    if span <= 0:
+        return bar
+
+    def cell(position: float) -> int:
+        return min(max(int((position - lower) / span * width), 0), width - 1)
+
+    characters = ["─"] * width
+    if lower < 0 < upper:
+        characters[cell(0.0)] = "┼"
+    mark = cell(value)
+    characters[mark] = "█"
+    bar = Text("".join(characters), style="bright_black")
+    bar.stylize(style, mark, mark + 1)
+    return bar

@@ -1,0 +1,239 @@
+"""Listen to a component and its robot, and keep what was heard."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from types import TracebackType
+from typing import Final, Self, TypeVar
+
+from interfaces.hfsm import ComponentSnapshot, HfsmMonitorPrx
+from interfaces.jderobot import CameraPrx, ImageData
+from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx
+from visualhfsm.watch.album import Album, picture_from
+from visualhfsm.watch.automata import Automata
+from visualhfsm.watch.fact import Fact
+from visualhfsm.watch.recording import Ball, Recording, RobotReading, read_ball
+from visualhfsm.watch.scene import STALE, STALE_HEALTH, Aged, Scene
+from zenoh_ice import Communicator, MarshalException, ObjectPrx, Sample
+
+__all__ = ["Telemetry"]
+
+_logger = logging.getLogger(__name__)
+
+_IMAGES_FOR_RATE: Final = 21
+_RGB8: Final = "RGB8"
+
+T = TypeVar("T")
+
+
+class Telemetry:
+    """What is known of a component and its robot; `update` it about ten times a second.
+
+    Nothing needs to be there when it begins, and what goes away is found again. A component that is started
+    anew begins a new recording.
+    """
+
+    def __init__(self, communicator: Communicator, component: str, *, pictures: bool) -> None:
+        def proxy(identity: str) -> ObjectPrx:
+            return communicator.stringToProxy(identity)
+
+        self._component = component
+        self._endpoint = ", ".join(communicator.settings.connect)
+        self._monitor = HfsmMonitorPrx.uncheckedCast(proxy(f"Hfsm.{component}"))
+        self._head = PoseHeadPrx.uncheckedCast(proxy("Head"))
+        self._body = JointsPrx.uncheckedCast(proxy("Body"))
+        self._health = HealthPrx.uncheckedCast(proxy("Health"))
+        self._camera = CameraPrx.uncheckedCast(proxy("Camera"))
+        self._outside = CameraPrx.uncheckedCast(proxy("CameraOutside"))
+
+        self._structure = Fact(self._monitor.getStructureAsync)
+        self._joint_names = Fact(self._body.getJointNamesAsync)
+        self._joint_limits = Fact(self._body.getJointLimitsAsync)
+        self._outside_image = Fact(lambda: self._outside.getImageDataAsync(_RGB8))
+
+        self._lock = threading.Lock()
+        self._recording: Recording | None = None
+        self._outdated = False
+        self._image_times: deque[float] = deque(maxlen=_IMAGES_FOR_RATE)
+        self._image_arrived = -math.inf
+        self._image_size = (320, 240)
+        self._pictures = pictures
+        self.camera_album = Album()
+        self.outside_album = Album()
+        self._subscriptions = (
+            self._monitor.getSnapshot.subscribe(self._on_snapshot),
+            self._camera.getImageData.subscribe(self._on_image),
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop listening; what was recorded stays."""
+        for subscription in self._subscriptions:
+            subscription.close()
+
+    @property
+    def recording(self) -> Recording | None:
+        """The recording, or None before the component has told its structure."""
+        return self._recording
+
+    @property
+    def image_size(self) -> tuple[int, int]:
+        """Width and height in pixels of the robot's camera image."""
+        return self._image_size
+
+    @property
+    def outside_trouble(self) -> str:
+        """Why there is no picture from outside; empty when there is none to tell."""
+        return self._outside_image.trouble
+
+    def update(self, elapsed: float = 0.0, seconds: float = 0.0) -> Scene:
+        """Ask for what is missing and return what is known now."""
+        self._update_structure()
+        self._update_outside()
+        names, limits = self._joint_names.poll(), self._joint_limits.poll()
+        head, body = _latest(self._head.getPose.latest), _latest(self._body.getJointState.latest)
+        health = _latest(self._health.getHealth.latest)
+        snapshot = _latest(self._monitor.getSnapshot.latest)
+        with self._lock:
+            recording = self._recording
+            changes = list(recording.changes)[-100:] if recording else []
+            rate = self._rate()
+        fits = recording is not None and snapshot is not None and recording.knows(snapshot.value)
+        return Scene(
+            component=self._component,
+            endpoint=self._endpoint,
+            elapsed=elapsed,
+            seconds=seconds,
+            automata=recording.automata if recording else None,
+            snapshot=_aged(snapshot) if fits else None,
+            ball=read_ball(recording.automata, snapshot.value) if recording and snapshot and fits else None,
+            changes=changes,
+            head=_aged(head),
+            joints=Aged(_joints(names, body.value.positions), body.age) if body else None,
+            limits={one.name: (one.lower, one.upper) for one in limits or ()},
+            health=Aged(health.value, health.age, STALE_HEALTH) if health else None,
+            camera_rate=rate,
+            image_size=self._image_size,
+        )
+
+    def _update_structure(self) -> None:
+        if self._outdated:
+            self._outdated = False
+            self._structure.forget()
+            with self._lock:
+                self._recording = None
+        structure = self._structure.poll()
+        if structure is not None and self._recording is None:
+            with self._lock:
+                self._recording = Recording(Automata(structure))
+                self.camera_album, self.outside_album = Album(), Album()
+
+    def _update_outside(self) -> None:
+        """Take a picture from outside when one is due; it is rendered only for this call."""
+        recording = self._recording
+        if not self._pictures or recording is None or recording.newest is None:
+            return
+        now = recording.newest.time
+        if not self.outside_album.due(now):
+            return
+        image = self._outside_image.poll()
+        if image is None:
+            return
+        self._outside_image.forget()
+        caption = " > ".join(recording.automata.current_path(recording.newest))
+        picture = picture_from(image, now, caption)
+        if picture is not None:
+            self.outside_album.add(picture)
+
+    def _on_snapshot(self, sample: Sample[ComponentSnapshot]) -> None:
+        snapshot = sample.value
+        with self._lock:
+            recording = self._recording
+            if recording is None:
+                return
+            if not recording.follows(snapshot):
+                self._outdated = True
+                return
+            recording.add(snapshot, self._read_robot())
+            ball = recording.rows[-1].ball
+        if self._pictures and self.camera_album.due(snapshot.time):
+            self._take_camera_picture(recording, snapshot, ball)
+
+    def _take_camera_picture(
+        self, recording: Recording, snapshot: ComponentSnapshot, ball: Ball | None
+    ) -> None:
+        image = _latest(self._camera.getImageData.latest)
+        if image is None or image.age > STALE:
+            return
+        mark = None
+        if ball is not None and ball.seen:
+            width, height = image.value.description.width, image.value.description.height
+            mark = ((width - 1) / 2 + ball.error_u, (height - 1) / 2 + ball.error_v)
+        caption = " > ".join(recording.automata.current_path(snapshot))
+        picture = picture_from(image.value, snapshot.time, caption, mark)
+        if picture is not None:
+            self.camera_album.add(picture)
+
+    def _on_image(self, sample: Sample[ImageData]) -> None:
+        taken = sample.time if math.isfinite(sample.time) else time.monotonic()
+        width, height = sample.value.description.width, sample.value.description.height
+        with self._lock:
+            if self._image_times and taken <= self._image_times[-1]:
+                self._image_times.clear()
+            self._image_times.append(taken)
+            self._image_arrived = time.monotonic()
+            if width > 0 and height > 0:
+                self._image_size = (width, height)
+
+    def _rate(self) -> Aged[float] | None:
+        """Return the images a second of robot time over the last few."""
+        times = self._image_times
+        if len(times) < 2:
+            return None
+        return Aged((len(times) - 1) / (times[-1] - times[0]), time.monotonic() - self._image_arrived)
+
+    def _read_robot(self) -> RobotReading:
+        head, body = _latest(self._head.getPose.latest), _latest(self._body.getJointState.latest)
+        health = _latest(self._health.getHealth.latest)
+        head = head if head and head.age <= STALE else None
+        body = body if body and body.age <= STALE else None
+        health = health if health and health.age <= STALE_HEALTH else None
+        rate = self._rate()
+        return RobotReading(
+            pan=head.value.pan if head else None,
+            tilt=head.value.tilt if head else None,
+            joints=_joints(self._joint_names.value, body.value.positions) if body else {},
+            real_time_factor=health.value.realTimeFactor if health else None,
+            lag=health.value.lag if health else None,
+            torso_tilt=health.value.torsoTilt if health else None,
+            camera_rate=rate.value if rate and not rate.stale else None,
+        )
+
+
+def _joints(names: Sequence[str] | None, positions: Sequence[float]) -> Mapping[str, float]:
+    return dict(zip(names or (), positions, strict=False))
+
+
+def _latest(read: Callable[[], Sample[T] | None]) -> Sample[T] | None:
+    """Return the newest sample of a stream, leaving out one that does not fit the interface."""
+    try:
+        return read()
+    except MarshalException as error:
+        _logger.warning("%s", error)
+        return None
+
+
+def _aged(sample: Sample[T] | None) -> Aged[T] | None:
+    return None if sample is None else Aged(sample.value, sample.age)

@@ -1,0 +1,220 @@
+"""The live view in the terminal: lays out automata, camera, robot and what happened for its size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.layout import Layout
+from rich.panel import Panel
+from rich.text import Text
+
+from interfaces.hfsm import ComponentStatus
+from interfaces.nao import Severity
+from visualhfsm.watch.automata import by_id
+from visualhfsm.watch.robot_view import camera_lines, robot_lines
+from visualhfsm.watch.scene import STALE, Scene
+from visualhfsm.watch.tree_view import legend, tree_lines
+
+__all__ = ["View", "status_line"]
+
+_FAINT = "bright_black"
+_NARROW = 72
+"""Columns below which the parts stand above one another."""
+_ROBOT_ROWS = 9
+_BORDERS = 2
+
+
+class View:
+    """A renderable of one scene that fills the console."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        width, height = options.max_width, options.height or console.height
+        trouble = self._scene.trouble
+        parts = [Layout(_header(self._scene, width), size=1)]
+        if trouble:
+            parts.append(Layout(Text(f" {trouble}".ljust(width), "bold white on red", no_wrap=True), size=1))
+        rows = height - len(parts) - 1
+        body = self._one_column(width, rows) if width < _NARROW else self._two_columns(width, rows)
+        layout = Layout()
+        layout.split_column(*parts, body, Layout(_footer(), size=1))
+        yield layout
+
+    def _two_columns(self, width: int, rows: int) -> Layout:
+        left_width = width * 9 // 20
+        right_width = width - left_width
+        body = Layout(size=rows)
+        left, right = Layout(size=left_width), Layout(size=right_width)
+        body.split_row(left, right)
+
+        scene = self._scene
+        states = sum(1 for _ in scene.automata.rows()) if scene.automata else 3
+        tree_rows = min(states, max(rows - 4 - 2 * _BORDERS, 4))
+        left.split_column(
+            self._tree(left_width, tree_rows + _BORDERS),
+            *self._history(left_width, rows - tree_rows - _BORDERS),
+        )
+
+        camera_rows = rows - _ROBOT_ROWS - 2 * _BORDERS
+        if camera_rows < 5:
+            right.split_column(self._robot(right_width, rows))
+        else:
+            camera_rows = min(camera_rows, 14)
+            events = rows - camera_rows - _ROBOT_ROWS - 2 * _BORDERS
+            if events < 3:
+                camera_rows, events = camera_rows + events, 0
+            right.split_column(
+                self._camera(right_width, camera_rows + _BORDERS),
+                self._robot(right_width, _ROBOT_ROWS + _BORDERS),
+                *([self._variables(right_width, events)] if events else []),
+            )
+        return body
+
+    def _one_column(self, width: int, rows: int) -> Layout:
+        body = Layout(size=rows)
+        robot = _ROBOT_ROWS + _BORDERS if rows >= _ROBOT_ROWS + 8 else 0
+        parts = [self._tree(width, rows - robot)]
+        if robot:
+            parts.append(self._robot(width, robot))
+        body.split_column(*parts)
+        return body
+
+    def _tree(self, width: int, height: int) -> Layout:
+        scene = self._scene
+        lines = [Text("nothing heard of it yet", _FAINT)]
+        title = "Automata"
+        style = "blue"
+        if scene.automata is not None and scene.snapshot is not None:
+            lines = tree_lines(scene.automata, scene.snapshot.value, width - 4, height - _BORDERS)
+            if scene.snapshot.stale:
+                lines = [Text(line.plain, _FAINT) for line in lines]
+                title, style = f"Automata, {scene.snapshot.age:.0f} s old", _FAINT
+        return _panel(title, lines, height, style)
+
+    def _history(self, width: int, height: int) -> list[Layout]:
+        """Show the last changes of state, and below them errors when there are any."""
+        if height <= _BORDERS:
+            return []
+        errors = self._error_lines()
+        error_rows = min(len(errors), max((height - 2 * _BORDERS) // 2, 0))
+        parts = []
+        change_rows = height - _BORDERS - (error_rows + _BORDERS if error_rows else 0)
+        parts.append(
+            _panel("Changes of state", self._change_lines(width - 4, change_rows), change_rows + _BORDERS)
+        )
+        if error_rows:
+            parts.append(_panel("Errors", errors[-error_rows:], error_rows + _BORDERS, "red"))
+        return parts
+
+    def _change_lines(self, width: int, rows: int) -> list[Text]:
+        scene = self._scene
+        if scene.automata is None:
+            return []
+        lines = []
+        for change in list(scene.changes)[-rows:]:
+            transition = scene.automata.transition(change.automaton, change.transition)
+            line = Text.assemble(
+                (f"{change.time:6.1f} s  ", _FAINT),
+                "  " * scene.automata.depth(change.automaton),
+                f"{scene.automata.state_name(change.automaton, change.origin)} → ",
+                (scene.automata.state_name(change.automaton, change.destination), "bold"),
+            )
+            name = f"  {transition.name}" if transition and transition.name else ""
+            if line.cell_len + len(name) <= width:
+                line.append(name, _FAINT)
+            lines.append(line)
+        return lines
+
+    def _error_lines(self) -> list[Text]:
+        scene = self._scene
+        if scene.snapshot is None or scene.automata is None:
+            return []
+        return [
+            Text(
+                f"{e.time:7.1f} s  {scene.automata.state_name(e.automaton, e.state)}: {e.message}",
+                no_wrap=True,
+            )
+            for e in scene.snapshot.value.errors
+        ]
+
+    def _camera(self, width: int, height: int) -> Layout:
+        return _panel("Camera", camera_lines(self._scene, width - 4, height - _BORDERS), height)
+
+    def _robot(self, width: int, height: int) -> Layout:
+        lines = robot_lines(self._scene, width - 4)
+        stale = (self._scene.robot_age or 0.0) > STALE
+        return _panel("Robot (rad)", lines, height, _FAINT if stale else "blue")
+
+    def _variables(self, width: int, height: int) -> Layout:
+        """Show what the server tells of, then the variables of running automata."""
+        scene = self._scene
+        lines: list[Text] = []
+        if scene.health is not None:
+            for event in scene.health.value.events[-(height - _BORDERS) // 2 :]:
+                style = {Severity.Info: "", Severity.Warning: "yellow", Severity.Error: "red"}[event.level]
+                lines.append(
+                    Text(f"{event.time:7.1f} s  {event.source}: {event.message}", style, no_wrap=True)
+                )
+        if scene.automata is not None and scene.snapshot is not None:
+            running = by_id(scene.snapshot.value).values()
+            for automaton in (automaton for automaton in running if not automaton.ghost):
+                for name, value in sorted(automaton.variables.items()):
+                    owner = scene.automata.automaton_name(automaton.id)
+                    lines.append(
+                        Text.assemble((f"{owner}.", _FAINT), f"{name} = ", (value, "cyan"), no_wrap=True)
+                    )
+        for line in lines:
+            line.truncate(width - 4, overflow="ellipsis")
+        return _panel("Events and variables", lines, height)
+
+
+def _panel(title: str, lines: Sequence[Text], height: int, style: str = "blue") -> Layout:
+    content = Text("\n").join(lines[: height - _BORDERS])
+    content.no_wrap = True
+    content.overflow = "ellipsis"
+    panel = Panel(content, title=title, title_align="left", border_style=style, height=height, padding=(0, 1))
+    return Layout(panel, size=height)
+
+
+def _header(scene: Scene, width: int) -> Text:
+    snapshot = scene.snapshot.value if scene.snapshot else None
+    status = snapshot.status.name.lower() if snapshot else "not seen"
+    style = {"running": "green", "halted": "bold red"}.get(status, "yellow")
+    left = Text.assemble(" ", (scene.component, "bold"), "  ", (status, style))
+    right = Text(f"{snapshot.time:.1f} s" if snapshot else "")
+    if scene.seconds:
+        right.append(f"   {min(scene.elapsed, scene.seconds):.0f} of {scene.seconds:g} s watched", _FAINT)
+    right.append(" ")
+    gap = width - left.cell_len - right.cell_len
+    return Text.assemble(left, " " * max(gap, 1), right, style="on grey15", no_wrap=True)
+
+
+def _footer() -> Text:
+    return Text.assemble(" ", legend(), ("     Ctrl-C ends", _FAINT), no_wrap=True)
+
+
+def status_line(scene: Scene) -> str:
+    """Tell a scene in one line, for output that is no terminal."""
+    if scene.trouble:
+        return scene.trouble
+    assert scene.automata is not None
+    assert scene.snapshot is not None
+    snapshot = scene.snapshot.value
+    parts = [f"{snapshot.time:7.1f} s", " > ".join(scene.automata.current_path(snapshot))]
+    if snapshot.status is not ComponentStatus.Running:
+        parts.append(snapshot.status.name.lower())
+    if scene.ball is not None:
+        error = (
+            f"{scene.ball.error_u:+.0f} {scene.ball.error_v:+.0f} px" if scene.ball.seen else "out of sight"
+        )
+        parts.append(f"{scene.ball.name} ball {error}")
+    if scene.head is not None and not scene.head.stale:
+        parts.append(f"head {scene.head.value.pan:+.2f} {scene.head.value.tilt:+.2f} rad")
+    if scene.camera_rate is not None and not scene.camera_rate.stale:
+        parts.append(f"{scene.camera_rate.value:.1f} images/s")
+    if scene.health is not None:
+        parts.append(f"real time x {scene.health.value.realTimeFactor:.2f}")
+    return "  ".join(parts)

@@ -1,0 +1,168 @@
+"""Watch a component until the time is over or Ctrl-C, then tell how it went."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Final, Protocol
+
+from rich.console import Console
+from rich.live import Live
+
+from interfaces.hfsm import HfsmMonitorPrx
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.watch.report import ReportContents, check_packages, write_report
+from visualhfsm.watch.scene import Scene
+from visualhfsm.watch.summary import summarize
+from visualhfsm.watch.summary_view import summary_table
+from visualhfsm.watch.telemetry import Telemetry
+from visualhfsm.watch.view import View, status_line
+from zenoh_ice import Communicator
+
+__all__ = ["WatchOptions", "watch"]
+
+_PERIOD: Final = 0.1
+_PLAIN_PERIOD: Final = 1.0
+_MOST_STDERR: Final = 65_536
+_INTERRUPTED: Final = 130
+_PICTURES_IN_REPORT: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class WatchOptions:
+    """How a component is watched: `seconds` of 0 is for ever, `wait` how long it may take to appear."""
+
+    component: str
+    seconds: float = 0.0
+    wait: float = 3.0
+    report: Path | None = None
+    plain: bool = False
+
+
+class _Display(Protocol):
+    def show(self, scene: Scene) -> None: ...
+
+
+def watch(communicator: Communicator, options: WatchOptions, console: Console) -> None:
+    """Show a component and its robot, then a summary, and write the report if one is wanted.
+
+    The summary comes after Ctrl-C, too. Raises what tells why the component does not appear within `wait` s
+    (ConnectFailedException, ObjectNotExistException, InterfaceMismatchException), and MissingPackageError at
+    once when the report cannot be drawn.
+    """
+    if options.report is not None:
+        check_packages()
+    began = datetime.now().astimezone()
+    plain = options.plain or not console.is_terminal
+    with Telemetry(communicator, options.component, pictures=options.report is not None) as telemetry:
+        try:
+            with _plain_display(console) if plain else _live_display(console) as display:
+                _follow(communicator, telemetry, options, display)
+        except SystemExit as stop:
+            if stop.code == _INTERRUPTED:
+                _conclude(telemetry, options, began, console)
+            raise
+        _conclude(telemetry, options, began, console)
+
+
+def _follow(
+    communicator: Communicator, telemetry: Telemetry, options: WatchOptions, display: _Display
+) -> None:
+    """Show what is there ten times a second; the seconds count from the component's first word."""
+    beginning = time.monotonic()
+    first: float | None = None
+    tick = threading.Event()
+    while True:
+        now = time.monotonic()
+        scene = telemetry.update(now - first if first is not None else 0.0, options.seconds)
+        display.show(scene)
+        if first is None and scene.snapshot is not None:
+            first = now
+        elif first is None and now - beginning > options.wait:
+            _explain_absence(communicator, options)
+        if first is not None and options.seconds and now - first >= options.seconds:
+            return
+        tick.wait(_PERIOD - (time.monotonic() - beginning) % _PERIOD)
+
+
+def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
+    """Raise the reason for which a component did not appear."""
+    identity = f"Hfsm.{options.component}"
+    HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
+    raise VisualHfsmError(f"{options.component} is there but sent nothing within {options.wait:g} s")
+
+
+def _conclude(telemetry: Telemetry, options: WatchOptions, began: datetime, console: Console) -> None:
+    recording = telemetry.recording
+    if recording is None or not recording.rows:
+        return
+    console.print(summary_table(recording, summarize(recording, *telemetry.image_size)))
+    if options.report is not None:
+        contents = ReportContents(
+            recording,
+            telemetry.image_size,
+            began,
+            telemetry.outside_album.choose(_PICTURES_IN_REPORT),
+            telemetry.camera_album.choose(_PICTURES_IN_REPORT),
+            telemetry.outside_trouble,
+        )
+        write_report(options.report, contents)
+        console.print(f"Report: {options.report}")
+
+
+class _PlainDisplay:
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._next = 0.0
+
+    def show(self, scene: Scene) -> None:
+        if time.monotonic() >= self._next:
+            self._next = time.monotonic() + _PLAIN_PERIOD
+            self._console.print(status_line(scene), highlight=False, markup=False, soft_wrap=True)
+
+
+class _LiveDisplay:
+    def __init__(self, live: Live) -> None:
+        self._live = live
+
+    def show(self, scene: Scene) -> None:
+        self._live.update(View(scene), refresh=True)
+
+
+@contextlib.contextmanager
+def _plain_display(console: Console) -> Iterator[_Display]:
+    yield _PlainDisplay(console)
+
+
+@contextlib.contextmanager
+def _live_display(console: Console) -> Iterator[_Display]:
+    with _stderr_set_aside(), Live(console=console, screen=True, auto_refresh=False, transient=True) as live:
+        yield _LiveDisplay(live)
+
+
+@contextlib.contextmanager
+def _stderr_set_aside() -> Iterator[None]:
+    """Keep what is written to stderr, by Zenoh's own logger too, from the screen, and print it at the end."""
+    stderr = 2
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as kept:
+        before = os.dup(stderr)
+        os.dup2(kept.fileno(), stderr)
+        try:
+            yield
+        finally:
+            sys.stderr.flush()
+            os.dup2(before, stderr)
+            os.close(before)
+            size = kept.seek(0, os.SEEK_END)
+            kept.seek(max(size - _MOST_STDERR, 0))
+            sys.stderr.write(kept.read().decode(errors="replace"))
+            sys.stderr.flush()
