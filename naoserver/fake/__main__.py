@@ -36,6 +36,7 @@ _EXAMPLES = """
 
 @app.command(epilog=_EXAMPLES)
 def fake(
+    *,
     realm: Realm = None,
     connect: Connect = None,
     listen: Listen = None,

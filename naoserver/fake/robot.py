@@ -120,13 +120,11 @@ class FakeDevice:
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
         """Move the setpoints of some joints to `targets`."""
-        for name, target in targets.items():
-            self._command(name, target, max_speeds[name])
+        self._command({name: (target, max_speeds[name]) for name, target in targets.items()})
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         """Move the setpoints of some joints at `velocities` until further notice."""
-        for name, velocity in velocities.items():
-            self._command(name, math.copysign(math.inf, velocity), abs(velocity))
+        self._command({name: (math.copysign(math.inf, v), abs(v)) for name, v in velocities.items()})
 
     def close(self) -> None:
         """Stop all motion."""
@@ -134,12 +132,15 @@ class FakeDevice:
         with self._lock:
             self._closed = True
 
-    def _command(self, name: str, target: float, speed: float) -> None:
-        facts = self._by_name[name]
-        end = min(max(target, facts.lower), facts.upper)
+    def _command(self, commands: Mapping[str, tuple[float, float]]) -> None:
+        """Move setpoints to ends at speeds, all from the same moment on."""
         with self._lock:
-            if not self._closed:
-                motion = self._motions[name].at(self._clock.now())
+            now = self._clock.now()
+            if self._closed:
+                return
+            for name, (target, speed) in commands.items():
+                facts, motion = self._by_name[name], self._motions[name].at(now)
+                end = min(max(target, facts.lower), facts.upper)
                 rate = math.copysign(speed, end - motion.setpoint) if end != motion.setpoint else 0.0
                 self._motions[name] = replace(motion, rate=rate, end=end)
 

@@ -1,0 +1,62 @@
+"""Serve a robot in the test's process, and talk to it from a session of its own, as another process would."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from typing import TypeVar
+from uuid import uuid4
+
+from naoserver.options import ServerOptions
+from naoserver.robot import Robot
+from naoserver.server import RobotServer, serve
+from tests.support.processes import free_endpoint
+from zenoh_ice import Communicator, ObjectPrx, initialize
+from zenoh_ice.stream import StreamedCall
+
+P = TypeVar("P", bound=ObjectPrx)
+V = TypeVar("V")
+
+
+@dataclass(frozen=True)
+class ServedRobot:
+    """A robot that is served, and a client of it."""
+
+    robot: Robot
+    server: RobotServer
+    client: Communicator
+    realm: str
+    endpoint: str
+
+    def proxy(self, interface: type[P], identity: str) -> P:
+        """Return a checked proxy over the wire."""
+        return interface.checkedCast(self.client.stringToProxy(identity))
+
+
+@contextmanager
+def served(robot: Robot, options: ServerOptions | None = None) -> Iterator[ServedRobot]:
+    """Start and serve a robot on loopback under a realm of its own; close both at the end."""
+    realm, endpoint = f"test-{uuid4().hex[:8]}", free_endpoint()
+    with (
+        closing(robot),
+        initialize(realm=realm, listen=[endpoint], connect=[], clock="wall") as communicator,
+        initialize(realm=realm, listen=["tcp/127.0.0.1:0"], connect=[endpoint], clock="wall") as client,
+    ):
+        robot.start()
+        adapter = communicator.createObjectAdapter("Robot")
+        with serve(robot, adapter, options) as server:
+            adapter.activate()
+            yield ServedRobot(robot, server, client, realm, endpoint)
+
+
+def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool], samples: int = 500) -> V:
+    """Return the first value of a stream that meets a condition; AssertionError when none of `samples` does."""
+    value: V | None = None
+    for count, sample in enumerate(stream.samples(timeout=3.0)):
+        value = sample.value
+        if condition(value):
+            return value
+        if count >= samples:
+            break
+    raise AssertionError(f"not met by any of {samples} samples; the last is {value}")
