@@ -78,7 +78,7 @@ class Schedule:
         """Wait for the next point; returns False when `stopping` came first."""
         self._due += period
         now = self._clock.now()
-        if abs(self._due - now) > period:  # a whole period late, or the clock began anew
+        if not now - period <= self._due <= now + 2 * period:  # far too late, or the clock began anew
             self._due = now
         return not self._clock.wait(stopping, self._due - now)
 

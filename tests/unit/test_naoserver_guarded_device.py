@@ -1,0 +1,155 @@
+"""A device behind its safety layer: what reaches it, what is told, and what the watchdog stops."""
+
+import threading
+
+import pytest
+
+from interfaces.nao import Severity
+from naoserver.body import H25
+from naoserver.errors import InvalidCommand
+from naoserver.event_log import KEPT, EventLog
+from naoserver.fake import FakeDevice
+from naoserver.guarded_device import GuardedDevice
+from naoserver.options import SafetyOptions
+from naoserver.safety import Safety
+from naoserver.watchdog import Watchdog
+from zenoh_ice import VirtualClock, WallClock
+
+
+class Rig:
+    def __init__(self, clock, device=None):
+        self.wall = 0.0
+        self.woken = 0
+        self.events = EventLog(clock.now, lambda: self.wall)
+        self.device = device or FakeDevice("Nao", H25.joints, clock)
+        safety = Safety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
+        self.guarded = GuardedDevice(self.device, safety, self.events, lambda: self.wall, self.wake)
+
+    def wake(self):
+        self.woken += 1
+
+    def commands(self):
+        return dict(zip(H25.joint_names, self.device.read().commands, strict=True))
+
+    def velocities(self):
+        return dict(zip(H25.joint_names, self.device.read().velocities, strict=True))
+
+
+@pytest.fixture
+def clock():
+    return VirtualClock()
+
+
+@pytest.fixture
+def rig(clock):
+    return Rig(clock)
+
+
+def test_a_command_reaches_the_device_and_wakes_the_watchdog(rig, clock):
+    rig.guarded.move({"LKneePitch": 0.4}, {})
+    clock.advance(2.0)
+    assert rig.commands()["LKneePitch"] == pytest.approx(0.4)
+    assert rig.woken == 1
+
+
+def test_before_any_command_the_goal_is_where_the_joint_is(rig):
+    goal = rig.guarded.goal("LElbowRoll")
+    assert (goal.target, goal.speed) == (rig.commands()["LElbowRoll"], 0.0)
+
+
+def test_a_refused_command_is_neither_counted_nor_told(rig):
+    with pytest.raises(InvalidCommand):
+        rig.guarded.move({"Tail": 0.4}, {})
+    assert rig.events.snapshot() == ([], 0, 0)
+
+
+def test_a_limited_command_is_counted_once_and_told_for_each_joint(rig):
+    rig.guarded.move({"LKneePitch": 9.0, "RKneePitch": 9.0}, {})
+    events, limited, timeouts = rig.events.snapshot()
+    assert (limited, timeouts) == (1, 0)
+    assert [event.source for event in events] == ["LKneePitch", "RKneePitch"]
+
+
+def test_watch_stops_what_was_not_renewed_and_counts_the_command_once(rig, clock):
+    rig.guarded.drive({"HeadYaw": 0.5, "HeadPitch": 0.1}, "client")
+    assert rig.guarded.watch() == pytest.approx(0.02)
+    clock.advance(0.5)
+    rig.wall = 0.5
+    rig.guarded.watch()
+    clock.advance(0.2)
+    assert rig.velocities()["HeadYaw"] == pytest.approx(0.0, abs=1e-3)
+    events, _, timeouts = rig.events.snapshot()
+    assert timeouts == 1
+    assert [event.source for event in events] == ["HeadYaw", "HeadPitch"]
+    assert rig.guarded.watch() is None
+
+
+def test_a_lost_client_stops_what_it_drove_at_once(rig, clock):
+    rig.guarded.drive({"HeadYaw": 0.5}, "client")
+    rig.guarded.drop_client("another")
+    assert rig.guarded.velocity("HeadYaw") == 0.5
+    rig.guarded.drop_client("client")
+    assert rig.guarded.velocity("HeadYaw") == 0.0
+    clock.advance(0.3)
+    assert rig.velocities()["HeadYaw"] == pytest.approx(0.0, abs=1e-3)
+    events, _, timeouts = rig.events.snapshot()
+    assert "gone" in events[0].message
+    assert timeouts == 0
+
+
+def test_close_stops_everything_and_later_commands_do_nothing(rig, clock):
+    rig.guarded.move({"LKneePitch": 2.0}, {})
+    clock.advance(0.5)
+    rig.guarded.close()
+    there = rig.commands()
+    rig.guarded.move({"LKneePitch": 0.0}, {})
+    clock.advance(1.0)
+    assert rig.commands() == there
+
+
+def test_events_of_a_kind_are_told_once_a_second_with_what_was_left_out(rig):
+    for step in range(25):
+        rig.wall = step * 0.1
+        rig.events.add(Severity.Warning, "HeadYaw", f"limited at {step}", "limited")
+    messages = [event.message for event in rig.events.snapshot()[0]]
+    assert messages == ["limited at 0", "limited at 10 (9 more since the last report)", messages[2]]
+
+
+def test_only_the_newest_events_are_kept(rig):
+    for number in range(KEPT + 5):
+        rig.events.add(Severity.Info, f"source {number}", "hello")
+    events = rig.events.snapshot()[0]
+    assert len(events) == KEPT
+    assert events[-1].source == f"source {KEPT + 4}"
+
+
+class UnreadableOnce(FakeDevice):
+    """A device whose first look fails."""
+
+    def __init__(self, clock):
+        super().__init__("Nao", H25.joints, clock)
+        self.failed = threading.Event()
+        self.read_again = threading.Event()
+
+    def read(self):
+        if threading.current_thread().name == "watchdog":
+            if not self.failed.is_set():
+                self.failed.set()
+                raise OSError("the bus is down")
+            self.read_again.set()
+        return super().read()
+
+
+def test_the_watchdog_survives_a_device_that_fails(caplog):
+    rig = Rig(WallClock(), UnreadableOnce(WallClock()))
+    watchdog = Watchdog()
+    watchdog.start([rig.guarded])
+    try:
+        assert rig.device.read_again.wait(5)
+    finally:
+        watchdog.close()
+    assert "the bus is down" in caplog.text
+
+
+def test_the_watchdog_can_be_closed_without_having_been_started():
+    Watchdog().close()
