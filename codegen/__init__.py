@@ -6,8 +6,8 @@ One command, `codegen FILES...`, and two compilers behind it, chosen by the file
 - `codegen.hfsm.compile_document(path, output, diagnostics)` reads one `*.xml` and returns the
   `GeneratedFile`s it makes, beside the document or in the directory `output` when that is given.
 
-Both report what is wrong to a `codegen.diagnostics.Diagnostics` and touch no file: the command writes all that
-they return, or nothing when there was an error (`codegen.files`).
+Both report what is wrong to a `codegen.diagnostics.Diagnostics` and touch no file: the command writes all
+that they return, or nothing when there was an error (`codegen.files`).
 """
 
 from __future__ import annotations

@@ -48,9 +48,9 @@ def codegen(
 ) -> None:
     """Generate Python from interfaces in Slice and from automaton documents.
 
-    Interfaces become packages of typed structs, proxies and servants; an automaton document becomes a component
-    that runs it. All files are written, or none when there is an error; a file that would not change is not
-    touched.
+    Interfaces become packages of typed structs, proxies and servants; an automaton document becomes a
+    component that runs it. All files are written, or none when there is an error; a file that would not
+    change is not touched.
     """
     interfaces = [path for path in files if path.suffix.lower() in _INTERFACES]
     documents = [path for path in files if path.suffix.lower() in _DOCUMENTS]
@@ -76,7 +76,7 @@ def codegen(
         from .hfsm import compile_document
 
         for path in documents:
-            generated += compile_document(path, output, diagnostics)
+            generated += compile_document(path, output, diagnostics, include or ()) or []
     if len(diagnostics):
         typer.echo(diagnostics.render(color=_wants_color()), err=True)
     if diagnostics.has_errors:

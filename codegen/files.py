@@ -20,7 +20,7 @@ class GeneratedFile:
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """What differs from the disk: files to write, because they are new or changed, and leftovers to remove."""
+    """What differs from the disk: files to write, as they are new or changed, and leftovers to remove."""
 
     write: tuple[GeneratedFile, ...]
     remove: tuple[Path, ...]

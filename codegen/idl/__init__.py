@@ -1,7 +1,7 @@
 """Compile interfaces written in Slice, the language of Ice, to typed Python that talks over zenoh_ice.
 
-A file goes through `lexer` (tokens), `preprocessor` (includes, guards, conditions), `parser` (the tree of `ast`),
-`checker` (names, types, rules) and `writer` (Python). `compiler.compile_interfaces` leads it through.
+A file goes through `lexer` (tokens), `preprocessor` (includes, guards, conditions), `parser` (the tree of
+`ast`), `checker` (names, types, rules) and `writer` (Python). `compiler.compile_interfaces` leads it through.
 """
 
 from __future__ import annotations

@@ -192,7 +192,7 @@ class Class(Derivable):
 
 
 @dataclass(slots=True, eq=False)
-class Exception_(Derivable):
+class ExceptionType(Derivable):
     """What an operation can throw."""
 
     kind: ClassVar[str] = "exception"

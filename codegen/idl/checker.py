@@ -1,28 +1,25 @@
 """Give every name its meaning and report what breaks the rules of Slice.
 
-The tree is walked in the order of the source, as a name must be declared before it is used. The rules are those
-of the reference compiler; names may have underscores and may begin with `ice`.
+The tree is walked in the order of the source, as a name must be declared before it is used. The rules are
+those of the reference compiler; names may have underscores and may begin with `ice`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TypeVar
 
 from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .constants import check_constant, check_enumeration
+from .constants import ConstantChecker
 from .lexer import Token
-from .symbols import Symbols, enclosing_scopes
+from .symbols import Symbols
 
 BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "string")
 _INTEGRAL_KEYS = frozenset({"bool", "byte", "short", "int", "long", "string"})
 _RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
 _KNOWN_METADATA = frozenset({"stream", "amd", "nonmutating", "protected", "delegate", "format", "deprecate"})
-
-_Derived = TypeVar("_Derived", bound=ast.Derivable)
 
 
 def check(root: ast.Module, diagnostics: Diagnostics) -> Symbols:
@@ -37,9 +34,9 @@ class _Checker:
     def __init__(self, diagnostics: Diagnostics) -> None:
         self.symbols = Symbols()
         self._diagnostics = diagnostics
-        self._introduced: dict[tuple[str, str], Token] = {}
+        self._constants = ConstantChecker(self.symbols, diagnostics)
+        self._compact_ids: dict[str, ast.Class] = {}
         self._named_types: list[ast.NamedType] = []
-        self._complete: set[str] = set()
 
     def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
         self._diagnostics.error(code, message, token.location, notes)
@@ -75,10 +72,10 @@ class _Checker:
         before = self.symbols.get_any_case(definition.scoped)
         if before is None or self._may_follow(definition, before):
             enclosing = scope.rpartition("::")[2]
-            if definition.name.lower() == enclosing.lower() and not isinstance(definition, ast.Module):
+            nested = isinstance(definition, ast.Module | ast.Enumerator)
+            if definition.name.lower() == enclosing.lower() and not nested:
                 message = f"{definition.kind} `{definition.name}` has the name of the module around it"
                 self._error(Code.REDEFINITION, message, token)
-            self._check_meaning(definition.name, scope, token)
             if not (isinstance(definition, ast.ForwardDeclaration) and before is not None):
                 self.symbols.add(definition)
             return
@@ -100,12 +97,6 @@ class _Checker:
         of = definition.of if isinstance(definition, ast.ForwardDeclaration) else type(definition)
         before_of = before.of if isinstance(before, ast.ForwardDeclaration) else type(before)
         return of is before_of and ast.ForwardDeclaration in (type(definition), type(before))
-
-    def _check_meaning(self, name: str, scope: str, token: Token) -> None:
-        used = self._introduced.get((scope, name.lower()))
-        if used is not None:
-            note = Note(f"`{used.text}` is used here with its former meaning", used.location)
-            self._error(Code.CHANGED_MEANING, f"`{name}` changes its meaning", token, note)
 
     def _identifier(self, definition: ast.Definition) -> None:
         name, token = definition.name, definition.token
@@ -137,21 +128,22 @@ class _Checker:
                     self._error(Code.SYNTAX, message, definition.token)
                 self._members(definition.members, definition.scoped, scope)
                 self._struct_in_itself(definition)
-            case ast.Class() | ast.Exception_():
-                self._derive(definition, scope)
-                inherited = {member.name.lower(): member for member in definition.all_members}
-                for member in definition.members:
-                    inherited.pop(member.name.lower(), None)
-                for base in definition.ancestors():
-                    inherited |= {member.name.lower(): member for member in base.members}
+            case ast.Class() | ast.ExceptionType():
+                if definition.base is not None:
+                    self._base(definition.base, definition, scope)
+                inherited = {
+                    member.name.lower(): member for base in definition.ancestors() for member in base.members
+                }
                 self._members(definition.members, definition.scoped, scope, inherited)
+                if isinstance(definition, ast.Class) and definition.compact_id is not None:
+                    self._compact_id(definition, definition.compact_id)
             case ast.Interface():
                 self._interface(definition, scope)
             case ast.Enumeration():
                 for enumerator in definition.enumerators:
                     enumerator.scoped = f"{definition.scoped}::{enumerator.name}"
                     self._declare(enumerator, definition.scoped)
-                check_enumeration(definition, self.symbols, scope, self._diagnostics)
+                self._constants.check_enumeration(definition, scope)
             case ast.Sequence():
                 self._data_type(definition.element, scope)
             case ast.Dictionary():
@@ -160,15 +152,7 @@ class _Checker:
                 self._dictionary_key(definition)
             case ast.Constant():
                 self._data_type(definition.type, scope)
-                check_constant(
-                    definition.literal,
-                    definition.type,
-                    definition.name,
-                    self.symbols,
-                    scope,
-                    self._diagnostics,
-                )
-        self._complete.add(definition.scoped)
+                self._constants.check(definition.literal, definition.type, definition.name, scope)
 
     # Types
 
@@ -189,13 +173,6 @@ class _Checker:
                 return None
         named.definition = definition
         self._named_types.append(named)
-        first = named.name.partition("::")[0]
-        if first:
-            found_in = definition.scoped.removesuffix(f"::{named.name}")
-            for outer in enclosing_scopes(scope):
-                if outer == found_in:
-                    break
-                self._introduced.setdefault((outer, first.lower()), named.token)
         if what and definition.kind != what:
             forward = isinstance(definition, ast.ForwardDeclaration) and definition.of.kind == what
             if not forward:
@@ -255,6 +232,13 @@ class _Checker:
             note = Note("a key is a bool, an integer, a string, an enumeration, or a struct of these")
             self._error(Code.BAD_DICTIONARY_KEY, message, token, note)
 
+    def _compact_id(self, definition: ast.Class, token: Token) -> None:
+        other = self._compact_ids.setdefault(token.text, definition)
+        if other is not definition:
+            note = Note("first used here", other.token.location)
+            message = f"the compact id {token.text} belongs to class `{other.name}`"
+            self._error(Code.REDEFINITION, message, token, note)
+
     # Members, inheritance, operations
 
     def _unique(
@@ -292,15 +276,9 @@ class _Checker:
         for member in members:
             self._data_type(member.type, scope)
             if member.default is not None:
-                check_constant(
-                    member.default, member.type, member.name, self.symbols, scope, self._diagnostics
-                )
+                self._constants.check(member.default, member.type, member.name, scope)
                 message = "the default value is not used: every member is always sent"
                 self._diagnostics.warning(Code.DEFAULT_NOT_SENT, message, member.default.token.location)
-
-    def _derive(self, definition: ast.Class | ast.Exception_, scope: str) -> None:
-        if definition.base is not None:
-            self._base(definition.base, definition, scope)
 
     def _base(self, named: ast.NamedType, derived: ast.Definition, scope: str) -> ast.Definition | None:
         """Resolve a base, which must be of the same kind and complete."""
@@ -326,8 +304,9 @@ class _Checker:
         interface.bases = list(direct.values())
         inherited = self._inherited_operations(interface)
         self._unique(interface.operations, interface.scoped)
+        used: dict[str, Token] = {}
         for operation in interface.operations:
-            self._operation(operation, interface, inherited)
+            self._operation(operation, interface, inherited, used)
 
     def _inherited_operations(self, interface: ast.Interface) -> dict[str, ast.Operation]:
         inherited: dict[str, ast.Operation] = {}
@@ -342,8 +321,13 @@ class _Checker:
         return inherited
 
     def _operation(
-        self, operation: ast.Operation, interface: ast.Interface, inherited: dict[str, ast.Operation]
+        self,
+        operation: ast.Operation,
+        interface: ast.Interface,
+        inherited: dict[str, ast.Operation],
+        used: dict[str, Token],
     ) -> None:
+        """Check an operation; `used` are the names of types that the interface has used so far."""
         token, scope = operation.token, interface.scoped
         before = inherited.get(operation.name.lower())
         if before is not None:
@@ -354,7 +338,14 @@ class _Checker:
             self._error(Code.REDEFINITION, message, token)
         if operation.returns is not None:
             self._data_type(operation.returns, scope)
-        self._check_meaning(operation.name, scope, token)
+        for kind in (operation.returns, *(parameter.type for parameter in operation.parameters)):
+            if kind is not None:
+                used.setdefault(_first_name(kind).lower(), kind.token)
+        meaning = used.get(operation.name.lower())
+        if meaning is not None:
+            note = Note(f"`{meaning.text}` is used here with its former meaning", meaning.location)
+            message = f"`{operation.name}` changes its meaning in `{interface.name}`"
+            self._error(Code.CHANGED_MEANING, message, token, note)
         self._unique(operation.parameters, operation.scoped)
         out: ast.Parameter | None = None
         for parameter in operation.parameters:
@@ -365,7 +356,7 @@ class _Checker:
                 note = Note("the out parameter is here", out.token.location)
                 message = f"in parameter `{parameter.name}` stands behind an out parameter"
                 self._error(Code.OUT_BEFORE_IN, message, parameter.token, note)
-            if parameter.out and parameter.name == "returnValue":
+            if parameter.out and parameter.name == "returnValue" and operation.returns is not None:
                 message = "`returnValue` is how the wire calls what an operation returns"
                 self._error(Code.RESERVED_NAME, message, parameter.token)
         thrown: set[str] = set()
@@ -377,6 +368,13 @@ class _Checker:
         if operation.streamed and operation.returns is None and not operation.outputs:
             message = f"operation `{operation.name}` is streamed but returns nothing"
             self._error(Code.BAD_STREAM, message, token)
+
+
+def _first_name(kind: ast.Type) -> str:
+    """Return the name by which a type is looked up, nothing for a builtin."""
+    if isinstance(kind, ast.ProxyType):
+        return _first_name(kind.target)
+    return kind.name.partition("::")[0] if isinstance(kind, ast.NamedType) else ""
 
 
 def _why_not_a_key(kind: ast.Type) -> str:

@@ -1,7 +1,7 @@
 """Write an interface in canonical form and take its fingerprint.
 
-Two interfaces have the same form exactly when their calls are the same on the wire: comments, files, the order
-of definitions and of members, and the names of sequences and dictionaries do not count.
+Two interfaces have the same form exactly when their calls are the same on the wire: comments, files, the
+order of definitions and of members, and the names of sequences and dictionaries do not count.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ class _CanonicalForm:
             case ast.Struct():
                 self.lines.append(f"struct {name}")
                 self.lines += [self._member(member) for member in definition.members]
-            case ast.Class() | ast.Exception_():
-                base = definition.base_definition
-                self.lines.append(f"{definition.kind} {name}{_extends([base.scoped] if base else [])}")
+            case ast.Class() | ast.ExceptionType():
+                parent = definition.base_definition
+                self.lines.append(f"{definition.kind} {name}{_extends([parent.scoped] if parent else [])}")
                 self.lines += [self._member(member) for member in definition.members]
-                self.add(base)
+                self.add(parent)
             case ast.Enumeration():
                 self.lines.append(f"enum {name}")
                 self.lines += [f"{each.scoped} = {each.value}" for each in definition.enumerators]

@@ -32,9 +32,11 @@ class _InterfaceWriter:
         chunks.append(self._interface_description())
         chunks.append(self._proxy())
         chunks.append(self._servant())
-        for name in (self._name, f"{self._name}Prx"):
-            if self._names.is_shadowed(name):
-                chunks.append([f"{self._names.defined(name)} = {name}"])
+        chunks += [
+            [f"{self._names.defined(name)} = {name}"]
+            for name in (self._name, f"{self._name}Prx")
+            if self._names.is_shadowed(name)
+        ]
         lines: list[str] = []
         for chunk in chunks:
             lines += ["", "", *chunk] if lines else chunk

@@ -10,7 +10,11 @@ from pathlib import Path
 from codegen.diagnostics import Location
 
 KEYWORDS = frozenset(
-    ["bool", "byte", "class", "const", "dictionary", "double", "enum", "exception", "extends", "false", "float", "idempotent", "implements", "int", "interface", "local", "LocalObject", "long", "module", "Object", "optional", "out", "sequence", "short", "string", "struct", "throws", "true", "Value", "void"]
+    """
+    bool byte class const dictionary double enum exception extends false float idempotent implements int
+    interface local LocalObject long module Object optional out sequence short string struct throws true Value
+    void
+    """.split()  # noqa: SIM905 - a list of words is easier to read than of literals
 )
 
 
@@ -56,10 +60,10 @@ class Source:
 
 
 class Token:
-    """A word of a Slice file.
+    r"""A word of a Slice file.
 
-    `doc` is the doc comment before the token, `trailing_doc` one of the form `/**< */` behind it; both are raw
-    text without the marks of the comment. `escaped` tells a name written with a backslash, as in `\\module`.
+    `doc` is the doc comment before the token, `trailing_doc` one of the form `/**< */` behind it; both are
+    raw text without the marks of the comment. `escaped` tells a name written with a backslash: `\module`.
     """
 
     __slots__ = ("doc", "escaped", "kind", "offset", "source", "text", "trailing_doc")
@@ -93,7 +97,8 @@ _TOKEN = re.compile(
     | (?P<comment> //[^\n]* | /\*.*?\*/ )
     | (?P<word>    \\?[A-Za-z_][A-Za-z_0-9]* )
     | (?P<mark>    :: | [{}()\[\]<>,;:=*] )
-    | (?P<float>   [+-]? (?: (?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?[fF]? | \d+[eE][+-]?\d+[fF]? | \d+[fF] ) (?!\w) )
+    | (?P<float>   [+-]?
+                   (?: (?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)? | \d+[eE][+-]?\d+ | \d+(?=[fF]) ) [fF]?(?!\w) )
     | (?P<integer> [+-]? (?: 0[xX][0-9a-fA-F]+ | \d+ ) (?!\w) )
     | (?P<string>  "(?:[^"\\\n]|\\[^\n])*" )
     | (?P<hash>    \#(?: /\*.*?\*/ | \\\r?\n | [^\n] )* )

@@ -49,28 +49,30 @@ def parse_float(text: str) -> float:
     return value
 
 
-def parse_string(text: str) -> str:
-    """Return the value of a quoted string literal. Raises LiteralError for an escape that Slice does not have.
+def parse_string(text: str) -> tuple[str, list[str]]:
+    r"""Return the value of a quoted string literal, and the escapes in it that Slice does not have.
 
-    Escapes of single bytes above 127 (`\\xe9`, `\\303`) stand for the bytes of UTF-8.
+    Escapes of single bytes above 127 (`\xe9`, `\303`) stand for the bytes of UTF-8. An
+    unknown escape stands for itself. Raises LiteralError for one that is no byte or no character.
     """
     body = text[1:-1]
     if "\\" not in body:
-        return body
+        return body, []
+    unknown: list[str] = []
     parts: list[bytes] = []
     position = 0
     for match in _ESCAPE.finditer(body):
         parts.append(body[position : match.start()].encode("utf-8", "surrogatepass"))
-        parts.append(_escaped(match))
+        parts.append(_escaped(match, unknown))
         position = match.end()
     parts.append(body[position:].encode("utf-8", "surrogatepass"))
     try:
-        return b"".join(parts).decode()
+        return b"".join(parts).decode(), unknown
     except UnicodeDecodeError:
         raise LiteralError("the escapes of this string are not UTF-8") from None
 
 
-def _escaped(match: re.Match[str]) -> bytes:
+def _escaped(match: re.Match[str], unknown: list[str]) -> bytes:
     octal, hexadecimal, short, long, simple = match.groups()
     if octal is not None or hexadecimal is not None:
         value = int(octal, 8) if octal is not None else int(hexadecimal, 16)
@@ -83,5 +85,6 @@ def _escaped(match: re.Match[str]) -> bytes:
             raise LiteralError(f"the escape `{match.group()}` is no character")
         return chr(code_point).encode()
     if simple not in _SIMPLE_ESCAPES:
-        raise LiteralError(f"unknown escape `{match.group()}`")
+        unknown.append(match.group())
+        return match.group().encode("utf-8", "surrogatepass")
     return _SIMPLE_ESCAPES[simple].encode()

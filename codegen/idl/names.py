@@ -1,4 +1,4 @@
-"""Choose Python names for what a Slice file defines, and keep them apart from everything else in the module."""
+"""Choose Python names for what a Slice file defines, and keep them apart from all others in the module."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .layout import INDENT, LINE_LENGTH, source_order
 
 RUNTIME = "zenoh_ice.generated"
 
-# As in Ice's mapping to Python a name that Python or the base class needs gets an underscore before it. No name
-# of Slice begins or ends with one, so these and the names made below with one behind them clash with nothing.
+# As in Ice's mapping to Python a name that Python or the base class needs gets an underscore before it. No
+# name of Slice begins or ends with one, so these, and those made below with one behind, clash with nothing.
 _BASE_CLASS_NAMES: dict[type[ast.Definition], frozenset[str]] = {
     ast.Enumerator: frozenset(name for name in {*dir(int), *dir(enum.IntEnum), "mro", "name", "value"}),
     ast.Operation: frozenset({"checkedCast", "uncheckedCast"}),
@@ -54,7 +54,7 @@ def file_module(path: Path, taken: Iterable[str]) -> str:
 def members_of(definition: ast.Definition) -> Iterator[ast.Definition]:
     """Yield what a definition holds: members, operations or enumerators."""
     match definition:
-        case ast.Struct() | ast.Class() | ast.Exception_():
+        case ast.Struct() | ast.Class() | ast.ExceptionType():
             yield from definition.members
         case ast.Interface():
             yield from definition.operations

@@ -5,19 +5,33 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
-from codegen.diagnostics import Diagnostics, Note, did_you_mean
+from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .lexer import Kind, Token
+from .lexer import Kind, Source, Token
 from .literals import LiteralError, parse_float, parse_integer, parse_string
 from .preprocessor import TranslationUnit
 
-_BUILTIN_TYPES = frozenset(["bool", "byte", "short", "int", "long", "float", "double", "string", "Object", "LocalObject", "Value"])
+_BUILTIN_TYPES = frozenset(
+    ("bool", "byte", "short", "int", "long", "float", "double", "string", "Object", "LocalObject", "Value")
+)
 _DEFINITION_KEYWORDS = frozenset(
-    ["class", "const", "dictionary", "enum", "exception", "interface", "local", "module", "sequence", "struct"]
+    (
+        "class",
+        "const",
+        "dictionary",
+        "enum",
+        "exception",
+        "interface",
+        "local",
+        "module",
+        "sequence",
+        "struct",
+    )
 )
 _DEEPEST_MODULE = 50
+_NO_OPERATIONS = "a struct, class or exception has no operations; put them into an interface"
 
 _Item = TypeVar("_Item")
 
@@ -38,6 +52,8 @@ class _Parser:
         self._token = unit.tokens[0]
         self._diagnostics = diagnostics
         self._depth = 0
+        self._reported_end = False
+        self._sources_with_definitions: set[Source] = set()
 
     # Tokens
 
@@ -47,6 +63,9 @@ class _Parser:
             self._next += 1
             self._token = self._tokens[self._next]
         return token
+
+    def _at_end(self) -> bool:
+        return self._token.kind is Kind.END
 
     def _at(self, text: str) -> bool:
         token = self._token
@@ -61,20 +80,17 @@ class _Parser:
         return self._advance()
 
     def _expect_end_of_statement(self, what: str) -> Token:
-        """Take the `;` behind a statement; report a missing one where the statement ends."""
+        """Take the `;` behind a statement; when a line ends without one, reading goes on with the next line."""
         if self._at(";"):
             return self._advance()
         last = self._tokens[self._next - 1]
-        if last.source is self._token.source:
-            line, column = last.source.position(last.offset + len(last.text))
-            if line != self._token.location.line:
-                self._diagnostics.error(
-                    Code.SYNTAX,
-                    f"expected `;` behind {what}",
-                    type(last.location)(last.source.path, line, column),
-                )
-                raise _MissingSemicolon
-        return self._expect(";", f"behind {what}")
+        line, column = last.source.position(last.offset + len(last.text))
+        note = Note("it is missing here", Location(last.source.path, line, column))
+        message = f"expected `;` behind {what}, found {_shown(self._token)}"
+        self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
+        if last.source is self._token.source and line != self._token.location.line:
+            return last
+        raise _SyntaxError
 
     def _fail(self, message: str, *notes: Note, token: Token | None = None) -> NoReturn:
         self._diagnostics.error(Code.SYNTAX, message, (token or self._token).location, notes)
@@ -83,7 +99,7 @@ class _Parser:
     def _recover(self) -> None:
         """Skip to behind the next `;` or before the next `}`, over whole blocks."""
         depth = 0
-        while self._token.kind is not Kind.END:
+        while not self._at_end():
             if self._at("{"):
                 depth += 1
             elif self._at("}"):
@@ -104,16 +120,18 @@ class _Parser:
         opening = self._expect("{", f"before the body of {what}")
         items: list[_Item] = []
         while not self._at("}"):
-            if self._token.kind is Kind.END:
-                note = Note("the body begins here", opening.location)
-                self._fail(f"expected `}}` behind the body of {what}, found the end of the file", note)
+            if self._at_end():
+                if not self._reported_end:
+                    self._reported_end = True
+                    note = Note("the body begins here", opening.location)
+                    message = f"expected `}}` behind the body of {what}, found the end of the file"
+                    self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
+                return items
             before = self._next
             try:
                 item = read_item()
                 if item is not None:
                     items.append(item)
-            except _MissingSemicolon:
-                continue
             except _SyntaxError:
                 self._recover()
                 if self._next == before:
@@ -127,7 +145,7 @@ class _Parser:
         """Take the name of something that is being defined."""
         token = self._token
         if token.kind is Kind.KEYWORD:
-            if token.text == "Value":
+            if token.text == "Value" and what in {"a member", "a parameter"}:
                 message = "`Value` is a keyword of Ice since 3.7"
                 self._diagnostics.warning(Code.TOLERATED_KEYWORD, message, token.location)
                 return self._advance()
@@ -159,7 +177,10 @@ class _Parser:
             self._advance()
             while True:
                 token = self._token
-                found.append(ast.Metadata(self._string(), token))
+                text = self._string()
+                while self._token.kind is Kind.STRING:  # adjacent strings are one
+                    text += self._string()
+                found.append(ast.Metadata(text, token))
                 if not self._accept(","):
                     break
             self._expect("]", "behind metadata")
@@ -168,27 +189,27 @@ class _Parser:
     def _string(self) -> str:
         if self._token.kind is not Kind.STRING:
             self._fail(f"expected a string, found {_shown(self._token)}")
-        text = ""
-        while self._token.kind is Kind.STRING:  # adjacent strings are one
-            token = self._advance()
-            try:
-                text += parse_string(token.text)
-            except LiteralError as error:
-                self._diagnostics.error(Code.BAD_LITERAL, str(error), token.location)
+        token = self._advance()
+        try:
+            text, unknown = parse_string(token.text)
+        except LiteralError as error:
+            self._diagnostics.error(Code.BAD_LITERAL, str(error), token.location)
+            return ""
+        for escape in unknown:
+            message = f"unknown escape `{escape}` is kept as it is"
+            self._diagnostics.warning(Code.UNKNOWN_ESCAPE, message, token.location)
         return text
 
     # Definitions
 
     def root(self) -> ast.Module:
         root = ast.Module("", self._token)
-        while self._token.kind is not Kind.END:
+        while not self._at_end():
             before = self._next
             try:
                 definition = self._definition()
                 if definition is not None:
                     root.definitions.append(definition)
-            except _MissingSemicolon:
-                continue
             except _SyntaxError:
                 self._recover()
                 if self._next == before:
@@ -196,11 +217,12 @@ class _Parser:
         return root
 
     def _definition(self) -> ast.Definition | None:
-        if self._at("[") and self._next + 1 < len(self._tokens) and self._tokens[self._next + 1].text == "[":
+        if self._at("[") and self._tokens[self._next + 1].text == "[":
             self._file_metadata()
             return None
         metadata, doc = self._metadata()
         token = self._token
+        self._sources_with_definitions.add(token.source)
         if token.kind is not Kind.KEYWORD or token.text not in _DEFINITION_KEYWORDS:
             notes = did_you_mean(token.text, _DEFINITION_KEYWORDS) if token.kind is Kind.NAME else ()
             self._fail(f"expected a definition, found {_shown(token)}", *notes)
@@ -233,7 +255,10 @@ class _Parser:
 
     def _file_metadata(self) -> None:
         """Take `[["..."]]`; it speaks to the generators of other languages."""
-        self._advance()
+        opening = self._advance()
+        if opening.source in self._sources_with_definitions:
+            message = "metadata of the file must stand before all definitions"
+            self._diagnostics.error(Code.SYNTAX, message, opening.location)
         self._metadata()
         self._expect("]", "behind metadata of the file")
 
@@ -247,18 +272,12 @@ class _Parser:
     def _module(self) -> ast.Module:
         name = self._name("a module")
         module = ast.Module(name.text, name)
-        innermost = module
-        while self._accept("::"):  # module a::b { }
-            name = self._name("a module")
-            inner = ast.Module(name.text, name)
-            innermost.definitions.append(inner)
-            innermost = inner
         self._depth += 1
         if self._depth > _DEEPEST_MODULE:
             self._depth -= 1
             self._fail("modules are nested too deeply", token=name)
         try:
-            innermost.definitions += self._block(self._definition, f"module {name.text}")
+            module.definitions += self._block(self._definition, f"module {name.text}")
         finally:
             self._depth -= 1
         self._end_of_body()
@@ -287,12 +306,12 @@ class _Parser:
         self._end_of_body()
         return ast.Class(name.text, name, base=base, members=members, compact_id=compact_id)
 
-    def _exception(self) -> ast.Exception_:
+    def _exception(self) -> ast.ExceptionType:
         name = self._name("an exception")
         base = self._base("an exception")
         members = self._block(self._member, f"exception {name.text}")
         self._end_of_body()
-        return ast.Exception_(name.text, name, base=base, members=members)
+        return ast.ExceptionType(name.text, name, base=base, members=members)
 
     def _interface(self) -> ast.Interface | ast.ForwardDeclaration:
         name = self._name("an interface")
@@ -379,10 +398,12 @@ class _Parser:
     def _member(self) -> ast.Member:
         metadata, doc = self._metadata()
         tag = self._tag()
+        if self._at("void") or self._at("idempotent"):
+            self._fail(_NO_OPERATIONS)
         kind = self._type("the type of a member")
         name = self._name("a member")
         if self._at("("):
-            self._fail("a struct, class or exception has no operations; put them into an interface")
+            self._fail(_NO_OPERATIONS, token=name)
         default = self._literal() if self._accept("=") else None
         end = self._expect_end_of_statement("a member")
         return ast.Member(
@@ -481,11 +502,7 @@ class _Parser:
         if token.kind is Kind.NAME or self._at("::"):
             name, last = self._scoped_name("a constant or an enumerator")
             return ast.Literal(last, name=name)
-        self._fail(f"expected a value, found {_shown(token)}")
-
-
-class _MissingSemicolon(_SyntaxError):
-    """A `;` is missing at the end of a line: reading goes on with the next line."""
+        return self._fail(f"expected a value, found {_shown(token)}")
 
 
 def _shown(token: Token) -> str:

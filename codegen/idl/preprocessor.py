@@ -149,7 +149,9 @@ class _Reader:
             else:
                 output.append(token)
         for condition in conditions:
-            self._error(Code.BAD_DIRECTIVE, "this condition has no #endif", condition.token)
+            end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))
+            begin = Note("the condition begins here", condition.token.location)
+            self._error(Code.BAD_DIRECTIVE, "the file ends without an #endif", end, begin)
 
     def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
         self._diagnostics.error(code, message, token.location, notes)

@@ -72,7 +72,7 @@ class TypeWriter:
                 base = definition.base_definition
                 parent = self.reference(base) if base else self._names.runtime("Struct")
                 lines = self._record(definition, parent, definition.members)
-            case ast.Exception_():
+            case ast.ExceptionType():
                 lines = self._exception(definition)
             case ast.Enumeration():
                 lines = self._enumeration(definition)
@@ -149,7 +149,7 @@ class TypeWriter:
         doc = parse_doc_comment(definition.doc).text
         return self.record(python_name(definition), doc, parent, self.fields(members))
 
-    def _exception(self, definition: ast.Exception_) -> list[str]:
+    def _exception(self, definition: ast.ExceptionType) -> list[str]:
         base = definition.base_definition
         parent = self.reference(base) if base else self._names.runtime("UserException")
         name = python_name(definition)
@@ -170,7 +170,7 @@ class TypeWriter:
             lines += ["", *self._constructor(definition)]
         return lines
 
-    def _constructor(self, definition: ast.Exception_) -> list[str]:
+    def _constructor(self, definition: ast.ExceptionType) -> list[str]:
         own = [exception_member_name(member) for member in definition.members]
         every = [exception_member_name(member) for member in definition.all_members]
         inherited = every[: len(every) - len(own)]
@@ -228,7 +228,7 @@ def _needs(definition: ast.Definition) -> set[str]:
             needed = [definition.key, definition.value]
         case ast.Constant():
             needed = [definition.type]
-        case ast.Class() | ast.Exception_():
+        case ast.Class() | ast.ExceptionType():
             return {definition.base_definition.scoped} if definition.base_definition else set()
         case ast.Interface():
             bases = {base.scoped for base in definition.base_definitions}
