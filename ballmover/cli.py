@@ -17,36 +17,39 @@ from zenoh_ice.command import (
     ShowConfig,
     Timeout,
     configure,
-    run,
 )
 
 from .color import Color
 from .waypoints import built_in_waypoints, read_waypoints
 
-__all__ = ["app", "main"]
+__all__ = ["app"]
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
 
-_EPILOG = """Examples:
+_EPILOG = """
+[bold]Examples[/bold]
 
-ballmover green                              the built-in waypoints, round and round
+  ballmover green                    built-in waypoints, round and round
+  ballmover red figure.csv --once    a file of your own, once
+  ballmover green --speed 0.1 --connect tcp/192.168.1.7:7447
 
-ballmover red figure.csv --once              a file of your own, once
+[bold]Files[/bold]
 
-ballmover green --speed 0.1 --connect tcp/192.168.1.7:7447
+  x,   y,   z,    speed, dwell             x forward, y left, z up, in metres
+  0.9, 0.0, 0.55                           speed in m/s and time to stay in s,
+  0.9, 0.3, 0.60, 0.1,   1.5               each if you like
 
-A file has one waypoint a line: x, y, z in metres (x forward of the robot, y to its left, z up from the
-ground), then, if you like, a speed in m/s and a time to stay in s. TOML works too: one [[waypoints]] for
-each."""
+  The same in TOML: an array of tables named waypoints, with these keys.
+"""
 
 
 @app.command(epilog=_EPILOG)
 def move(
     *,
-    color: Annotated[Color, typer.Argument(help="Ball to move.")],
+    color: Annotated[Color, typer.Argument(metavar="COLOR", help="Ball to move: green or red.")],
     waypoints: Annotated[
         Path | None,
-        typer.Argument(metavar="[WAYPOINTS]", help="CSV or TOML file; without it the built-in waypoints."),
+        typer.Argument(metavar="WAYPOINTS", help="CSV or TOML file; without it the built-in waypoints."),
     ] = None,
     loop: Annotated[
         bool, typer.Option("--loop/--once", help="Go round and round, or stay at the last waypoint.")
@@ -98,12 +101,3 @@ def move(
         with Progress(color, route) as progress:
             mover = Mover(ball, communicator.clock, route, progress, tolerance=tolerance, limit=limit)
             mover.run(loop=loop)
-
-
-def main() -> None:
-    """Run the command."""
-    run(app)
-
-
-if __name__ == "__main__":
-    main()

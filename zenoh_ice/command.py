@@ -174,9 +174,14 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
         app()
     except errors as error:
         _logger.debug("the command failed", exc_info=True)
-        typer.echo(f"{Path(sys.argv[0]).name}: error: {' '.join(str(error).split())}", err=True)
+        typer.echo(f"{_program_name()}: error: {' '.join(str(error).split())}", err=True)
         sys.exit(1)
     sys.exit(0)
+
+
+def _program_name() -> str:
+    program = Path(sys.argv[0])
+    return program.parent.name if program.name == "__main__.py" else program.name
 
 
 class _StopOnSignal:

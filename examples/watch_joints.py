@@ -1,0 +1,33 @@
+"""Show angles of some joints of a Nao, twice a second, until Ctrl-C.
+
+Start a robot first, `naoserver-sim`, then `python examples/watch_joints.py HeadYaw HeadPitch`.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from interfaces.nao import JointsPrx
+from zenoh_ice import initialize
+
+PERIOD = 0.5  # s of the robot's time
+
+
+def main(*wanted: str) -> None:
+    """Follow the stream of the joints' states."""
+    with initialize() as communicator:
+        body = JointsPrx.checkedCast(communicator.stringToProxy("Body"))
+        names = body.getJointNames()
+        columns = [names.index(name) for name in wanted or ("HeadYaw", "HeadPitch")]
+        while True:
+            state = body.getJointState.wait(timeout=2.0).value
+            angles = "  ".join(f"{names[i]} {state.positions[i]:+.3f} rad" for i in columns)
+            print(f"{state.time:8.2f} s  {angles}", flush=True)
+            communicator.clock.sleep(PERIOD)
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,95 @@
+"""ballmover while its server dies, is away, and comes back."""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+import time
+
+import pytest
+
+from interfaces.jderobot import Pose3DEncodersPrx
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from zenoh_ice import initialize
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return free_endpoint()
+
+
+def serve(endpoint: str) -> ComponentProcess:
+    return ComponentProcess(module("naoserver.fake", "--listen", endpoint))
+
+
+def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint):
+    started = time.monotonic()
+    with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
+        assert mover.wait(10.0) == 1
+        assert time.monotonic() - started < 5.0
+        assert mover.output.count("\n") == 1
+        assert endpoint in mover.output
+        assert "naoserver-sim" in mover.output
+
+
+def test_a_killed_server_is_told_and_the_ball_goes_on_when_it_is_back(endpoint, tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text("0.9,0.2,0.5\n0.9,-0.5,0.5\n")
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        mover = ComponentProcess(module("ballmover", "green", str(file), "--once", "--connect", endpoint))
+        with mover:
+            mover.wait_for("waypoint 2 of 2")
+            server.process.kill()
+            mover.wait_for("lost the ball", 5.0)
+            assert mover.process.poll() is None
+            with serve(endpoint) as second:
+                second.wait_for("ready")
+                mover.wait_for("the ball is back", 10.0)
+                assert mover.wait(20.0) == 0
+                with initialize(connect=[endpoint]) as communicator:
+                    encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
+                    data = encoders.getPose3DEncodersData()
+                assert data.x * math.sin(data.pan) == pytest.approx(-0.5, abs=0.03)
+
+
+def test_a_server_that_hangs_is_told_and_waited_for(endpoint):
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
+            mover.wait_for("waypoint 1 of")
+            server.process.send_signal(signal.SIGSTOP)
+            try:
+                mover.wait_for("lost the ball", 5.0)
+            finally:
+                server.process.send_signal(signal.SIGCONT)
+            mover.wait_for("the ball is back", 10.0)
+            mover.wait_for("waypoint 2 of", 20.0)
+
+
+def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint):
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
+            mover.wait_for("waypoint 1 of")
+            server.process.kill()
+            mover.wait_for("lost the ball", 5.0)
+            mover.process.send_signal(signal.SIGINT)
+            assert mover.wait(5.0) == 130
+            assert "Traceback" not in mover.output
+
+
+START = "import ballmover.__main__ as program; print('starting', flush=True); program.main()"
+
+
+def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint):
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        for delay in (0.0, 0.03, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4):  # s; any moment will do
+            with ComponentProcess([sys.executable, "-c", START, "green", "--connect", endpoint]) as mover:
+                mover.wait_for("starting")
+                time.sleep(delay)
+                mover.process.send_signal(signal.SIGINT)
+                assert mover.wait(5.0) == 130
+                assert "Traceback" not in mover.output

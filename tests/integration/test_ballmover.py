@@ -1,0 +1,136 @@
+"""The command ballmover against a served robot, each a process of its own."""
+
+from __future__ import annotations
+
+import math
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from zenoh_ice import initialize
+
+
+@pytest.fixture(scope="module")
+def endpoint() -> Iterator[str]:
+    """Where a robot without physics is served."""
+    endpoint = free_endpoint()
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+        server.wait_for("ready")
+        yield endpoint
+
+
+def run(*arguments: str, limit: float = 30.0) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        module("ballmover", *arguments), capture_output=True, text=True, timeout=limit, check=False
+    )
+
+
+def write(path: Path, *lines: str) -> str:
+    path.write_text("\n".join(lines) + "\n")
+    return str(path)
+
+
+def place(data: Pose3DEncodersData) -> tuple[float, float, float]:
+    return data.x * math.cos(data.pan), data.x * math.sin(data.pan), data.z
+
+
+def ball_place(endpoint: str, identity: str) -> tuple[float, float, float]:
+    with initialize(connect=[endpoint]) as communicator:
+        encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy(identity))
+        return place(encoders.getPose3DEncodersData())
+
+
+def test_once_carries_the_ball_to_the_last_waypoint_and_ends(endpoint, tmp_path):
+    file = write(
+        tmp_path / "path.csv", "x,y,z,speed,dwell", "0.9,0.1,0.5", "0.9,-0.1,0.6,1,0.1", "1,-0.1,0.6"
+    )
+    result = run("red", file, "--once", "--speed", "0.8", "--connect", endpoint)
+    assert result.stderr == ""
+    assert result.returncode == 0
+    assert [line for line in result.stdout.splitlines() if "waypoint" in line] == [
+        "red: waypoint 1 of 3 (0.9, 0.1, 0.5) at 0.8 m/s",
+        "red: waypoint 2 of 3 (0.9, -0.1, 0.6) at 1 m/s",
+        "red: waypoint 3 of 3 (1, -0.1, 0.6) at 0.8 m/s",
+    ]
+    assert ball_place(endpoint, "BallRedEncoders") == pytest.approx((1.0, -0.1, 0.6), abs=0.02)
+
+
+def test_the_ball_keeps_to_the_line_on_its_way(endpoint, tmp_path):
+    file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
+    with initialize(connect=[endpoint]) as communicator:
+        encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
+        command = module("ballmover", "green", file, "--once", "--speed", "0.8", "--connect", endpoint)
+        with ComponentProcess(command) as mover:
+            mover.wait_for("waypoint 2 of 2")
+            places = []
+            for sample in encoders.getPose3DEncodersData.samples():
+                places.append(place(sample.value))
+                if places[-1][1] < -0.39:
+                    break
+            assert mover.wait() == 0
+    assert len(places) > 10
+    for x, y, z in places:
+        assert x == pytest.approx(0.8, abs=0.02)
+        assert z == pytest.approx(0.6 - y / 4, abs=0.02)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_it_cleanly_and_stops_the_ball(endpoint, tmp_path, number, code):
+    file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.5")
+    with ComponentProcess(module("ballmover", "green", file, "--connect", endpoint)) as mover:
+        mover.wait_for("waypoint 2 of 2")
+        with initialize(connect=[endpoint]) as communicator:
+            encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
+            moving = next(s for s in encoders.getPose3DEncodersData.samples() if place(s.value)[1] < 0.3)
+            mover.process.send_signal(number)
+            assert mover.wait(5.0) == code
+            assert "Traceback" not in mover.output
+            stopped = encoders.getPose3DEncodersData()
+            # It was told to stop where it was, not just left on its way to the last setpoint.
+            assert -0.35 < place(stopped)[1] <= place(moving.value)[1]
+            later = encoders.getPose3DEncodersData.wait(timeout=1.0)
+            assert place(later.value) == pytest.approx(place(stopped), abs=0.01)
+
+
+def test_built_in_waypoints_are_within_reach_of_the_served_balls(endpoint):
+    for color in ("green", "red"):
+        command = module("ballmover", color, "--connect", endpoint)
+        with ComponentProcess(command) as mover:
+            mover.wait_for("waypoint 1 of")
+
+
+def test_a_file_with_an_error_is_refused_by_line(tmp_path):
+    file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", "0.9,nil,0.5")
+    result = run("green", file)
+    assert (result.returncode, result.stdout) == (1, "")
+    assert result.stderr == f"ballmover: error: {file}:3: y must be a number, not 'nil'\n"
+
+
+def test_an_unreachable_waypoint_is_refused_by_line_and_reason(endpoint, tmp_path):
+    file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", "0.9,0,5")
+    result = run("green", file, "--connect", endpoint)
+    assert (result.returncode, result.stdout) == (1, "")
+    assert result.stderr.startswith(
+        f"ballmover: error: {file}:3: waypoint (0.9, 0, 5) cannot be reached: its height above the ground would be 5 m"
+    )
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_ball_that_does_not_arrive_is_told(endpoint, tmp_path):
+    file = write(tmp_path / "path.csv", "0.9,0,0.5", "0.9,0.1,0.5")
+    result = run(
+        "green", file, "--connect", endpoint, "--tolerance", "0.0001", "--limit", "0", "--speed", "0.9"
+    )
+    assert result.returncode == 1
+    assert "after 0 s the ball is still" in result.stderr
+
+
+def test_wrong_usage_is_told(tmp_path):
+    result = run("blue")
+    assert result.returncode == 2
+    assert "'green', 'red'" in result.stderr
