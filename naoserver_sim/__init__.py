@@ -12,5 +12,5 @@ Module            What it holds
 `gl`, `cameras`   the camera thread
 `viewer`          MuJoCo's window
 `robot`           `SimulatedRobot`
-`cli`             the command
+`cli`, `command`  the command
 """

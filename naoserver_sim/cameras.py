@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import queue
 import threading
@@ -72,7 +73,8 @@ class CameraRenderer:
             self._closed = True
             thread = self._thread
         if thread is not None and thread.is_alive():
-            self._requests.put(None)
+            with contextlib.suppress(queue.Full):
+                self._requests.put(None, timeout=_SETUP_TIMEOUT)
             thread.join(_SETUP_TIMEOUT)
             if thread.is_alive():
                 _log.error("the camera thread did not end within %g s", _SETUP_TIMEOUT)
@@ -83,15 +85,15 @@ class CameraRenderer:
         Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
         """
         self._check(camera, width, height)
+        if self._closed:
+            raise HardwareFailure(f"{camera}: the robot was closed")
         self.start()
         if not self._ready.wait(_SETUP_TIMEOUT):
             raise HardwareFailure(f"{camera}: GL was not set up within {_SETUP_TIMEOUT:g} s")
         request = _Request(camera, width, height)
         try:
             if self._failure is not None:
-                raise self._failure
-            if self._closed:
-                raise HardwareFailure(f"{camera}: the robot was closed")
+                raise HardwareFailure(str(self._failure))
             self._requests.put(request, timeout=_FRAME_TIMEOUT)
             return request.frame.result(_FRAME_TIMEOUT)
         except (queue.Full, FutureTimeoutError):

@@ -1,189 +1,20 @@
-"""The command `naoserver-sim`: simulate a Nao and serve it."""
+"""The entry of `naoserver-sim`: it tells what is not installed, and ends quietly while modules load."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
-import re
+import signal
 import sys
-from collections.abc import Sequence
-from contextlib import closing
-from typing import TYPE_CHECKING, Annotated, Final, NoReturn
-
-import typer
-
-from naoserver.errors import RobotError
-from naoserver.options import CameraOptions, ServerOptions
-from naoserver.server import serve
-from zenoh_ice import initialize
-from zenoh_ice.command import (
-    ClockChoice,
-    Config,
-    Connect,
-    Listen,
-    LogLevel,
-    Realm,
-    ShowConfig,
-    Timeout,
-    configure,
-    run,
-)
-from zenoh_ice.settings import DEFAULT_ENDPOINT
-
-if TYPE_CHECKING:
-    from naoserver.robot import CameraFacts
-
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
-_CAMERA_OPTION: Final = re.compile(
-    r"(?P<name>\w+)=(?P<width>\d{1,5})x(?P<height>\d{1,5})(?:@(?P<rate>\d+(?:\.\d+)?))?"
-)
-_EPILOG: Final = """Examples:
-
-naoserver-sim                                              one robot, on the default endpoint
-
-naoserver-sim --speed 5                                    five times as fast; behaviors keep pace
-
-naoserver-sim --viewer --camera Camera=640x480@15          a window, and larger images
-
-naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside the first"""
-# A thread that computes hands Python's lock over after this time; with Python's own 5 ms, serving would
-# delay control ticks that are 0.5 ms apart at 20 times real time.
-_SWITCH_INTERVAL: Final = 0.0005
-_CHECK_INTERVAL: Final = 0.5
-
-
-@app.command(epilog=_EPILOG)
-def naoserver_sim(
-    *,
-    speed: Annotated[
-        str, typer.Option(metavar="FACTOR|max", help="Robot seconds in a wall second, such as 1, 5 or 20.")
-    ] = "1",
-    viewer: Annotated[
-        bool, typer.Option("--viewer/--headless", help="Open MuJoCo's window, or run without a display.")
-    ] = False,
-    skin: Annotated[
-        bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")
-    ] = True,
-    seed: Annotated[
-        int | None,
-        typer.Option(min=0, help="Scatter the balls' starting places; the same seed, the same places."),
-    ] = None,
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=WIDTHxHEIGHT[@RATE]",
-            help="Images that a camera (Camera, CameraBottom, CameraOutside) starts with; may be repeated."
-            " Without it: 320x240@10.",
-        ),
-    ] = None,
-    realm: Realm = None,
-    connect: Connect = None,
-    listen: Listen = None,
-    clock: ClockChoice = None,
-    timeout: Timeout = None,
-    config: Config = None,
-    show_config: ShowConfig = False,
-    log_level: LogLevel = None,
-) -> None:
-    """Simulate a Nao in MuJoCo and serve its joints, cameras, clock and health, and two balls.
-
-    Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
-    """
-    settings = configure(
-        realm=realm,
-        connect=connect,
-        listen=listen,
-        clock=clock,
-        timeout=timeout,
-        config=config,
-        show_config=show_config,
-        log_level=log_level,
-        defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"},
-    )
-    factor = parse_speed(speed)
-    requested = parse_cameras(camera or ())
-    try:
-        from naoserver_sim.robot import SimulatedRobot
-        from naoserver_sim.viewer import check_display
-    except ModuleNotFoundError as error:
-        raise RobotError(
-            f"{error.name} is not installed; install it with: pip install 'visualhfsm[sim]'"
-        ) from error
-    if viewer:
-        check_display()
-    sys.setswitchinterval(_SWITCH_INTERVAL)
-    with (
-        initialize(settings) as communicator,
-        closing(SimulatedRobot(speed=factor, skin=skin, seed=seed)) as robot,
-    ):
-        check_cameras(requested, robot.cameras)
-        robot.start()
-        adapter = communicator.createObjectAdapter("NaoServer")
-        with serve(robot, adapter, ServerOptions(cameras=requested)):
-            adapter.activate()
-            endpoints = ", ".join(settings.listen)
-            typer.echo(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
-
-            def ended(seconds: float) -> bool:
-                robot.check()
-                return communicator.waitForShutdown(seconds)
-
-            if viewer:
-                robot.show(ended)
-                return
-            while not ended(_CHECK_INTERVAL):
-                pass
-
-
-def parse_speed(text: str) -> float:
-    """Return the factor that `text` gives: a number above 0, or infinity for `max`."""
-    if text == "max":
-        return math.inf
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = math.nan
-    if not (factor > 0 and math.isfinite(factor)):
-        message = f"{text!r} is no speed: give a factor above 0, such as 5, or 'max'"
-        raise typer.BadParameter(message, param_hint="--speed")
-    return factor
-
-
-def parse_cameras(texts: Sequence[str]) -> dict[str, CameraOptions]:
-    """Return the settings that options such as `Camera=640x480@15` give, by camera."""
-    options = {}
-    for text in texts:
-        match = _CAMERA_OPTION.fullmatch(text)
-        if match is None:
-            message = (
-                f"{text!r} is no camera setting: write NAME=WIDTHxHEIGHT@RATE, such as Camera=640x480@15"
-            )
-            raise typer.BadParameter(message, param_hint="--camera")
-        given = CameraOptions(width=int(match["width"]), height=int(match["height"]))
-        if match["rate"]:
-            given = dataclasses.replace(given, rate=float(match["rate"]))
-        options[match["name"]] = given
-    return options
-
-
-def check_cameras(requested: dict[str, CameraOptions], cameras: Sequence[CameraFacts]) -> None:
-    """Raise typer.BadParameter when a requested camera, size or rate is not among what there is."""
-    known = {camera.name: camera for camera in cameras}
-    for name, options in requested.items():
-        facts = known.get(name)
-        if facts is None:
-            message = f"there is no camera {name!r}; there are {', '.join(known)}"
-            raise typer.BadParameter(message, param_hint="--camera")
-        rates = dict(zip(facts.sizes, facts.rates, strict=True))
-        highest = rates.get((options.width, options.height), 0.0)
-        if not 0 < options.rate <= highest:
-            offered = ", ".join(f"{w}x{h} up to {rate:g}/s" for (w, h), rate in rates.items())
-            wanted = f"{options.width}x{options.height} at {options.rate:g}/s"
-            message = f"{name} gives no images of {wanted}; it gives {offered}"
-            raise typer.BadParameter(message, param_hint="--camera")
+from typing import NoReturn
 
 
 def main() -> NoReturn:
-    """Run the command."""
+    """Run the command `naoserver-sim`."""
+    # While modules load there is nothing to clean up, and Ctrl-C would leave a traceback out of their middle.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        from naoserver.errors import RobotError
+        from naoserver_sim.command import app
+        from zenoh_ice.command import run
+    except ModuleNotFoundError as error:
+        sys.exit(f"naoserver-sim: error: {error.name} is not installed; type: pip install 'visualhfsm[sim]'")
     run(app, expected=(RobotError,))

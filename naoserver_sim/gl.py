@@ -6,7 +6,6 @@ import ctypes
 import importlib
 import logging
 import os
-from types import ModuleType
 from typing import Final, Protocol
 
 from naoserver.errors import HardwareFailure
@@ -14,6 +13,8 @@ from naoserver.errors import HardwareFailure
 _log = logging.getLogger(__name__)
 
 _LIBRARIES: Final = {"egl": ("libEGL.so.1",), "osmesa": ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")}
+_CHOICE: Final = "MUJOCO_GL"
+_OFF: Final = ("disable", "disabled", "off", "false", "0")
 _MISSING: Final = (
     "no GL library to render camera images with: install one with"
     " 'apt-get install libegl1 libgl1-mesa-dri' (or libosmesa6) and start again"
@@ -33,33 +34,34 @@ class GLContext(Protocol):
 def create_context(width: int, height: int) -> GLContext:
     """Make an offscreen GL context for the calling thread: EGL, or OSMesa where there is no EGL.
 
-    The environment variable MUJOCO_GL, when set to one of these, leaves no choice.
+    The environment variable MUJOCO_GL, set to one of these or to `disable`, leaves no choice.
 
     Raises HardwareFailure that names the missing package.
     """
     reasons = []
-    for backend in _candidates():
+    wanted = os.environ.get(_CHOICE, "").lower()
+    for backend in (wanted,) if wanted in _LIBRARIES else tuple(_LIBRARIES):
+        if wanted in _OFF:
+            reasons.append(f"rendering is switched off by {_CHOICE}={wanted}")
+            break
         if not _is_installed(backend):
             reasons.append(f"{' or '.join(_LIBRARIES[backend])} is not installed")
             continue
         try:
-            context: GLContext = _load(backend).GLContext(width, height)
+            # MuJoCo reads its variable when it looks up GL's functions, PyOpenGL its own when imported.
+            os.environ[_CHOICE] = backend
+            os.environ.setdefault("PYOPENGL_PLATFORM", backend)
+            context: GLContext = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
             context.make_current()
         # PyOpenGL and the drivers fail with what they like, AttributeError and GLError among it.
         except Exception as error:  # noqa: BLE001
             _log.info("no rendering with %s: %s", backend, error)
-            reasons.append(f"{backend} does not work here ({error})")
+            reasons.append(f"{backend} does not work here: {error}")
         else:
             _log.debug("rendering with %s", backend)
             return context
+    os.environ[_CHOICE] = wanted
     raise HardwareFailure(f"{_MISSING} ({'; '.join(reasons)})")
-
-
-def _candidates() -> tuple[str, ...]:
-    wanted = os.environ.get("MUJOCO_GL", "").lower()
-    if wanted in _LIBRARIES:
-        return (wanted,)
-    return tuple(_LIBRARIES)
 
 
 def _is_installed(backend: str) -> bool:
@@ -70,10 +72,3 @@ def _is_installed(backend: str) -> bool:
             continue
         return True
     return False
-
-
-def _load(backend: str) -> ModuleType:
-    # MuJoCo reads MUJOCO_GL when it looks up GL's functions, PyOpenGL its own variable when it is imported.
-    os.environ["MUJOCO_GL"] = backend
-    os.environ.setdefault("PYOPENGL_PLATFORM", backend)
-    return importlib.import_module(f"mujoco.{backend}")
