@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import math
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
@@ -21,6 +22,7 @@ COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "sleep"})
 """Attributes that every component has and that a document must not redefine."""
 
 _MAX_MILLISECONDS: Final = 1e12
+_IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
 
 
 def milliseconds(text: Text) -> float | None:
@@ -158,8 +160,10 @@ class _Checker:
                 message = f"a second interface is called `{name}`"
                 self._error("E530", message, interface, [self._first_is(first[name])])
             first.setdefault(name, interface)
-            if not interface.identity.strip():
-                self._error("E531", f"`{name}` does not name its servant in `nameproxy`", interface)
+            if not _IDENTITY.fullmatch(interface.identity):
+                message = f"`{interface.identity[:60]}` cannot be the identity of a servant"
+                note = Note("an identity has letters, digits and _ . -; `@realm` may follow it")
+                self._error("E531", message, interface, [note])
             self._interface_type(interface, known)
 
     def _interface_type(self, interface: Interface, known: KnownInterfaces) -> None:

@@ -142,8 +142,8 @@ class Library(_Node):
 class Interface(_Node):
     """A servant that the component uses.
 
-    `name` is the attribute of `self` that holds the proxy, `proxy` the identity of the servant (None in the
-    oldest documents, which name it like the attribute), `type` the IDL interface, plain or scoped. `ip` and
+    `name` is the attribute of `self` that holds the proxy, `proxy` the identity of the servant (the oldest
+    documents have none and mean that of the attribute), `type` the IDL interface, plain or scoped. `ip` and
     `port` are those of the Ice servers of old: they are kept, and not used.
     """
 
@@ -156,7 +156,7 @@ class Interface(_Node):
     @property
     def identity(self) -> str:
         """The identity of the servant."""
-        return self.name if self.proxy is None else self.proxy
+        return (self.proxy or "").strip() or self.name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,8 +12,9 @@ import re
 import symtable
 import tokenize
 import warnings
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Final
 
 from .document import Text
@@ -52,17 +53,26 @@ class Code:
     """A piece of code as it will stand in the component.
 
     `lines` are its lines without the indentation that all share and without empty lines around them; `line`
-    is where the first stands in the document; `fixed` holds the indices of lines that must not be indented,
+    is where the first stands in the document, `start` the column of its first character, and `removed` how
+    much was taken off the left of the others; `fixed` holds the indices of lines that must not be indented,
     because they begin inside a string. `bound` are the names that it assigns in its own scope and `used` all
     names in it.
     """
 
     lines: tuple[str, ...]
     line: int
-    fixed: frozenset[int]
+    fixed: frozenset[int] = frozenset()
+    start: int = 1
+    removed: int = 0
     bound: frozenset[str] = frozenset()
     used: frozenset[str] = frozenset()
     has_statements: bool = True
+
+    def error(self, message: str, line: int = 1, column: int = 1) -> CodeError:
+        """Return an error at a line and column of the code, both from 1."""
+        line = min(max(1, line), len(self.lines))
+        left = self.start - 1 if line == 1 else self.removed
+        return CodeError(message, self.line + line - 1, left + max(1, column))
 
     def indented(self, level: int) -> list[str]:
         """Return the lines moved right by a number of levels."""
@@ -82,17 +92,17 @@ def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: 
     code = _split(text)
     if code is None:
         return None
-    tree = _parse(code, text)
+    tree = _parse(code, code.lines)
     _refuse_out_of_place(tree, code, returns=returns)
     declared = {name for node in ast.walk(tree) if isinstance(node, ast.Nonlocal) for name in node.names}
     table = _scope(code, shared | declared)
     bound = frozenset(symbol.get_name() for symbol in table.get_symbols() if symbol.is_local())
     bound |= frozenset(declared & set(table.get_identifiers()))
     if _SELF in bound:
-        raise CodeError("`self` is the component: no code can assign it", code.line)
+        raise code.error("`self` is the component: no code can assign it")
     if returns:
         _refuse_annotations(tree, code)
-    return Code(code.lines, code.line, code.fixed, bound, _names(tree), bool(tree.body))
+    return replace(code, bound=bound, used=_names(tree), has_statements=bool(tree.body))
 
 
 def analyze_condition(text: Text) -> Code:
@@ -101,18 +111,17 @@ def analyze_condition(text: Text) -> Code:
     if code is None:
         raise CodeError("the condition is empty", text.line, text.column)
     # Parentheses on lines of their own let the expression span lines and end with a comment.
-    wrapped = Code(("(", *code.lines, ")"), code.line - 1, frozenset(index + 1 for index in code.fixed))
-    tree = _parse(wrapped, text)
+    tree = _parse(code, ("(", *code.lines, ")"), header=1)
     statement = tree.body[0]
     # A tuple takes in the parentheses, and so does what closes them itself, as in `a) or (b`.
     if len(tree.body) != 1 or not isinstance(statement, ast.Expr) or statement.value.lineno == 1:
-        raise CodeError("a condition is one expression that is true or false", code.line, text.column)
-    _refuse_out_of_place(tree, wrapped, returns=False)
-    table = _scope(wrapped, frozenset())
+        raise code.error("a condition is one expression that is true or false")
+    _refuse_out_of_place(tree, code, returns=False, header=1)
+    table = _scope(code, frozenset(), expression=True)
     bound = frozenset(symbol.get_name() for symbol in table.get_symbols() if symbol.is_local())
     if _SELF in bound:
-        raise CodeError("`self` is the component: no code can assign it", code.line)
-    return Code(code.lines, code.line, code.fixed, bound, _names(tree))
+        raise code.error("`self` is the component: no code can assign it")
+    return replace(code, bound=bound, used=_names(tree))
 
 
 def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
@@ -123,7 +132,7 @@ def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
     code = _split(text)
     if code is None:
         return None
-    tree = _parse(code, text)
+    tree = _parse(code, code.lines)
     _compile("\n".join(code.lines), code)
     found: dict[str, int] = {}
     for node in tree.body:
@@ -131,9 +140,9 @@ def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
             line = code.line + node.lineno - 1
             if node.name in found:
                 message = f"the function `{node.name}` is defined twice, first in line {found[node.name]}"
-                raise CodeError(message, line)
+                raise code.error(message, node.lineno, node.col_offset + 1)
             found[node.name] = line
-    return Code(code.lines, code.line, code.fixed, frozenset(found), _names(tree), bool(tree.body)), found
+    return replace(code, bound=frozenset(found), used=_names(tree), has_statements=bool(tree.body)), found
 
 
 def analyze_library(text: Text) -> tuple[str, frozenset[str]]:
@@ -167,7 +176,9 @@ def _split(text: Text) -> Code | None:
             if index in fixed or not content.strip():
                 continue
             lines[index] = content.removeprefix(indentation)
-    return Code(tuple(lines), line, fixed)
+    removed = len(indentation)
+    start = text.column + removed if first == 0 else removed + 1
+    return Code(tuple(lines), line, fixed, start, removed)
 
 
 def _string_lines(lines: list[str], *, indented: bool) -> frozenset[int]:
@@ -191,72 +202,79 @@ def _string_lines(lines: list[str], *, indented: bool) -> frozenset[int]:
     return frozenset(fixed)
 
 
-def _parse(code: Code, text: Text) -> ast.Module:
-    source = "\n".join(code.lines)
+def _parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
+    """Return the tree of the code in `lines`, which begin with `header` lines of ours."""
+    source = "\n".join(lines)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # such as an escape sequence that Python does not know
+        with _without_warnings():
             return ast.parse(source)
     except (SyntaxError, ValueError) as error:
-        line = min(max(1, getattr(error, "lineno", None) or 1), len(code.lines))
-        column = getattr(error, "offset", None) or 1
+        line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
+        message = f"not valid Python: {reason}"
         if _CPP.search(source):
             message = f"this is C++, and only Python runs here (Python says: {reason})"
-        else:
-            message = f"not valid Python: {reason}"
-        raise CodeError(message, code.line + line - 1, max(1, column)) from error
+        raise code.error(message, line - header, column) from error
     except (RecursionError, MemoryError) as error:
-        raise CodeError("the code is nested too deeply", text.line, text.column) from error
+        raise code.error("the code is nested too deeply") from error
 
 
-def _scope(code: Code, outer: frozenset[str]) -> symtable.SymbolTable:
+def _scope(code: Code, outer: frozenset[str], *, expression: bool = False) -> symtable.SymbolTable:
     """Return the names of the code as the body of a function inside one that binds `outer`."""
     names = " = ".join(sorted(outer | {"_"}))
-    header = ("def _outer():", f"{_INDENT}{names} = None", f"{_INDENT}def _inner():")
-    body = [*code.indented(2), _INDENT * 2 + "pass"]
-    source = "\n".join((*header, *body)) + "\n"
-    shifted = Code(code.lines, code.line - len(header), code.fixed)
-    _compile(source, shifted, columns=2 * len(_INDENT))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    lines = ["def _outer():", f"{_INDENT}{names} = None", f"{_INDENT}def _inner():"]
+    lines += [f"{_INDENT * 2}return ("] if expression else []
+    header = len(lines)
+    lines += code.indented(2)
+    lines += [f"{_INDENT * 2})"] if expression else [f"{_INDENT * 2}pass"]
+    source = "\n".join(lines) + "\n"
+    _compile(source, code, header, columns=2 * len(_INDENT))
+    with _without_warnings():
         table = symtable.symtable(source, "<document>", "exec")
     return table.get_children()[0].get_children()[0]
 
 
-def _compile(source: str, code: Code, columns: int = 0) -> None:
+def _compile(source: str, code: Code, header: int = 0, columns: int = 0) -> None:
     """Raise CodeError for what the parser lets pass and the compiler does not, such as a stray `break`."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with _without_warnings():
             compile(source, "<document>", "exec", dont_inherit=True)
     except SyntaxError as error:
-        line, column = code.line + (error.lineno or 1) - 1, (error.offset or 1) - columns
-        raise CodeError(f"not valid Python: {error.msg}", line, max(1, column)) from error
+        line, column = (error.lineno or 1) - header, (error.offset or 1) - columns
+        raise code.error(f"not valid Python: {error.msg}", line, column) from error
     except (RecursionError, MemoryError) as error:
-        raise CodeError("the code is nested too deeply", code.line) from error
+        raise code.error("the code is nested too deeply") from error
 
 
-def _refuse_out_of_place(tree: ast.Module, code: Code, *, returns: bool) -> None:
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Let doubtful code pass, such as an escape sequence that Python does not know."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _refuse_out_of_place(tree: ast.Module, code: Code, *, returns: bool, header: int = 0) -> None:
     for node in _own_nodes(tree):
-        place = (code.line + getattr(node, "lineno", 1) - 1, getattr(node, "col_offset", 0) + 1)
+        place = (getattr(node, "lineno", 1) - header, getattr(node, "col_offset", 0) + 1)
         if isinstance(node, ast.Yield | ast.YieldFrom | ast.Await | ast.AsyncFor | ast.AsyncWith):
             word = "yield" if isinstance(node, ast.Yield | ast.YieldFrom) else "await"
-            raise CodeError(f"`{word}` has no place here: the code of a cycle runs from start to end", *place)
+            raise code.error(
+                f"`{word}` has no place here: the code of a cycle runs from start to end", *place
+            )
         if isinstance(node, ast.Return) and not returns:
-            raise CodeError("`return` has no place in the variables", *place)
+            raise code.error("`return` has no place in the variables", *place)
         if isinstance(node, ast.ImportFrom) and any(alias.name == "*" for alias in node.names):
-            raise CodeError("`import *` has no place here: name it among the libraries", *place)
+            raise code.error("`import *` has no place here: name it among the libraries", *place)
 
 
 def _refuse_annotations(tree: ast.Module, code: Code) -> None:
     """Raise CodeError where a name is annotated that has to be shared, which Python does not allow."""
     for node in _own_nodes(tree):
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            message = (
-                f"`{node.target.id}` is shared by all code of its automaton: annotate it in the variables"
-            )
-            raise CodeError(message, code.line + node.lineno - 1, node.col_offset + 1)
+            name = node.target.id
+            message = f"`{name}` is shared by all code of its automaton: annotate it in the variables"
+            raise code.error(message, node.lineno, node.col_offset + 1)
 
 
 def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:

@@ -1,0 +1,37 @@
+"""Run components that are trees of automata.
+
+A generated component is a `Component` whose `automaton` returns the structure; `main` is its command line.
+`VirtualRun` runs one in virtual time, for tests.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .automaton import Automaton, State, Transition
+from .component import Component, Proxy, libraries
+from .errors import ComponentError
+from .virtual import VirtualRun, run
+
+if TYPE_CHECKING:
+    from typing import NoReturn
+
+__all__ = [
+    "Automaton",
+    "Component",
+    "ComponentError",
+    "Proxy",
+    "State",
+    "Transition",
+    "VirtualRun",
+    "libraries",
+    "main",
+    "run",
+]
+
+
+def main(component: type[Component]) -> NoReturn:
+    """Run a component from the command line, and exit: see `hfsm_runtime.command`."""
+    from .command import main as run_command  # a component in a test needs neither Zenoh nor a command line
+
+    run_command(component)

@@ -1,0 +1,134 @@
+"""The command line of a generated component."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from typing import Annotated, Final, NoReturn
+
+import typer
+
+from zenoh_ice import Communicator, command, initialize
+
+from .component import Component
+from .errors import ComponentError
+from .monitor import Monitor
+from .robot import connect as connect_proxies
+from .robot import stop_robot
+from .runtime import Runtime
+from .supervision import OnError
+
+__all__ = ["main", "make_app"]
+
+_LOOK: Final = 1.0
+
+_OnError = Annotated[
+    OnError | None,
+    typer.Option(
+        "--on-error",
+        help="What follows an exception in a state's or transition's code; by default as the document says.",
+        show_default=False,
+    ),
+]
+_Seconds = Annotated[
+    float | None,
+    typer.Option(
+        "--seconds", min=0.0, metavar="SECONDS", help="End after so long, by the component's clock."
+    ),
+]
+_StayHalted = Annotated[
+    bool,
+    typer.Option(
+        "--stay-halted",
+        help="After an error stop the robot but keep serving the monitor, until Ctrl-C.",
+    ),
+]
+
+
+def main(component: type[Component]) -> NoReturn:
+    """Run a component from the command line, and exit.
+
+    The exit code is 0 when it ends by itself or by its monitor, 1 after an error, 130 after Ctrl-C and 143
+    after SIGTERM; in each case the robot is stopped first.
+    """
+    command.run(make_app(component), expected=(ComponentError,))
+
+
+def make_app(component: type[Component]) -> typer.Typer:
+    """Return the command of a component."""
+    app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
+    description = inspect.getdoc(component) or component.__name__
+    module = getattr(inspect.getmodule(component), "__spec__", None)
+    name = f"python -m {module.name}" if module else "python FILE"
+    examples = (
+        f"Examples:\n\n    {name}\n\n    {name} --seconds 60 --connect tcp/192.168.1.20:7447\n\n"
+        f"    {name} --on-error continue --log-level info"
+    )
+
+    @app.command(help=f"{description}\n\n{examples}")
+    def run(  # noqa: PLR0917 - typer reads the options from the signature
+        on_error: _OnError = None,
+        seconds: _Seconds = None,
+        stay_halted: _StayHalted = False,
+        realm: command.Realm = None,
+        connect: command.Connect = None,
+        listen: command.Listen = None,
+        clock: command.ClockChoice = None,
+        timeout: command.Timeout = None,
+        config: command.Config = None,
+        show_config: command.ShowConfig = False,
+        log_level: command.LogLevel = None,
+    ) -> None:
+        settings = command.configure(
+            realm=realm,
+            connect=connect,
+            listen=listen,
+            clock=clock,
+            timeout=timeout,
+            config=config,
+            show_config=show_config,
+            log_level=log_level,
+        )
+        with initialize(settings) as communicator:
+            _run(component(), communicator, on_error, seconds, stay_halted=stay_halted)
+
+    return app
+
+
+def _run(
+    component: Component,
+    communicator: Communicator,
+    on_error: OnError | None,
+    seconds: float | None,
+    *,
+    stay_halted: bool,
+) -> None:
+    connect_proxies(component, communicator)
+    runtime = Runtime(component, communicator.clock, on_error)
+    with Monitor(runtime, communicator):
+        try:
+            runtime.start()
+            _wait(runtime, seconds)
+            if runtime.failed and stay_halted:
+                runtime.stop()
+                stop_robot(component)
+                typer.echo("halted; Ctrl-C ends the component", err=True)
+                while True:
+                    time.sleep(_LOOK)
+        finally:
+            runtime.stop()
+            stop_robot(component)
+    if runtime.failed:
+        raise typer.Exit(1)
+
+
+def _wait(runtime: Runtime, seconds: float | None) -> None:
+    """Wait until the component ends or its time is over."""
+    end = None if seconds is None else round(seconds * 1e9)
+    while not runtime.ended.is_set():
+        if end is None:
+            runtime.ended.wait(_LOOK)
+        elif runtime.timeline.now() < end:
+            runtime.timeline.wait_until(end, runtime.ended)
+        else:
+            return

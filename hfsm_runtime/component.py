@@ -1,0 +1,96 @@
+"""The base of generated components: what user code sees as `self`."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import PurePath
+from typing import Any, ClassVar, Generic, TypeVar, overload
+
+from zenoh_ice.clock import Clock, WallClock
+
+from .automaton import Automaton
+from .errors import MissingLibraryError, NotConnectedError
+from .supervision import OnError
+
+__all__ = ["Component", "Proxy", "libraries", "proxies_of"]
+
+P = TypeVar("P")
+
+
+class Proxy(Generic[P]):
+    """Declare a proxy of a component: the identity of its servant and its class.
+
+    The attribute is the proxy itself once the component is connected. A test may assign anything else.
+    """
+
+    def __init__(self, identity: str, type: type[P]) -> None:
+        self.identity = identity
+        self.type = type
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Proxy[P]: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> P: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Proxy[P] | P:
+        if instance is None:
+            return self
+        raise NotConnectedError(f"self.{self.name} (servant {self.identity}) is not connected")
+
+
+class Component:
+    """What user code sees as `self`: proxies and functions of the document, the clock and the log.
+
+    A subclass names the document it was generated from and what follows an error (`stop` or `continue`), and
+    defines `automaton`. It must not rely on `__init__`, which a document may define for itself.
+    """
+
+    clock: Clock = WallClock()
+    """The clock of the component: the wall's, or the robot's."""
+    log: logging.Logger = logging.getLogger("component")
+    """Where user code may write."""
+
+    _hfsm_document: ClassVar[str] = ""
+    _hfsm_on_error: ClassVar[OnError] = OnError.STOP
+
+    def __init_subclass__(cls, *, document: str = "", on_error: str = "stop", **others: Any) -> None:  # noqa: ANN401
+        super().__init_subclass__(**others)
+        cls._hfsm_document = document
+        cls._hfsm_on_error = OnError(on_error)
+        cls.log = logging.getLogger(PurePath(document).stem or cls.__name__)
+
+    def automaton(self) -> Automaton:
+        """Return the root automaton with all below it; called once, before the first cycle."""
+        raise NotImplementedError
+
+    def sleep(self, seconds: float) -> None:
+        """Wait by the component's clock; ends early, with the whole cycle, when the component does."""
+        self.clock.sleep(seconds)
+
+
+def proxies_of(component: Component) -> dict[str, Proxy[Any]]:
+    """Return the proxies that a component declares, by attribute."""
+    found: dict[str, Proxy[Any]] = {}
+    for base in reversed(type(component).__mro__):
+        found.update({name: value for name, value in vars(base).items() if isinstance(value, Proxy)})
+    return found
+
+
+@contextmanager
+def libraries(document: str) -> Iterator[None]:
+    """Import the libraries of a document; a missing one becomes a MissingLibraryError that says so."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        hint = {"cv2": "opencv-python-headless"}.get(error.name or "", error.name)
+        raise MissingLibraryError(
+            f"{document} uses the library {error.name}, which is not installed: "
+            f"try `pip install {hint}`, or `pip install 'visualhfsm[vision]'` for what the examples see with",
+            name=error.name,
+        ) from error

@@ -1,0 +1,114 @@
+"""Serve `HfsmMonitor`: show what a component does to whoever watches, and let them steer it."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from types import TracebackType
+from typing import Final, Self
+
+from interfaces.hfsm import ComponentSnapshot, ComponentStructure, HfsmMonitor, NoSuchElement
+from zenoh_ice import Communicator, Current, ZenohIceError
+
+from .runtime import Runtime, UnknownElementError
+from .snapshot import structure_of, take_snapshot
+from .tree import ChangeKind, Run
+
+__all__ = ["Monitor", "MonitorServant"]
+
+_INTERVAL: Final = 0.1
+"""Seconds of wall time between snapshots while nothing changes."""
+_CLOSE: Final = 2.0
+
+_logger = logging.getLogger(__name__)
+
+
+class MonitorServant(HfsmMonitor):
+    """The servant of one component."""
+
+    ice_concurrent = True  # a step may last, and must not keep others from looking
+
+    def __init__(self, runtime: Runtime) -> None:
+        self._runtime = runtime
+        self._structure = structure_of(runtime)
+
+    def getStructure(self, current: Current) -> ComponentStructure:  # noqa: ARG002
+        """Return the automata of the component."""
+        return self._structure
+
+    def getSnapshot(self, current: Current) -> ComponentSnapshot:  # noqa: ARG002
+        """Return what the component is doing."""
+        return take_snapshot(self._runtime)
+
+    def pause(self, current: Current) -> None:  # noqa: ARG002
+        """Let running cycles end and start none."""
+        self._runtime.pause()
+
+    def resume(self, current: Current) -> None:  # noqa: ARG002
+        """Go on after a pause."""
+        self._runtime.resume()
+
+    def step(self, automaton: int, current: Current) -> None:  # noqa: ARG002
+        """Run one cycle of one automaton, or of all with 0, while paused."""
+        try:
+            self._runtime.step(automaton)
+        except UnknownElementError as error:
+            raise NoSuchElement(str(error)) from error
+
+    def forceTransition(self, automaton: int, transition: int, current: Current) -> None:  # noqa: ARG002
+        """Fire a transition at the next cycle of its automaton."""
+        try:
+            self._runtime.force(automaton, transition)
+        except UnknownElementError as error:
+            raise NoSuchElement(str(error)) from error
+
+    def stop(self, current: Current) -> None:  # noqa: ARG002
+        """End the component."""
+        self._runtime.component.log.warning("the monitor ends the component")
+        self._runtime.request_stop()
+
+
+class Monitor:
+    """Serve the monitor of a component as `Hfsm.<name>` for the time of a `with` block.
+
+    Snapshots are published each 0.1 s and at every change of state, while somebody listens. Changes that
+    follow each other faster than they can be sent are shown together. The last snapshot is taken at the end.
+    """
+
+    def __init__(self, runtime: Runtime, communicator: Communicator) -> None:
+        self.identity: Final = f"Hfsm.{runtime.name}"
+        self._runtime = runtime
+        self._servant = MonitorServant(runtime)
+        self._adapter = communicator.createObjectAdapter(self.identity)
+        self._changed = threading.Event()
+        self._closing = False
+        self._thread = threading.Thread(target=self._publish, name="monitor", daemon=True)
+        runtime.tree.on_change.append(self._on_change)
+
+    def __enter__(self) -> Self:
+        self._adapter.add(self._servant, self.identity)
+        self._adapter.activate()
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._closing = True
+        self._changed.set()
+        self._thread.join(_CLOSE)
+        self._adapter.destroy()
+
+    def _on_change(self, _now: int, _run: Run, _kind: ChangeKind) -> None:
+        self._changed.set()
+
+    def _publish(self) -> None:
+        publisher = self._servant.getSnapshotPublisher
+        while not self._closing:
+            self._changed.wait(_INTERVAL)
+            self._changed.clear()
+            if publisher.listening:
+                try:
+                    publisher.publish(take_snapshot(self._runtime), self._runtime.component.clock.now())
+                except ZenohIceError:
+                    _logger.exception("a snapshot could not be published")

@@ -1,0 +1,70 @@
+"""What a component does to the robot as a whole: connect to its servants, and stop it."""
+
+from __future__ import annotations
+
+import logging
+from concurrent.futures import Future, wait
+from typing import Any, Final
+
+from interfaces.jderobot import MotorsPrx
+from interfaces.nao import JointsPrx, PoseHeadPrx
+from zenoh_ice import Communicator, ConnectFailedException, ZenohIceError
+
+from .component import Component, proxies_of
+from .errors import ComponentError
+
+__all__ = ["connect", "stop_robot"]
+
+_STOP: Final = 1.0
+"""The longest wait in wall seconds for the robot's answer to being stopped."""
+
+_logger = logging.getLogger(__name__)
+
+
+def connect(component: Component, communicator: Communicator) -> None:
+    """Connect every proxy that a component declares.
+
+    Raises ConnectFailedException when there is no server at all, and otherwise ComponentError, which names
+    every proxy that has no servant, or one of another interface.
+    """
+    problems: list[str] = []
+    for name, declared in proxies_of(component).items():
+        try:
+            proxy = declared.type.checkedCast(communicator.stringToProxy(declared.identity))
+        except ConnectFailedException:
+            raise
+        except ZenohIceError as error:
+            problems.append(f"self.{name}: {error}")
+        else:
+            vars(component)[name] = proxy
+    if problems:
+        raise ComponentError("the component cannot start: " + "; ".join(problems))
+
+
+def stop_robot(component: Component) -> None:
+    """Stop what a component may have set in motion: the head, the joints, the walk.
+
+    It takes at most 1 s; what does not answer is logged.
+    """
+    calls: dict[Future[Any], str] = {}
+    for name in proxies_of(component):
+        try:
+            for call in _stop_calls(vars(component).get(name)):
+                calls[call] = name
+        except ZenohIceError as error:
+            _logger.warning("self.%s could not be stopped: %s", name, error)
+    done, late = wait(calls, _STOP)
+    for call in done:
+        failure = call.exception()
+        if failure is not None:
+            _logger.warning("self.%s could not be stopped: %s", calls[call], failure)
+    for name in sorted({calls[call] for call in late}):
+        _logger.warning("self.%s did not say within %g s that it has stopped", name, _STOP)
+
+
+def _stop_calls(proxy: object) -> list[Future[Any]]:
+    if isinstance(proxy, PoseHeadPrx | JointsPrx):
+        return [proxy.stopAsync()]
+    if isinstance(proxy, MotorsPrx):
+        return [proxy.setVAsync(0.0), proxy.setWAsync(0.0), proxy.setLAsync(0.0)]
+    return []

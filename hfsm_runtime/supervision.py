@@ -1,0 +1,168 @@
+"""What becomes of errors: they are logged, remembered for the monitor, and answered by the policy."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from zenoh_ice.exceptions import (
+    ConnectionLostException,
+    ObjectNotExistException,
+    OverloadedException,
+    TimeoutException,
+)
+
+from .cycle import CycleEnded
+from .source_map import locate
+from .timeline import Timeline
+from .tree import Run, Tree
+
+__all__ = ["ErrorRecord", "OnError", "Supervision"]
+
+_KEPT: Final = 20
+_QUIET: Final = 10.0
+"""Wall seconds in which an error that repeats itself is logged once."""
+
+UNAVAILABLE: Final = (
+    ConnectionLostException,
+    ObjectNotExistException,
+    OverloadedException,
+    TimeoutException,
+)
+"""What a proxy raises while its server is away: no fault of the user's code, and it may pass."""
+
+
+class OnError(StrEnum):
+    """What follows an exception in user code."""
+
+    STOP = "stop"
+    """The robot is stopped and the component halts."""
+    CONTINUE = "continue"
+    """The piece of code that failed is left and the cycle goes on; a guard that failed does not hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorRecord:
+    """An error, at a component time in ns, in a state of an automaton; `location` names files and lines."""
+
+    time: int
+    automaton: int
+    state: int
+    location: str
+    message: str
+
+
+class Supervision:
+    """Take errors from the cycles of one component; `halt` is called when the policy says so.
+
+    While a server is away the cycles that need it are left, and tried again at their next time: the log tells
+    once that it is gone and once that it is back.
+    """
+
+    def __init__(
+        self,
+        tree: Tree,
+        timeline: Timeline,
+        log: logging.Logger,
+        *,
+        on_error: OnError = OnError.STOP,
+        file: str = "",
+        document: str = "",
+        halt: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._tree = tree
+        self._timeline = timeline
+        self._log = log
+        self._on_error = on_error
+        self._file = file
+        self._document = document
+        self._halt = halt
+        self._lock = threading.Lock()
+        self._records: deque[ErrorRecord] = deque(maxlen=_KEPT)
+        self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
+        self._without_server: set[Run] = set()
+        self._outage_began = 0.0
+
+    @property
+    def records(self) -> tuple[ErrorRecord, ...]:
+        """The newest errors, oldest first."""
+        with self._lock:
+            return tuple(self._records)
+
+    def now(self) -> int:
+        """Return the component time in ns."""
+        return self._timeline.now()
+
+    def failed(self, run: Run, error: Exception) -> None:
+        """Take an exception of user code; raises CycleEnded when the cycle is not to go on."""
+        if isinstance(error, CycleEnded):
+            raise error
+        location = locate(error, self._file, self._document)
+        message = f"{type(error).__name__}: {error}"
+        if isinstance(error, UNAVAILABLE):
+            self._server_away(run, location, message)
+            raise CycleEnded from error
+        self._record(run, location, message)
+        place = f" at {location}" if location else ""
+        self._log_seldom(run, location, f"{_place(run)}: {message}{place}", error)
+        if self._on_error is OnError.STOP:
+            self._log.error("the component halts; `onerror` continue would go on")
+            self._halt()
+            raise CycleEnded from error
+
+    def succeeded(self, run: Run) -> None:
+        """Take notice of a cycle that went through to its end."""
+        if not self._without_server:
+            return
+        with self._lock:
+            self._without_server.discard(run)
+            self._without_server = {lost for lost in self._without_server if lost.active}
+            if not self._without_server:
+                self._log.warning("the server is back after %.1f s", time.monotonic() - self._outage_began)
+
+    def not_handed_over(self, run: Run, late: list[Run]) -> None:
+        """Take notice that automata below a state that was left are still in a cycle."""
+        for child in late:
+            message = (
+                f"still in a cycle 1 s after {_place(run)} took over: its code must not block, "
+                "and both drive the robot until it ends"
+            )
+            self._record(child, "", message)
+            self._log.error("%s: %s", _place(child), message)
+
+    def _server_away(self, run: Run, location: str, message: str) -> None:
+        with self._lock:
+            first = not self._without_server
+            self._without_server.add(run)
+            if first:
+                self._outage_began = time.monotonic()
+        if first:
+            self._record(run, location, message)
+            self._log.error("%s: %s; waiting for the server", _place(run), message)
+
+    def _record(self, run: Run, location: str, message: str) -> None:
+        record = ErrorRecord(self.now(), run.automaton.id, run.current.id, location, message)
+        with self._lock:
+            self._records.append(record)
+
+    def _log_seldom(self, run: Run, location: str, text: str, error: Exception) -> None:
+        key = (run.automaton.id, run.current.id, location)
+        now = time.monotonic()
+        with self._lock:
+            logged_at, repeated = self._logged.get(key, (float("-inf"), 0))
+            if now - logged_at < _QUIET:
+                self._logged[key] = (logged_at, repeated + 1)
+                return
+            self._logged[key] = (now, 0)
+        again = f" ({repeated} times more since it was last told)" if repeated else ""
+        self._log.error("%s%s", text, again, exc_info=error)
+
+
+def _place(run: Run) -> str:
+    return f"{run.automaton.name}/{run.current.name}"

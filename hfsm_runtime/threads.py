@@ -1,0 +1,158 @@
+"""Run the automata of a component on threads, one each, by the component's clock."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+from .cycle import Supervisor, run_cycle
+from .errors import ComponentStoppedError
+from .schedule import slot_after, slot_at, slot_from
+from .timeline import Timeline
+from .tree import ChangeKind, Run, Tree
+
+__all__ = ["Threads"]
+
+_logger = logging.getLogger(__name__)
+
+_IDLE: Final = 2.0
+"""The longest wait in wall seconds of a thread that has nothing to do; whatever concerns it wakes it."""
+
+_STEP: Final = 2.0
+"""The longest wait in wall seconds for a cycle that was asked for."""
+
+
+class Threads:
+    """A thread for each automaton of a tree. Start and stop it once.
+
+    `crashed` is called on the thread of an automaton that ends by anything but an exception of its own code,
+    such as `sys.exit()` there.
+    """
+
+    def __init__(
+        self,
+        tree: Tree,
+        timeline: Timeline,
+        supervisor: Supervisor,
+        crashed: Callable[[Run, BaseException], None],
+    ) -> None:
+        self._tree = tree
+        self._timeline = timeline
+        self._supervisor = supervisor
+        self._crashed = crashed
+        self._stopping = False
+        self._one_step = threading.Lock()
+        self._workers = {run: _Worker(self, run) for run in tree.runs}
+        tree.on_change.append(self._changed)
+
+    def start(self) -> None:
+        """Enter the initial states and start the cycles."""
+        self._timeline.restart()
+        self._tree.start(0)
+        for worker in self._workers.values():
+            worker.thread.start()
+
+    def stop(self, timeout: float) -> list[Run]:
+        """Let running cycles end and start no other; return the automata whose cycle did not end.
+
+        `timeout` is in s of wall time. It may be called from user code, which it does not wait for.
+        """
+        with self._tree.lock:
+            self._tree.held = True
+            self._stopping = True
+        self.wake()
+        deadline = time.monotonic() + timeout
+        threads = [worker.thread for worker in self._workers.values() if worker.thread.ident is not None]
+        for thread in threads:
+            if thread is not threading.current_thread():
+                thread.join(max(0.0, deadline - time.monotonic()))
+        return [run for run, worker in self._workers.items() if worker.thread.is_alive()]
+
+    def pause(self) -> None:
+        """Let running cycles end and start none; component time stands still."""
+        with self._tree.lock:
+            self._tree.held = True
+            self._timeline.pause()
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        with self._tree.lock:
+            self._timeline.resume()
+            self._tree.held = self._stopping
+        self.wake()
+
+    def step(self, runs: tuple[Run, ...]) -> None:
+        """Run one cycle of each automaton that is no ghost, in this order, while paused.
+
+        Component time moves on by their shortest period.
+        """
+        with self._one_step:
+            with self._tree.lock:
+                active = [run for run in runs if run.active]
+                if self._stopping or not self._timeline.paused or not active:
+                    return
+                self._timeline.step(min(run.automaton.interval for run in active))
+            for run in active:
+                worker = self._workers[run]
+                worker.stepped.clear()
+                with self._tree.lock:
+                    run.stepping = True
+                worker.wake.set()
+                if not worker.stepped.wait(_STEP):
+                    _logger.warning("the step of %s takes longer than %g s", run.automaton.name, _STEP)
+
+    def wake(self) -> None:
+        """Let every thread look at what has changed."""
+        for worker in self._workers.values():
+            worker.wake.set()
+
+    def _changed(self, _now: int, run: Run, kind: ChangeKind) -> None:
+        if kind is not ChangeKind.GHOST:
+            self._workers[run].wake.set()
+
+    def run_cycles(self, worker: _Worker) -> None:
+        """Run the cycles of one automaton until the end; the body of its thread."""
+        run, interval, slot = worker.run, worker.run.automaton.interval, 0
+        while not self._stopping:
+            worker.wake.clear()
+            if run.stepping:
+                self._cycle(run, self._timeline.now())
+                worker.stepped.set()
+            elif self._tree.held or not run.active:
+                worker.wake.wait(_IDLE)
+            else:
+                slot = max(slot, slot_from(run.activated, interval))
+                now = self._timeline.now()
+                if now < slot:
+                    self._timeline.wait_until(slot, worker.wake)
+                    continue
+                at = max(slot, slot_at(now, interval))
+                self._cycle(run, at)
+                slot = slot_after(max(at, self._timeline.now()), interval)
+
+    def _cycle(self, run: Run, at: int) -> None:
+        run_cycle(self._tree, run, at, self._supervisor)
+
+    def guard(self, worker: _Worker) -> None:
+        """Run an automaton and tell when its thread ends before its time."""
+        try:
+            self.run_cycles(worker)
+        except ComponentStoppedError:
+            pass
+        except BaseException as error:  # noqa: BLE001 - nothing may end a thread without being told
+            self._crashed(worker.run, error)
+
+
+class _Worker:
+    """An automaton's thread and what wakes it."""
+
+    def __init__(self, threads: Threads, run: Run) -> None:
+        self.run = run
+        self.wake = threading.Event()
+        self.stepped = threading.Event()
+        self.thread = threading.Thread(
+            target=threads.guard, args=(self,), name=f"automaton {run.automaton.name}", daemon=True
+        )

@@ -1,0 +1,85 @@
+"""Component time: the active time since the start of a component, on the component's own clock."""
+
+from __future__ import annotations
+
+import threading
+from typing import Final
+
+from zenoh_ice.clock import Clock
+
+__all__ = ["Timeline"]
+
+_SECOND: Final = 1_000_000_000
+_LONGEST_WAIT: Final = 0.5
+"""The longest wait on the clock in s: a simulation that starts anew must not hold a component up."""
+_PAUSED_WAIT: Final = 1.0
+
+
+class Timeline:
+    """Component time in integer ns: it stands still while the component is paused, and never runs backwards.
+
+    When the clock does, because a simulation was started anew, component time goes on from where it was.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._latest = _nanoseconds(clock)
+        self._zero = self._latest
+        self._paused_at: int | None = None
+
+    @property
+    def paused(self) -> bool:
+        """Whether time stands still."""
+        return self._paused_at is not None
+
+    def now(self) -> int:
+        """Return the component time in ns."""
+        with self._lock:
+            return self._now()
+
+    def restart(self) -> None:
+        """Make this moment the zero of component time."""
+        with self._lock:
+            self._zero = self._latest = _nanoseconds(self._clock)
+
+    def pause(self) -> None:
+        """Let time stand still."""
+        with self._lock:
+            if self._paused_at is None:
+                self._paused_at = self._now()
+
+    def resume(self) -> None:
+        """Let time go on."""
+        with self._lock:
+            if self._paused_at is not None:
+                self._latest = _nanoseconds(self._clock)
+                self._zero = self._latest - self._paused_at
+                self._paused_at = None
+
+    def step(self, duration: int) -> None:
+        """Move time forward by a duration in ns while it stands still."""
+        with self._lock:
+            if self._paused_at is not None:
+                self._paused_at += duration
+
+    def wait_until(self, when: int, wake: threading.Event) -> None:
+        """Wait until a component time in ns, or until the event is set; it may end early."""
+        left = when - self.now()
+        if self.paused:
+            wake.wait(_PAUSED_WAIT)
+        elif left > 0:
+            self._clock.wait(wake, min(left / _SECOND, _LONGEST_WAIT))
+
+    def _now(self) -> int:
+        if self._paused_at is not None:
+            return self._paused_at
+        reading = _nanoseconds(self._clock)
+        if reading < self._latest:
+            self._zero += reading - self._latest
+        self._latest = reading
+        return self._latest - self._zero
+
+
+def _nanoseconds(clock: Clock) -> int:
+    return round(clock.now() * _SECOND)

@@ -1,0 +1,85 @@
+"""Look at the variables of an automaton while its code runs.
+
+The code of an automaton shares its variables as a closure, so they can be read without its help, and without
+stopping it.
+"""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Callable, Iterator
+from types import CellType, ModuleType
+from typing import Final
+
+from .automaton import Automaton
+
+__all__ = ["short_repr", "variables_of"]
+
+_LONGEST: Final = 120
+
+
+def variables_of(automaton: Automaton) -> dict[str, str]:
+    """Return the variables that the automaton's code uses, by name, each as its repr cut to 120 characters.
+
+    A variable that no code has assigned yet is not there; nor are functions, classes and modules.
+    """
+    values: dict[str, str] = {}
+    for name, cell in _cells(automaton):
+        if name == "self" or name in values:
+            continue
+        try:
+            value = cell.cell_contents
+        except ValueError:  # nothing has been assigned
+            continue
+        if not callable(value) and not isinstance(value, ModuleType):
+            values[name] = short_repr(value)
+    return dict(sorted(values.items()))
+
+
+def short_repr(value: object) -> str:
+    """Return the repr of any object, cut to 120 characters, whatever its repr raises."""
+    try:
+        text = _repr.repr(value)
+    except Exception as error:  # noqa: BLE001 - a repr is user code, and may meet an object that changes
+        text = f"<{type(value).__name__}: its repr raised {type(error).__name__}>"
+    if len(text) > _LONGEST:
+        text = text[: _LONGEST - 3] + "..."
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+def _cells(automaton: Automaton) -> Iterator[tuple[str, CellType]]:
+    for code in _functions(automaton):
+        closure = getattr(code, "__closure__", None)
+        if closure:
+            yield from zip(code.__code__.co_freevars, closure, strict=True)
+
+
+def _functions(automaton: Automaton) -> Iterator[Callable[[], object]]:
+    for state in automaton.states:
+        if state.code is not None:
+            yield state.code
+    for transition in automaton.transitions:
+        for code in (transition.guard, transition.code):
+            if code is not None:
+                yield code
+
+
+class _BoundedRepr(reprlib.Repr):
+    """A repr that does not walk through a million elements to show twenty."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel = 6
+        # An element takes three characters at least.
+        self.maxlist = self.maxtuple = self.maxset = self.maxfrozenset = self.maxdeque = _LONGEST // 3 + 1
+        self.maxdict = self.maxarray = _LONGEST // 3 + 1
+        self.maxstring = self.maxother = self.maxlong = 4 * _LONGEST
+
+    def repr_bytes(self, value: bytes, level: int) -> str:  # noqa: ARG002 - reprlib calls it so
+        return repr(value[:_LONGEST])
+
+    def repr_bytearray(self, value: bytearray, level: int) -> str:  # noqa: ARG002
+        return repr(value[:_LONGEST])
+
+
+_repr: Final = _BoundedRepr()

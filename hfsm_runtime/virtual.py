@@ -1,0 +1,132 @@
+"""Run a component in virtual time, in one thread: the same way every time, as fast as the processor.
+
+This is how behaviours are tested. Cycles run in the order of their times, and of several at one time those of
+ancestors run first.
+"""
+
+from __future__ import annotations
+
+import heapq
+from typing import Final, NamedTuple
+
+from zenoh_ice.clock import VirtualClock
+
+from .component import Component
+from .cycle import run_cycle
+from .schedule import slot_after, slot_at
+from .supervision import ErrorRecord, OnError, Supervision
+from .timeline import Timeline
+from .tree import ChangeKind, Run, Tree
+
+__all__ = ["Change", "VirtualRun", "run"]
+
+_SECOND: Final = 1_000_000_000
+
+
+class Change(NamedTuple):
+    """At a time in s an automaton entered a state, became a ghost in it, or resumed it."""
+
+    time: float
+    automaton: str
+    state: str
+    kind: ChangeKind = ChangeKind.ENTERED
+
+
+class VirtualRun:
+    """A component that runs while `advance` is called.
+
+    Proxies are not connected: assign to the component's attributes what stands for them. `trace` is every
+    change since the start, the entry into the initial states included. `self.sleep` moves the time on; the
+    cycles that fall due in the meantime run after it.
+    """
+
+    def __init__(
+        self, component: Component, *, clock: VirtualClock | None = None, on_error: str | None = None
+    ) -> None:
+        self.component = component
+        self.clock = clock or VirtualClock()
+        component.clock = self.clock
+        vars(component)["sleep"] = self._sleep
+        self.trace: list[Change] = []
+        self.halted = False
+        self.tree = Tree(component.automaton())
+        self.tree.on_change.append(self._changed)
+        self._timeline = Timeline(self.clock)
+        self._supervision = Supervision(
+            self.tree,
+            self._timeline,
+            component.log,
+            on_error=component._hfsm_on_error if on_error is None else OnError(on_error),
+            file=type(component).automaton.__code__.co_filename,
+            document=component._hfsm_document,
+            halt=self._halt,
+        )
+        self._due = [(0, index) for index in range(len(self.tree.runs))]
+        self.tree.start(0)
+
+    @property
+    def time(self) -> float:
+        """The component time in s."""
+        return self._timeline.now() / _SECOND
+
+    @property
+    def errors(self) -> tuple[ErrorRecord, ...]:
+        """The newest errors, oldest first."""
+        return self._supervision.records
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """The path of current states from the root down, such as `("followBall", "green")`.
+
+        Where a state owns several automata the path follows the first.
+        """
+        path: list[str] = []
+        current: Run | None = self.tree.root
+        while current is not None:
+            path.append(current.current.name)
+            children = current.children.get(current.current.id)
+            current = children[0] if children else None
+        return tuple(path)
+
+    def advance(self, seconds: float) -> None:
+        """Run all cycles that fall due in the next `seconds`, the end included; none once it has halted."""
+        end = self._timeline.now() + round(seconds * _SECOND)
+        while self._due and self._due[0][0] <= end and not self.halted:
+            due, index = heapq.heappop(self._due)
+            run = self.tree.runs[index]
+            self._move_to(due)
+            at = max(due, slot_at(self._timeline.now(), run.automaton.interval))
+            run_cycle(self.tree, run, at, self._supervision)
+            heapq.heappush(
+                self._due, (slot_after(max(at, self._timeline.now()), run.automaton.interval), index)
+            )
+        self._move_to(end)
+
+    def changes(self, automaton: str) -> list[tuple[float, str]]:
+        """Return when one automaton entered which state, its initial one included."""
+        return [
+            (change.time, change.state)
+            for change in self.trace
+            if change.automaton == automaton and change.kind is ChangeKind.ENTERED
+        ]
+
+    def _sleep(self, seconds: float) -> None:
+        self.clock.advance(max(0.0, seconds))
+
+    def _move_to(self, when: int) -> None:
+        left = when - self._timeline.now()
+        if left > 0:
+            self.clock.advance(left / _SECOND)
+
+    def _halt(self) -> None:
+        self.halted = True
+
+    def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        self.trace.append(Change(now / _SECOND, run.automaton.name, run.current.name, kind))
+
+
+def run(component: Component, seconds: float) -> VirtualRun:
+    """Run a component for some seconds of virtual time and return what happened."""
+    virtual = VirtualRun(component)
+    virtual.advance(seconds)
+    return virtual
