@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar, cast
 from .exceptions import InterfaceMismatchException, ZenohIceError
 from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
 from .operation import Interface, Operation, first_difference
-from .outgoing import OutgoingCall, settle
+from .outgoing import OutgoingCall, fail
 from .presence import Target
 from .stream import Sample, StreamReader, Subscription
 
@@ -132,9 +132,7 @@ class ObjectPrx:
         if call is not None:
             call.begin(args, future)
         else:  # finding the servant may take a while
-            self._communicator.dispatcher.submit(
-                partial(settle, future, partial(self._call, operation, args))
-            )
+            self._communicator.dispatcher.submit(partial(self._prepare_and_begin, operation, args, future))
         return future
 
     def ice_stream(self, operation: Operation[..., V]) -> StreamReader[V]:
@@ -156,9 +154,15 @@ class ObjectPrx:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self._target}>"
 
-    def _call(self, operation: Operation[..., V], args: tuple[Any, ...]) -> V:
-        call = self._calls.get(operation) or self._prepare(operation)
-        return cast("V", call.invoke(args))
+    def _prepare_and_begin(
+        self, operation: Operation[..., Any], args: tuple[Any, ...], future: Future[Any]
+    ) -> None:
+        try:
+            call = self._calls.get(operation) or self._prepare(operation)
+        except ZenohIceError as error:
+            fail(future, error)
+        else:
+            call.begin(args, future)
 
     def _prepare(self, operation: Operation[..., Any]) -> OutgoingCall:
         """Wait until the servant is there, for not longer than a call, and get ready to call it."""

@@ -26,7 +26,9 @@ def open_session(settings: Settings) -> zenoh.Session:
     Raises EndpointInUseException when another process listens already, ConfigurationException for anything
     else that Zenoh refuses.
     """
-    zenoh.init_log_from_env_or("error")  # ours tell what Zenoh's warnings would; RUST_LOG shows more
+    # Our own messages tell what Zenoh's warnings would, and that the answer of a call came after its timeout
+    # is no error. RUST_LOG shows everything.
+    zenoh.init_log_from_env_or("error,zenoh::api::handlers=off")
     # A server listens on the endpoint that everybody else connects to by default.
     connect = [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
     lease = round(settings.lease * 1000)

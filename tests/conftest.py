@@ -1,0 +1,119 @@
+"""What every test gets: a check that it leaves nothing running, and communicators on a free port."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import psutil
+import pytest
+import zenoh
+
+from tests.support.processes import free_endpoint
+from zenoh_ice import Communicator, ObjectAdapter, initialize
+
+LEAK_LIMIT = 3.0  # s that threads and processes may take to end after a test
+
+
+@pytest.fixture(scope="session")
+def opened_sessions() -> Iterator[list[zenoh.Session]]:
+    """Every Zenoh session that this process opens, by whomever."""
+    sessions: list[zenoh.Session] = []
+    genuine = zenoh.open
+
+    def recording_open(*args: Any, **kwargs: Any) -> zenoh.Session:
+        session = genuine(*args, **kwargs)
+        sessions.append(session)
+        return session
+
+    zenoh.open = recording_open
+    yield sessions
+    zenoh.open = genuine
+
+
+@pytest.fixture(autouse=True)
+def leak_check(opened_sessions: list[zenoh.Session]) -> Iterator[None]:
+    """Fail a test that leaves threads, Zenoh sessions or child processes behind."""
+    threads_before = set(threading.enumerate())
+    children_before = set(psutil.Process().children(recursive=True))
+    sessions_before = [session for session in opened_sessions if not session.is_closed()]
+    yield
+
+    def left() -> str:
+        threads = [
+            thread.name
+            for thread in threading.enumerate()
+            if thread not in threads_before and not isinstance(thread, threading._DummyThread)
+        ]
+        children = [
+            " ".join(child.cmdline()) or child.name()
+            for child in psutil.Process().children(recursive=True)
+            if child not in children_before and child.status() != psutil.STATUS_ZOMBIE
+        ]
+        sessions = [
+            str(session)
+            for session in opened_sessions
+            if not session.is_closed() and not any(session is old for old in sessions_before)
+        ]
+        named = {"threads": threads, "processes": children, "Zenoh sessions": sessions}
+        return "; ".join(f"{kind}: {', '.join(names)}" for kind, names in named.items() if names)
+
+    deadline = time.monotonic() + LEAK_LIMIT
+    while (leaked := _unless_vanished(left)) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    opened_sessions[:] = [session for session in opened_sessions if not session.is_closed()]
+    assert not leaked, f"the test left behind {leaked}"
+
+
+def _unless_vanished(look: Callable[[], str]) -> str:
+    """Look again when a process ends while it is looked at."""
+    while True:
+        try:
+            return look()
+        except psutil.NoSuchProcess:
+            continue
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A server and a client, each with a session of its own, as in two processes."""
+
+    endpoint: str
+    server: Communicator
+    client: Communicator
+    adapter: ObjectAdapter
+    """Of the server, active."""
+
+
+@pytest.fixture
+def endpoint() -> str:
+    """An endpoint on loopback that nobody uses."""
+    return free_endpoint()
+
+
+@pytest.fixture
+def make_communicator() -> Iterator[Callable[..., Communicator]]:
+    """Make communicators that go by the wall's clock and are destroyed after the test."""
+    made: list[Communicator] = []
+
+    def make(**settings: Any) -> Communicator:
+        communicator = initialize(**{"clock": "wall", "connect": [], **settings})
+        made.append(communicator)
+        return communicator
+
+    yield make
+    for communicator in reversed(made):
+        communicator.destroy()
+
+
+@pytest.fixture
+def pair(endpoint: str, make_communicator: Callable[..., Communicator]) -> Pair:
+    """A server that listens on a free port and a client connected to it."""
+    server = make_communicator(listen=[endpoint])
+    client = make_communicator(connect=[endpoint])
+    adapter = server.createObjectAdapter("Test")
+    adapter.activate()
+    return Pair(endpoint, server, client, adapter)

@@ -1,0 +1,484 @@
+"""Calls between two sessions over loopback: values, exceptions, limits and their order."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from concurrent.futures import wait
+
+import msgspec
+import pytest
+import zenoh
+
+from tests.conftest import Pair
+from tests.support.calculator import (
+    CalculatorError,
+    CalculatorPrx,
+    DivisionByZero,
+    NewerCalculatorPrx,
+    Node,
+    ScientificPrx,
+    UnrelatedPrx,
+)
+from tests.support.calculator_servant import CalculatorI
+from zenoh_ice import (
+    CommunicatorDestroyedException,
+    ConfigurationException,
+    InterfaceMismatchException,
+    MarshalException,
+    ObjectNotExistException,
+    ObjectPrx,
+    OperationNotExistException,
+    OverloadedException,
+    TimeoutException,
+    UnknownException,
+)
+from zenoh_ice.generated import Operation, Struct
+from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error
+
+
+@pytest.fixture
+def servant(pair: Pair) -> CalculatorI:
+    servant = CalculatorI()
+    pair.adapter.add(servant, "Calculator")
+    return servant
+
+
+@pytest.fixture(params=["remote", "collocated"])
+def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI) -> ScientificPrx:
+    communicator = pair.client if request.param == "remote" else pair.server
+    return ScientificPrx.checkedCast(communicator.stringToProxy("Calculator"))
+
+
+@pytest.fixture
+def remote(pair: Pair, servant: CalculatorI) -> ScientificPrx:
+    return ScientificPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+
+
+class TestValues:
+    def test_arguments_and_result_arrive(self, calculator: ScientificPrx) -> None:
+        assert calculator.add(1.5, 2.0) == 3.5
+
+    def test_inherited_and_own_operations_are_served(self, calculator: ScientificPrx) -> None:
+        assert calculator.power(2.0, 10.0) == 1024.0
+        assert CalculatorPrx.checkedCast(calculator).add(1.0, 1.0) == 2.0
+
+    def test_out_parameters_follow_the_return_value(self, calculator: ScientificPrx) -> None:
+        assert calculator.divide(7.0, 2.0) == (3.0, 1.0)
+
+    def test_out_parameters_of_a_void_operation_stand_alone(self, calculator: ScientificPrx) -> None:
+        assert calculator.split([1.0, 2.0, 3.0]) == ([1.0], [2.0, 3.0])
+
+    def test_not_a_number_and_infinity_pass(self, calculator: ScientificPrx) -> None:
+        assert math.isnan(calculator.add(math.nan, 1.0))
+        assert calculator.add(math.inf, 1.0) == math.inf
+
+    def test_recursive_values_arrive(self, calculator: ScientificPrx) -> None:
+        assert calculator.total(Node(1, Node(2, Node(3, None)))) == 6
+
+    def test_large_byte_sequences_arrive(self, calculator: ScientificPrx) -> None:
+        data = bytes(range(256)) * 16_000  # 4 MB
+        assert calculator.echo(data) == data
+
+    def test_arrays_of_numpy_travel_as_bytes_and_lists(self, calculator: ScientificPrx) -> None:
+        numpy = pytest.importorskip("numpy")
+        assert calculator.echo(numpy.arange(6, dtype=numpy.uint8).reshape(2, 3)) == bytes(range(6))
+        assert calculator.split(numpy.array([1.0, 2.0])) == ([1.0], [2.0])
+        assert calculator.add(numpy.float64(1.0), numpy.float32(2.0)) == 3.0
+
+    def test_future_has_the_result(self, calculator: ScientificPrx) -> None:
+        assert calculator.addAsync(1.0, 2.0).result(5) == 3.0
+
+    def test_first_call_of_a_proxy_may_be_asynchronous(self, pair: Pair, servant: CalculatorI) -> None:
+        proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
+        assert proxy.addAsync(1.0, 2.0).result(5) == 3.0
+
+    def test_servant_is_told_who_calls(self, calculator: ScientificPrx) -> None:
+        assert calculator.who() == calculator.ice_getCommunicator().client_id
+
+    def test_built_in_operations_answer(self, calculator: ScientificPrx) -> None:
+        calculator.ice_ping()
+        assert calculator.ice_id() == "::test::Scientific"
+        assert calculator.ice_ids() == ["::Ice::Object", "::test::Calculator", "::test::Scientific"]
+        assert calculator.ice_isA("::test::Calculator")
+        assert not calculator.ice_isA("::test::Unrelated")
+
+
+class TestExceptions:
+    def test_declared_exception_arrives_whole(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(CalculatorError, match="as declared") as caught:
+            calculator.fail("declared")
+        assert type(caught.value) is CalculatorError
+
+    def test_exception_derived_from_a_declared_one_arrives_as_itself(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(DivisionByZero) as caught:
+            calculator.divide(4.0, 0.0)
+        assert (caught.value.what, caught.value.dividend) == ("the divisor is 0", 4.0)
+
+    def test_unknown_derived_exception_arrives_as_its_declared_base(self) -> None:
+        wire = {
+            "exception": "::test::Newer",
+            "bases": ["::test::CalculatorError"],
+            "members": {"what": "x", "y": 1},
+        }
+        error = decode_error(msgspec.msgpack.encode(wire), (CalculatorError,), "call")
+        assert type(error) is CalculatorError
+        assert error.what == "x"
+
+    def test_undeclared_user_exception_is_unknown(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(UnknownException, match="::test::OtherError"):
+            calculator.fail("undeclared")
+
+    def test_other_exception_is_unknown_with_its_text_alone(
+        self, calculator: ScientificPrx, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        with caplog.at_level(logging.ERROR, "zenoh_ice"), pytest.raises(UnknownException) as caught:
+            calculator.fail("the gripper is stuck")
+        assert str(caught.value) == "RuntimeError: the gripper is stuck"
+        assert "Traceback" in caplog.text  # the server's log has what the client is not told
+
+    def test_exit_of_a_servant_ends_neither_server_nor_thread(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(UnknownException, match="SystemExit"):
+            calculator.fail("exit")
+        assert calculator.add(1.0, 1.0) == 2.0
+
+    def test_future_has_the_exception(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(DivisionByZero):
+            calculator.divideAsync(1.0, 0.0).result(5)
+
+    def test_missing_operation_is_named(self, calculator: ScientificPrx) -> None:
+        class _Nothing(Struct):
+            pass
+
+        with pytest.raises(OperationNotExistException, match="'fly'"):
+            calculator.ice_invoke(Operation("fly", arguments=_Nothing, result=_Nothing))
+
+    def test_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(MarshalException, match="Calculator.add") as caught:
+            calculator.add("one", 2.0)  # type: ignore[arg-type]
+        assert caught.value.path == "$.a"
+
+    def test_nested_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(MarshalException) as caught:
+            calculator.total(Node(1, Node(1 << 40, None)))
+        assert caught.value.path == "$.head.next.value"
+
+    def test_value_that_cannot_travel_is_refused(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(MarshalException, match="object"):
+            calculator.add(object(), 2.0)  # type: ignore[arg-type]
+
+    def test_oversized_request_is_refused(self, calculator: ScientificPrx) -> None:
+        with pytest.raises(MarshalException, match="bytes where at most"):
+            calculator.split([0.5] * 200_000)
+        assert calculator.add(1.0, 1.0) == 2.0
+
+    def test_result_that_does_not_fit_is_told(self, pair: Pair) -> None:
+        class Careless(CalculatorI):
+            def divide(self, a, b, current):  # type: ignore[no-untyped-def]
+                return a / b
+
+            def count(self, current):  # type: ignore[no-untyped-def]
+                return "many"
+
+        pair.adapter.add(Careless(), "Careless")
+        proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Careless"))
+        with pytest.raises(MarshalException, match=r"expected a tuple \(returnValue, remainder\), got float"):
+            proxy.divide(1.0, 2.0)
+        with pytest.raises(MarshalException) as caught:
+            proxy.count()
+        assert caught.value.path == "$.returnValue"
+
+
+class TestHostileRequests:
+    """What a peer that is not ours may send."""
+
+    @pytest.fixture
+    def session(self, pair: Pair, servant: CalculatorI) -> zenoh.Session:
+        CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+        return pair.client.session
+
+    def _ask(
+        self, session: zenoh.Session, operation: str, payload: bytes, attachment: bytes | None = None
+    ) -> Exception:
+        (reply,) = session.get(
+            f"nao/Calculator/{operation}", payload=payload, attachment=attachment, timeout=5.0
+        )
+        assert reply.err is not None
+        assert str(reply.err.encoding) == ERROR_ENCODING
+        return decode_error(reply.err.payload.to_bytes(), (), "call")
+
+    @pytest.mark.parametrize(
+        "payload",
+        [
+            pytest.param(b"", id="empty"),
+            pytest.param(b"\xc1", id="not MessagePack"),
+            pytest.param(b"\x82\xa1a", id="cut off"),
+            pytest.param(b"\x91" * 500_000, id="nested too deeply"),
+            pytest.param(b"\x83\xa1x" + b"\x91" * 500_000, id="unknown field nested too deeply"),
+            pytest.param(b"\x81\xa1a\xdd\xff\xff\xff\xff", id="announces 4 billion elements"),
+            pytest.param(b"\x90", id="an array"),
+            pytest.param(b"\x81\xa1a\xa2\xff\xfe", id="not UTF-8"),
+        ],
+    )
+    def test_malformed_payload_is_refused(self, session: zenoh.Session, pair: Pair, payload: bytes) -> None:
+        assert isinstance(self._ask(session, "add", payload), MarshalException)
+        assert CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator")).add(1.0, 1.0) == 2.0
+
+    def test_oversized_payload_is_refused_by_the_server(self, session: zenoh.Session) -> None:
+        error = self._ask(session, "add", bytes((1 << 20) + 1))
+        assert isinstance(error, MarshalException)
+        assert "1048577 bytes" in str(error)
+
+    @pytest.mark.parametrize("attachment", [b"\xc1", b"\x91\x01", b"\x91" * 400, b"x" * 4096])
+    def test_malformed_attachment_is_refused(self, session: zenoh.Session, attachment: bytes) -> None:
+        error = self._ask(session, "ice_ping", b"\x80", attachment)
+        assert isinstance(error, MarshalException)
+        assert "attachment" in str(error)
+
+    def test_private_methods_are_no_operations(self, session: zenoh.Session) -> None:
+        for name in ("__init__", "counted", "ice_publisher", "getReadingPublisher"):
+            assert isinstance(self._ask(session, name, b"\x80"), OperationNotExistException)
+
+    def test_call_addressed_to_many_is_refused(self, session: zenoh.Session, servant: CalculatorI) -> None:
+        (reply,) = session.get("nao/*/count", payload=b"\x80", timeout=5.0)
+        assert reply.err is not None
+        assert servant.counted == 0
+
+
+class TestPresence:
+    def test_absent_servant_is_named_with_its_like(self, pair: Pair, servant: CalculatorI) -> None:
+        with pytest.raises(ObjectNotExistException, match="'Calculater'.*Calculator"):
+            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculater"))
+
+    def test_call_of_an_absent_servant_ends(self, pair: Pair) -> None:
+        with pytest.raises(ObjectNotExistException):
+            CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator")).add(1.0, 2.0)
+
+    def test_removed_servant_does_not_exist(self, pair: Pair, remote: ScientificPrx) -> None:
+        assert remote.add(1.0, 1.0) == 2.0
+        pair.adapter.remove("Calculator")
+        with pytest.raises(ObjectNotExistException):
+            remote.add(1.0, 1.0)
+
+    def test_servant_added_again_is_found_by_the_old_proxy(
+        self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
+    ) -> None:
+        remote.add(1.0, 1.0)
+        pair.adapter.remove("Calculator")
+        pair.adapter.add(servant, "Calculator")
+        assert CalculatorPrx.checkedCast(remote).add(1.0, 1.0) == 2.0
+        assert remote.add(1.0, 1.0) == 2.0
+
+    def test_untyped_proxy_needs_presence_alone(self, pair: Pair, servant: CalculatorI) -> None:
+        ObjectPrx.checkedCast(pair.client.stringToProxy("Calculator")).ice_ping()
+
+    @pytest.mark.parametrize("where", ["client", "server"])
+    def test_other_interface_is_refused(self, pair: Pair, servant: CalculatorI, where: str) -> None:
+        with pytest.raises(InterfaceMismatchException, match="::test::Scientific, not a ::test::Unrelated"):
+            UnrelatedPrx.checkedCast(getattr(pair, where).stringToProxy("Calculator"))
+
+    @pytest.mark.parametrize("where", ["client", "server"])
+    def test_other_version_is_refused_with_the_difference(
+        self, pair: Pair, servant: CalculatorI, where: str
+    ) -> None:
+        with pytest.raises(InterfaceMismatchException) as caught:
+            NewerCalculatorPrx.checkedCast(getattr(pair, where).stringToProxy("Calculator"))
+        assert caught.value.expected == "c0ffee0000000003"
+        assert caught.value.found == "c0ffee0000000001"
+        assert "add(int a, double b)" in caught.value.member
+        assert "add(double a, double b)" in caught.value.member
+        assert all(
+            part in str(caught.value) for part in ("c0ffee0000000003", "c0ffee0000000001", "add(int a")
+        )
+
+    @pytest.mark.parametrize("where", ["client", "server"])
+    def test_call_of_another_version_is_refused(self, pair: Pair, servant: CalculatorI, where: str) -> None:
+        proxy = NewerCalculatorPrx.uncheckedCast(getattr(pair, where).stringToProxy("Calculator"))
+        with pytest.raises(InterfaceMismatchException):
+            proxy.add(1.0, 2.0)
+
+    def test_realms_are_apart(self, pair: Pair, servant: CalculatorI, make_communicator) -> None:
+        other = make_communicator(connect=[pair.endpoint], realm="other")
+        with pytest.raises(ObjectNotExistException):
+            CalculatorPrx.checkedCast(other.stringToProxy("Calculator"))
+        assert CalculatorPrx.checkedCast(other.stringToProxy("Calculator@nao")).add(1.0, 2.0) == 3.0
+
+    @pytest.mark.parametrize("text", ["", "a/b", "*", "a@", "@nao", "a b", "a@b@c", "x" * 200])
+    def test_invalid_proxy_is_refused(self, pair: Pair, text: str) -> None:
+        with pytest.raises(ConfigurationException):
+            pair.client.stringToProxy(text)
+
+
+class TestTime:
+    def test_slow_call_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
+        hurried = calculator.ice_invocationTimeout(200)
+        started = time.monotonic()
+        with pytest.raises(TimeoutException, match=r"Calculator.sleep did not answer within 0.2 s"):
+            hurried.sleep(5.0)
+        assert time.monotonic() - started < 2.0
+        servant.leave.set()
+
+    def test_future_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
+        with pytest.raises(TimeoutException):
+            calculator.ice_invocationTimeout(200).sleepAsync(5.0).result(5)
+        servant.leave.set()
+
+    def test_call_whose_caller_gave_up_is_not_executed(
+        self, remote: ScientificPrx, servant: CalculatorI
+    ) -> None:
+        busy = remote.sleepAsync(5.0)
+        assert servant.entered.wait(5)
+        with pytest.raises(TimeoutException):
+            remote.ice_invocationTimeout(100).count()
+        servant.leave.set()
+        busy.result(5)
+        assert remote.count() == 1
+
+    def test_slow_servant_delays_no_other(
+        self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
+    ) -> None:
+        pair.adapter.add(CalculatorI(), "Quick")
+        busy = remote.sleepAsync(5.0)
+        assert servant.entered.wait(5)
+        quick = CalculatorPrx.checkedCast(pair.client.stringToProxy("Quick"))
+        assert quick.add(1.0, 2.0) == 3.0
+        assert not busy.done()
+        servant.leave.set()
+        busy.result(5)
+
+    def test_calls_of_a_servant_run_one_at_a_time(self, remote: ScientificPrx, servant: CalculatorI) -> None:
+        wait([remote.sleepAsync(0.02) for _ in range(10)], 10)
+        assert servant.most_running == 1
+
+    def test_calls_of_a_concurrent_servant_overlap(self, pair: Pair) -> None:
+        servant = CalculatorI()
+        servant.ice_concurrent = True
+        pair.adapter.add(servant, "Concurrent")
+        proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Concurrent"))
+        calls = [proxy.sleepAsync(5.0) for _ in range(2)]
+        deadline = time.monotonic() + 5
+        while servant.most_running < 2 and time.monotonic() < deadline:
+            time.sleep(0.005)
+        servant.leave.set()
+        wait(calls, 5)
+        assert servant.most_running == 2
+
+    def test_overload_is_told_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
+        busy = remote.sleepAsync(5.0)
+        assert servant.entered.wait(5)
+        calls = [remote.countAsync() for _ in range(80)]
+        with pytest.raises(OverloadedException, match="not executed"):
+            calls[-1].result(5)
+        servant.leave.set()
+        busy.result(5)
+        wait(calls, 10)
+        executed = [call for call in calls if call.exception() is None]
+        assert servant.counted == len(executed) < 80
+
+    def test_servant_may_call_itself(self, pair: Pair) -> None:
+        class Nested(CalculatorI):
+            def power(self, a, b, current):  # type: ignore[no-untyped-def]
+                own = CalculatorPrx.checkedCast(current.communicator.stringToProxy(current.identity))
+                return own.add(a, b)
+
+        pair.adapter.add(Nested(), "Nested")
+        proxy = ScientificPrx.checkedCast(pair.client.stringToProxy("Nested"))
+        assert proxy.power(1.0, 2.0) == 3.0
+
+    def test_servants_that_call_each_other_do_not_use_up_the_threads(
+        self, endpoint, make_communicator
+    ) -> None:
+        server = make_communicator(listen=[endpoint], dispatch_threads=1)
+        adapter = server.createObjectAdapter("Chain")
+        adapter.activate()
+
+        class Link(CalculatorI):
+            def power(self, a, b, current):  # type: ignore[no-untyped-def]
+                if b == 0:
+                    return a
+                following = ScientificPrx.checkedCast(server.stringToProxy(f"Link{int(b) - 1}"))
+                return following.power(a + 1, b - 1)
+
+        for number in range(6):
+            adapter.add(Link(), f"Link{number}")
+        client = make_communicator(connect=[endpoint])
+        assert ScientificPrx.checkedCast(client.stringToProxy("Link5")).power(0.0, 5.0) == 5.0
+
+
+class TestThreads:
+    def test_user_code_runs_on_threads_of_the_communicator(self, pair: Pair, remote: ScientificPrx) -> None:
+        names: list[str] = []
+        done = threading.Event()
+
+        class Named(CalculatorI):
+            def add(self, a, b, current):  # type: ignore[no-untyped-def]
+                names.append(threading.current_thread().name)
+                return a + b
+
+        pair.adapter.add(Named(), "Named")
+        future = CalculatorPrx.checkedCast(pair.client.stringToProxy("Named")).addAsync(1.0, 2.0)
+        future.add_done_callback(lambda _: (names.append(threading.current_thread().name), done.set()))
+        assert done.wait(5)
+        assert all(name.startswith("zenoh_ice nao") or name == "MainThread" for name in names)
+
+    def test_call_inside_a_futures_callback_works(self, remote: ScientificPrx) -> None:
+        results: list[float] = []
+        done = threading.Event()
+
+        def again(future):  # type: ignore[no-untyped-def]
+            results.append(remote.add(future.result(), 1.0))
+            done.set()
+
+        remote.addAsync(1.0, 2.0).add_done_callback(again)
+        assert done.wait(5)
+        assert results == [4.0]
+
+
+class TestLife:
+    def test_destroy_ends_a_call_that_waits(
+        self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
+    ) -> None:
+        call = remote.sleepAsync(5.0)
+        assert servant.entered.wait(5)
+        started = time.monotonic()
+        pair.client.destroy()
+        with pytest.raises(CommunicatorDestroyedException):
+            call.result(1)
+        assert time.monotonic() - started < 1.0
+        servant.leave.set()
+
+    def test_destroyed_communicator_refuses(self, pair: Pair, remote: ScientificPrx) -> None:
+        remote.add(1.0, 2.0)
+        pair.client.destroy()
+        with pytest.raises(CommunicatorDestroyedException):
+            remote.add(1.0, 2.0)
+        with pytest.raises(CommunicatorDestroyedException):
+            remote.addAsync(1.0, 2.0)
+        with pytest.raises(CommunicatorDestroyedException):
+            remote.getReading.latest()
+        with pytest.raises(CommunicatorDestroyedException):
+            pair.client.createObjectAdapter("Late")
+
+    def test_servant_may_destroy_its_communicator(self, pair: Pair) -> None:
+        class Last(CalculatorI):
+            def count(self, current):  # type: ignore[no-untyped-def]
+                current.communicator.destroy()
+                return 1
+
+        pair.adapter.add(Last(), "Last")
+        call = CalculatorPrx.checkedCast(pair.client.stringToProxy("Last")).countAsync()
+        assert pair.server.waitForShutdown(5)
+        assert call.exception(5) is not None  # the way back was closed
+
+    def test_shutdown_withdraws_servants_and_keeps_proxies(self, pair: Pair, servant: CalculatorI) -> None:
+        other = pair.client.createObjectAdapter("Other")
+        other.add(CalculatorI(), "Other")
+        other.activate()
+        proxy = CalculatorPrx.checkedCast(pair.server.stringToProxy("Other"))
+        pair.server.shutdown()
+        assert pair.server.waitForShutdown(0)
+        assert proxy.add(1.0, 2.0) == 3.0
+        with pytest.raises(ObjectNotExistException):
+            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
