@@ -1,0 +1,114 @@
+"""The command `naoserver-sim` as a process of its own."""
+
+import signal
+import time
+
+import pytest
+
+from interfaces.jderobot import CameraPrx, HardwareFailedException, Pose3DEncodersPrx
+from interfaces.nao import ClockPrx, PoseHeadPrx
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from zenoh_ice import initialize
+
+pytestmark = pytest.mark.sim
+
+
+def server(endpoint, *options, environment=None):
+    command = module("naoserver_sim", "--listen", endpoint, "--no-skin", *options)
+    return ComponentProcess(command, environment)
+
+
+@pytest.fixture
+def endpoint():
+    return free_endpoint()
+
+
+def test_it_says_when_it_is_ready_and_ends_cleanly_at_ctrl_c(endpoint):
+    with server(endpoint, "--realm", "two") as process:
+        process.wait_for(f"^ready: realm two, {endpoint}, 3 cameras$")
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+        assert process.output.count("\n") == 1
+
+
+def test_head_turns_and_balls_hang_in_the_air(endpoint):
+    with server(endpoint, "--speed", "20") as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+            head.setPose(0.5, 0.1, 0.5)
+            for sample in head.getPose.samples(timeout=5.0):
+                if abs(sample.value.pan - 0.5) < 0.02:
+                    break
+            ball = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
+            assert ball.getPose3DEncodersData().z == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.gl
+def test_camera_streams_the_size_of_the_option(endpoint):
+    with server(endpoint, "--camera", "Camera=640x480@15") as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
+            image = camera.getImageData.wait(timeout=5.0).value
+            assert (image.description.width, image.description.height) == (640, 480)
+            assert len(image.pixelData) == 640 * 480 * 3
+
+
+def test_clock_tells_that_it_is_simulated_and_how_fast(endpoint):
+    with server(endpoint, "--speed", "5") as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            clock = ClockPrx.checkedCast(communicator.stringToProxy("Clock"))
+            reading = clock.getTime()
+            assert reading.simulated
+            assert reading.rate > 1.0
+            later = clock.getTime.wait(timeout=5.0)
+            assert later.value.time > reading.time
+
+
+def test_without_gl_a_camera_call_names_the_package_and_the_rest_works(endpoint):
+    with server(endpoint, environment={"MUJOCO_GL": "disable"}) as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
+            with pytest.raises(HardwareFailedException, match="libegl1"):
+                camera.getImageData("RGB8")
+            assert PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose().time > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--speed", "fast"], "'fast' is no speed"),
+        (["--camera", "Camera=1x1"], "320x240 up to 30/s"),
+        (["--camera", "Tail=320x240"], "there is no camera 'Tail'"),
+        (["--viewer"], "there is no display"),
+    ],
+)
+def test_what_it_cannot_do_it_says(endpoint, options, message):
+    command = [*module("naoserver_sim", "--listen", endpoint), *options]
+    with ComponentProcess(command, {"DISPLAY": "", "WAYLAND_DISPLAY": "", "COLUMNS": "200"}) as process:
+        assert process.wait() in {1, 2}
+        assert message in process.output
+        assert "Traceback" not in process.output
+
+
+def test_port_in_use(endpoint):
+    with server(endpoint) as first:
+        first.wait_for("^ready")
+        with server(endpoint) as second:
+            assert second.wait() == 1
+            assert endpoint in second.output
+            assert "Traceback" not in second.output
+
+
+@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("delay", [0.1, 0.2, 0.25, 0.3, 0.4])
+def test_a_signal_in_the_middle_of_the_start_leaves_nothing_behind(endpoint, signal_number, delay):
+    with server(endpoint) as process:
+        time.sleep(delay)  # however far it has come by then, it ends quietly
+        process.process.send_signal(signal_number)
+        assert process.wait(10) in {128 + signal_number, -signal_number}
+        # On a slow machine the interpreter itself may still be starting: that is not ours to tell.
+        assert "naoserver_sim" not in process.output
