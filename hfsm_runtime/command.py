@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
+from pathlib import PurePath
 from typing import Annotated, Final, NoReturn
 
 import typer
@@ -56,16 +57,19 @@ def main(component: type[Component]) -> NoReturn:
 
 def make_app(component: type[Component]) -> typer.Typer:
     """Return the command of a component."""
-    app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
-    description = inspect.getdoc(component) or component.__name__
+    app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     module = getattr(inspect.getmodule(component), "__spec__", None)
-    name = f"python -m {module.name}" if module else "python FILE"
-    examples = (
-        f"Examples:\n\n    {name}\n\n    {name} --seconds 60 --connect tcp/192.168.1.20:7447\n\n"
-        f"    {name} --on-error continue --log-level info"
-    )
+    name = f"python -m {module.name}" if module else f"python {PurePath(inspect.getfile(component)).name}"
+    examples = f"""Examples:
 
-    @app.command(help=f"{description}\n\n{examples}")
+\b
+  {name}
+  {name} --seconds 60 --connect tcp/192.168.1.20:7447
+  {name} --on-error continue --log-level info
+
+Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
+
+    @app.command(help=inspect.getdoc(component), epilog=examples)
     def run(  # noqa: PLR0917 - typer reads the options from the signature
         on_error: _OnError = None,
         seconds: _Seconds = None,

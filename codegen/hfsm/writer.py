@@ -168,8 +168,7 @@ class _Writer:
 
     def _leaf(self, tag: str, text: Text | str, attributes: tuple[tuple[str, str], ...] = ()) -> None:
         content = text if isinstance(text, str) else text.text
-        end = f">{_escaped(content)}</{tag}>" if content else "/>"
-        self._line(f"<{tag}{_attributes(attributes)}{end}")
+        self._line(f"<{tag}{_attributes(attributes)}>{_escaped(content)}</{tag}>")
 
     def _line(self, text: str) -> None:
         self._lines.append(_INDENT * self._depth + text)
