@@ -231,6 +231,9 @@ class _Checker:
             message = f"the key of dictionary `{dictionary.name}` {reason}"
             note = Note("a key is a bool, an integer, a string, an enumeration, or a struct of these")
             self._error(Code.BAD_DICTIONARY_KEY, message, token, note)
+        elif isinstance(dictionary.key, ast.NamedType) and isinstance(dictionary.key.definition, ast.Struct):
+            message = "structs as keys of a dictionary are not supported"
+            self._error(Code.NOT_SUPPORTED, message, dictionary.key.token)
 
     def _compact_id(self, definition: ast.Class, token: Token) -> None:
         other = self._compact_ids.setdefault(token.text, definition)

@@ -19,7 +19,7 @@ from .packages import ModuleSummary, package_files, read_summary
 from .parser import parse
 from .places import GeneratedModule, Places
 from .preprocessor import Preprocessor, SourceFiles
-from .writer import module_text, write_module
+from .writer import GENERATED_BY, module_text, write_module
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +76,20 @@ def compile_interfaces(
         _report_clashes(root, diagnostics)
     if diagnostics.has_errors:
         return Compilation()
-    compilations = [_generate(root) for root in roots.values()]
+    return _generate_all(list(roots.values()), output, diagnostics)
+
+
+def _generate_all(roots: Sequence[_Root], output: Path | None, diagnostics: Diagnostics) -> Compilation:
+    compilations = [_generate(root) for root in roots]
+    generated = [file for compilation in compilations for file in compilation.files]
+    for file in generated:
+        _report_foreign_file(file.path, diagnostics)
+    if diagnostics.has_errors:
+        return Compilation()
     if output is not None:
-        compilations.append(Compilation(_package_root(output)))
-    return Compilation(
-        tuple(file for compilation in compilations for file in compilation.files),
-        tuple(path for compilation in compilations for path in compilation.leftovers),
-    )
+        generated += _package_root(output)
+    leftovers = [path for compilation in compilations for path in compilation.leftovers]
+    return Compilation(tuple(generated), tuple(leftovers))
 
 
 def _report_clashes(root: _Root, diagnostics: Diagnostics) -> None:
@@ -157,6 +164,18 @@ def _orphan_packages(root: _Root, kept: set[Path]) -> list[Path]:
             if modules and all(_is_orphan(summary, root) for _, summary in modules):
                 leftovers += [init, package / "py.typed", *(path for path, _ in modules)]
     return leftovers
+
+
+def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:
+    """Report a file that stands where a generated one belongs but was written by someone else."""
+    try:
+        text = path.read_text("utf-8", errors="replace")
+    except OSError:  # absent, or told when it is compared with what was generated
+        return
+    if text.strip() and GENERATED_BY not in text:
+        message = f"{path} was not made by codegen and is not overwritten"
+        note = Note("move it away, or write to another directory with -o")
+        diagnostics.error(Code.FOREIGN_FILE, message, Location(path), [note])
 
 
 def _package_root(output: Path) -> tuple[GeneratedFile, ...]:

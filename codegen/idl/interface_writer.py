@@ -211,8 +211,9 @@ class _InterfaceWriter:
         thrown = [named.definition for named in operation.throws if named.definition]
         if thrown and any(doc.throws.values()):
             raised = [
-                f"  {python_name(each)}: {doc.throws.get(each.name) or parse_doc_comment(each.doc).text}"
+                f"  {python_name(each)}: {text}" if text else f"  {python_name(each)}"
                 for each in thrown
+                for text in [doc.throws.get(each.name) or parse_doc_comment(each.doc).text]
             ]
             paragraphs.append("\n".join(["Raises:", *raised]))
         elif thrown:

@@ -54,11 +54,10 @@ def docstring(text: str, indent: str = "") -> list[str]:
 
 def string(value: str) -> str:
     """Return a string literal in double quotes, or in single ones when that saves backslashes."""
-    literal = repr(value)
-    if literal[0] == '"' or '"' in value:
-        return literal
-    body = literal[1:-1].replace("\\'", "'")
-    return f'"{body}"'
+    quote = "'" if value.count('"') > value.count("'") else '"'
+    body = value.replace("\\", "\\\\").replace(quote, "\\" + quote)
+    characters = (each if each.isprintable() else repr(each)[1:-1] for each in body)
+    return quote + "".join(characters) + quote
 
 
 def multiline_string(text: str) -> str:

@@ -7,7 +7,9 @@ import re
 
 _MOST_DIGITS = 400
 
-_ESCAPE = re.compile(r"\\(?:([0-7]{1,3})|x([0-9a-fA-F]+)|u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|(.))", re.DOTALL)
+_ESCAPE = re.compile(
+    r"\\(?:([0-7]{1,3})|x([0-9a-fA-F]{1,2})|u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|(.))", re.DOTALL
+)
 _SIMPLE_ESCAPES = {
     "n": "\n",
     "t": "\t",
@@ -34,7 +36,7 @@ def parse_integer(text: str) -> int:
     if len(digits) > _MOST_DIGITS:
         raise LiteralError(f"the integer has {len(digits)} digits")
     try:
-        if digits[:2] in {"0x", "0X"}:
+        if digits.startswith("0x"):
             return sign * int(digits, 16)
         return sign * int(digits, 8 if len(digits) > 1 and digits[0] == "0" else 10)
     except ValueError:
@@ -84,6 +86,8 @@ def _escaped(match: re.Match[str], unknown: list[str]) -> bytes:
         if code_point > 0x10FFFF or 0xD800 <= code_point <= 0xDFFF:
             raise LiteralError(f"the escape `{match.group()}` is no character")
         return chr(code_point).encode()
+    if simple in {"x", "u", "U"}:
+        raise LiteralError(f"the escape `{match.group()}` needs hexadecimal digits behind it")
     if simple not in _SIMPLE_ESCAPES:
         unknown.append(match.group())
         return match.group().encode("utf-8", "surrogatepass")

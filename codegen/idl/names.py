@@ -20,8 +20,9 @@ RUNTIME = "zenoh_ice.generated"
 _BASE_CLASS_NAMES: dict[type[ast.Definition], frozenset[str]] = {
     ast.Enumerator: frozenset(name for name in {*dir(int), *dir(enum.IntEnum), "mro", "name", "value"}),
     ast.Operation: frozenset({"checkedCast", "uncheckedCast"}),
+    ast.Parameter: frozenset({"self"}),
 }
-_EXCEPTION_NAMES = frozenset({*dir(Exception), "Members"})
+_EXCEPTION_NAMES = frozenset({*dir(Exception), "Members", "self"})
 
 
 def python_name(definition: ast.Definition) -> str:

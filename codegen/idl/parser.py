@@ -80,7 +80,7 @@ class _Parser:
         return self._advance()
 
     def _expect_end_of_statement(self, what: str) -> Token:
-        """Take the `;` behind a statement; when a line ends without one, reading goes on with the next line."""
+        """Take the `;` behind a statement; at the end of a line reading goes on without one."""
         if self._at(";"):
             return self._advance()
         last = self._tokens[self._next - 1]
@@ -351,14 +351,13 @@ class _Parser:
         return enumeration
 
     def _enumerator(self, enumeration: ast.Enumeration) -> ast.Enumerator:
-        metadata, doc = self._metadata()
+        doc = self._token.doc
         name = self._name("an enumerator")
         literal = self._literal() if self._accept("=") else None
         return ast.Enumerator(
             name.text,
             name,
             doc or self._tokens[self._next - 1].trailing_doc,
-            metadata,
             literal=literal,
             enumeration=enumeration,
         )
@@ -450,9 +449,9 @@ class _Parser:
         )
 
     def _parameter(self) -> ast.Parameter:
-        metadata, doc = self._metadata()
+        doc = self._token.doc
         out = self._accept("out") is not None
-        metadata += self._metadata()[0]
+        metadata, _ = self._metadata()
         tag = self._tag()
         kind = self._type("the type of a parameter")
         name = self._name("a parameter")

@@ -212,7 +212,7 @@ class TypeWriter:
         elif isinstance(literal.value, str):
             value = string(literal.value)
         else:
-            value = repr(literal.value)
+            value = repr(literal.value).replace("e+", "e")
         doc = parse_doc_comment(definition.doc).text
         annotation = self.annotation(definition.type)
         line = f"{python_name(definition)}: {final}[{annotation}] = {value}"
