@@ -1,0 +1,270 @@
+"""Streams between two sessions over loopback."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+
+import msgspec
+import pytest
+
+from tests.conftest import Pair
+from tests.support.calculator import CalculatorPrx, Reading
+from tests.support.calculator_servant import CalculatorI
+from zenoh_ice import (
+    CommunicatorDestroyedException,
+    MarshalException,
+    ObjectNotExistException,
+    Sample,
+    TimeoutException,
+)
+
+LIMIT = 5.0
+
+
+@pytest.fixture
+def servant(pair: Pair) -> CalculatorI:
+    servant = CalculatorI()
+    pair.adapter.add(servant, "Calculator")
+    return servant
+
+
+@pytest.fixture(params=["remote", "collocated"])
+def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI) -> CalculatorPrx:
+    communicator = pair.client if request.param == "remote" else pair.server
+    return CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
+
+
+def listen(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    """Subscribe and wait until the servant knows."""
+    assert calculator.getReading.latest() is None
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+
+
+def latest(calculator: CalculatorPrx, count: int) -> Sample[Reading]:
+    """Wait for a sample by `latest` alone."""
+    deadline = time.monotonic() + LIMIT
+    while time.monotonic() < deadline:
+        sample = calculator.getReading.latest()
+        if sample is not None and sample.value.count == count:
+            return sample
+        time.sleep(0.001)
+    raise AssertionError(f"no sample {count}")
+
+
+def test_call_and_stream_share_a_name(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    servant.counted = 3
+    assert calculator.getReading() == Reading(3, [3.0])
+    assert calculator.getReading.__doc__ == "Return the newest reading."
+
+
+def test_latest_is_the_newest_with_its_age_and_times(
+    calculator: CalculatorPrx, servant: CalculatorI
+) -> None:
+    listen(calculator, servant)
+    before = time.time()
+    servant.getReadingPublisher.publish(Reading(1, []), time=12.5)
+    servant.getReadingPublisher.publish(Reading(2, [0.5]))
+    sample = latest(calculator, 2)
+    assert sample.value == Reading(2, [0.5])
+    assert sample.sequence == 2
+    assert math.isnan(sample.time)
+    assert before <= sample.wall_time <= time.time()
+    assert 0.0 <= sample.age <= time.time() - before
+    assert calculator.getReading.latest() is sample  # decoded once
+
+
+def test_robot_time_travels(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    listen(calculator, servant)
+    servant.getReadingPublisher.publish(Reading(1, []), time=12.5)
+    assert latest(calculator, 1).time == 12.5
+
+
+def test_wait_without_after_takes_what_is_there(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    listen(calculator, servant)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    sample = latest(calculator, 1)
+    assert calculator.getReading.wait(timeout=LIMIT) is sample
+
+
+def test_wait_after_a_sample_takes_a_newer_one(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    listen(calculator, servant)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    first = calculator.getReading.wait(timeout=LIMIT)
+    with pytest.raises(TimeoutException, match=r"no new sample of Calculator.getReading within 0.05 s"):
+        calculator.getReading.wait(after=first, timeout=0.05)
+    servant.getReadingPublisher.publish(Reading(2, []))
+    assert calculator.getReading.wait(after=first, timeout=LIMIT).value.count == 2
+    assert calculator.getReading.latest().value.count == 2  # type: ignore[union-attr]
+
+
+def test_samples_yields_the_newest_to_a_slow_reader(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    listen(calculator, servant)
+    samples = calculator.getReading.samples(timeout=LIMIT)
+    servant.getReadingPublisher.publish(Reading(0, []))
+    assert next(samples).value.count == 0
+    for count in range(1, 500):
+        servant.getReadingPublisher.publish(Reading(count, []))
+    latest(calculator, 499)
+    servant.getReadingPublisher.publish(Reading(500, []))
+    assert next(samples).value.count >= 499
+
+
+def test_callback_runs_until_closed_and_survives_its_own_failure(
+    calculator: CalculatorPrx, servant: CalculatorI, caplog: pytest.LogCaptureFixture
+) -> None:
+    seen: list[int] = []
+    names: set[str] = set()
+    arrived = threading.Condition()
+
+    def callback(sample: Sample[Reading]) -> None:
+        with arrived:
+            seen.append(sample.value.count)
+            names.add(threading.current_thread().name)
+            arrived.notify_all()
+        if sample.value.count == 1:
+            raise RuntimeError("the callback's own fault")
+
+    with caplog.at_level(logging.ERROR, "zenoh_ice"), calculator.getReading.subscribe(callback):
+        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        for count in (1, 2):
+            servant.getReadingPublisher.publish(Reading(count, []))
+            with arrived:
+                assert arrived.wait_for(lambda count=count: count in seen, LIMIT)
+    assert "the callback's own fault" in caplog.text
+    assert names == {"subscription Calculator.getReading"}
+    servant.getReadingPublisher.publish(Reading(3, []))
+    latest(calculator, 3)
+    assert 3 not in seen
+
+
+def test_callback_may_close_its_subscription_and_call(
+    calculator: CalculatorPrx, servant: CalculatorI
+) -> None:
+    done = threading.Event()
+    sums: list[float] = []
+
+    def callback(_: Sample[Reading]) -> None:
+        sums.append(calculator.add(1.0, 2.0))
+        subscription.close()
+        done.set()
+
+    subscription = calculator.getReading.subscribe(callback)
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    assert done.wait(LIMIT)
+    assert sums == [3.0]
+
+
+def test_slow_callback_delays_no_call(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    entered, leave = threading.Event(), threading.Event()
+
+    def callback(_: Sample[Reading]) -> None:
+        entered.set()
+        leave.wait(LIMIT)
+
+    with calculator.getReading.subscribe(callback):
+        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        for count in range(600):  # more than any queue between holds
+            servant.getReadingPublisher.publish(Reading(count, []))
+        assert entered.wait(LIMIT)
+        started = time.monotonic()
+        assert calculator.add(1.0, 2.0) == 3.0
+        assert time.monotonic() - started < 1.0
+        leave.set()
+
+
+def test_servant_publishes_only_while_somebody_listens(pair: Pair, servant: CalculatorI) -> None:
+    publisher = servant.getReadingPublisher
+    encoded = Reading(1, [object()])  # type: ignore[list-item]
+    assert not publisher.listening
+    publisher.publish(encoded)  # never looked at
+    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+    listen(calculator, servant)
+    with pytest.raises(MarshalException, match="sample of getReading"):
+        publisher.publish(encoded)
+    pair.client.destroy()
+    deadline = time.monotonic() + LIMIT
+    while publisher.listening and time.monotonic() < deadline:
+        time.sleep(0.005)
+    assert not publisher.listening
+    publisher.publish(encoded)
+
+
+def test_publisher_may_be_had_before_the_servant_is_served(pair: Pair) -> None:
+    servant = CalculatorI()
+    publisher = servant.getReadingPublisher
+    assert not publisher.listening
+    assert not publisher.wait_for_listener(0.01)
+    pair.adapter.add(servant, "Calculator")
+    listen(CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")), servant)
+    assert publisher.listening
+
+
+def test_servant_of_two_identities_publishes_on_both(pair: Pair, servant: CalculatorI) -> None:
+    pair.adapter.add(servant, "Twin")
+    twin = CalculatorPrx.checkedCast(pair.client.stringToProxy("Twin"))
+    listen(twin, servant)
+    servant.getReadingPublisher.publish(Reading(7, []))
+    assert latest(twin, 7)
+
+
+def test_sample_that_does_not_fit_is_told_once(
+    pair: Pair, calculator: CalculatorPrx, servant: CalculatorI
+) -> None:
+    listen(calculator, servant)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    good = latest(calculator, 1)
+    payload = msgspec.msgpack.encode({"returnValue": {"count": "one", "values": []}})
+    pair.server.session.put("nao/Calculator/getReading", payload)
+    with pytest.raises(MarshalException) as caught:  # noqa: PT012
+        for _ in range(1000):
+            calculator.getReading.latest()
+            time.sleep(0.005)
+    assert caught.value.path == "$.returnValue.count"
+    assert calculator.getReading.latest() is good
+
+
+def test_oversized_sample_is_told(pair: Pair, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    listen(calculator, servant)
+    pair.server.session.put("nao/Calculator/getReading", bytes((1 << 20) + 1))
+    with pytest.raises(MarshalException, match="1048577 bytes where at most"):  # noqa: PT012
+        for _ in range(1000):
+            calculator.getReading.latest()
+            time.sleep(0.005)
+
+
+def test_wait_on_an_absent_servant_says_so(pair: Pair) -> None:
+    absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
+    with pytest.raises(ObjectNotExistException):
+        absent.getReading.wait(timeout=0.1)
+
+
+def test_stream_may_be_followed_before_its_servant_is_there(pair: Pair) -> None:
+    early = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
+    assert early.getReading.latest() is None
+    servant = CalculatorI()
+    pair.adapter.add(servant, "Calculator")
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    assert early.getReading.wait(timeout=LIMIT).value.count == 1
+
+
+def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
+    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+    outcome: list[BaseException] = []
+
+    def wait() -> None:
+        try:
+            calculator.getReading.wait(timeout=30.0)
+        except CommunicatorDestroyedException as error:
+            outcome.append(error)
+
+    waiter = threading.Thread(target=wait)
+    waiter.start()
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    pair.client.destroy()
+    waiter.join(LIMIT)
+    assert len(outcome) == 1
