@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from typing import Final, Protocol
 
@@ -92,6 +93,7 @@ class Mover:
         self._limit = limit
         self._index = 0
         self._lap = 1
+        self._away = False
         self._last_tick = clock.now()
 
     def run(self, *, loop: bool) -> None:
@@ -125,9 +127,12 @@ class Mover:
             self._reporter.departed(self._index, stop, self._lap)
             self._follow(move, stop)
             self._settle(stop)
-            self._dwell(stop)
-            if self._index + 1 == len(stops) and not loop:
-                return
+            self._hold(stop, stop.waypoint.dwell)
+            if self._index + 1 == len(stops):
+                if not loop:
+                    return
+                if len(stops) == 1:
+                    self._hold(stop, math.inf)
             self._index += 1
             if self._index == len(stops):
                 self._index = 0
@@ -164,9 +169,9 @@ class Mover:
             self._tick()
             self._ball.command(stop.axes)
 
-    def _dwell(self, stop: Stop) -> None:
+    def _hold(self, stop: Stop, seconds: float) -> None:
         """Stay at a stop; commands go on, so that a lost server is noticed here too."""
-        end = self._clock.now() + stop.waypoint.dwell
+        end = self._clock.now() + seconds
         while self._clock.now() < end:
             self._tick()
             self._ball.command(stop.axes)
@@ -181,6 +186,7 @@ class Mover:
         self._last_tick = due if now < due + PERIOD else now
 
     def _wait_for_return(self, error: ZenohIceError) -> None:
+        self._away = True
         self._reporter.lost(str(error))
         while True:
             time.sleep(_RETRY_PERIOD)
@@ -188,10 +194,13 @@ class Mover:
                 self._ball.position()
             except _LOST:
                 continue
+            self._away = False
             self._reporter.returned()
             return
 
     def _stop(self) -> None:
+        if self._away:
+            return
         try:
             self._ball.command(self._ball.position())
         except ZenohIceError as error:

@@ -81,7 +81,7 @@ class Progress:
 
     def lost(self, reason: str) -> None:
         """Tell that the server does not answer."""
-        self._say(self._errors, f"{self._color}: lost the ball: {reason}; trying again until it is back")
+        self._say(self._errors, f"{self._color}: lost the ball, waiting for its return: {reason}")
 
     def returned(self) -> None:
         """Tell that the server is back."""

@@ -10,13 +10,8 @@ import time
 import pytest
 
 from interfaces.jderobot import Pose3DEncodersPrx
-from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.processes import ComponentProcess, module
 from zenoh_ice import initialize
-
-
-@pytest.fixture
-def endpoint() -> str:
-    return free_endpoint()
 
 
 def serve(endpoint: str) -> ComponentProcess:

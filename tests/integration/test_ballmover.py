@@ -16,7 +16,7 @@ from zenoh_ice import initialize
 
 
 @pytest.fixture(scope="module")
-def endpoint() -> Iterator[str]:
+def robot() -> Iterator[str]:
     """Where a robot without physics is served."""
     endpoint = free_endpoint()
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
@@ -39,17 +39,17 @@ def place(data: Pose3DEncodersData) -> tuple[float, float, float]:
     return data.x * math.cos(data.pan), data.x * math.sin(data.pan), data.z
 
 
-def ball_place(endpoint: str, identity: str) -> tuple[float, float, float]:
-    with initialize(connect=[endpoint]) as communicator:
+def ball_place(robot: str, identity: str) -> tuple[float, float, float]:
+    with initialize(connect=[robot]) as communicator:
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy(identity))
         return place(encoders.getPose3DEncodersData())
 
 
-def test_once_carries_the_ball_to_the_last_waypoint_and_ends(endpoint, tmp_path):
+def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot, tmp_path):
     file = write(
         tmp_path / "path.csv", "x,y,z,speed,dwell", "0.9,0.1,0.5", "0.9,-0.1,0.6,1,0.1", "1,-0.1,0.6"
     )
-    result = run("red", file, "--once", "--speed", "0.8", "--connect", endpoint)
+    result = run("red", file, "--once", "--speed", "0.8", "--connect", robot)
     assert result.stderr == ""
     assert result.returncode == 0
     assert [line for line in result.stdout.splitlines() if "waypoint" in line] == [
@@ -57,14 +57,14 @@ def test_once_carries_the_ball_to_the_last_waypoint_and_ends(endpoint, tmp_path)
         "red: waypoint 2 of 3 (0.9, -0.1, 0.6) at 1 m/s",
         "red: waypoint 3 of 3 (1, -0.1, 0.6) at 0.8 m/s",
     ]
-    assert ball_place(endpoint, "BallRedEncoders") == pytest.approx((1.0, -0.1, 0.6), abs=0.02)
+    assert ball_place(robot, "BallRedEncoders") == pytest.approx((1.0, -0.1, 0.6), abs=0.02)
 
 
-def test_the_ball_keeps_to_the_line_on_its_way(endpoint, tmp_path):
+def test_the_ball_keeps_to_the_line_on_its_way(robot, tmp_path):
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
-    with initialize(connect=[endpoint]) as communicator:
+    with initialize(connect=[robot]) as communicator:
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-        command = module("ballmover", "green", file, "--once", "--speed", "0.8", "--connect", endpoint)
+        command = module("ballmover", "green", file, "--once", "--speed", "0.8", "--connect", robot)
         with ComponentProcess(command) as mover:
             mover.wait_for("waypoint 2 of 2")
             places = []
@@ -80,11 +80,11 @@ def test_the_ball_keeps_to_the_line_on_its_way(endpoint, tmp_path):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_ends_it_cleanly_and_stops_the_ball(endpoint, tmp_path, number, code):
+def test_a_signal_ends_it_cleanly_and_stops_the_ball(robot, tmp_path, number, code):
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.5")
-    with ComponentProcess(module("ballmover", "green", file, "--connect", endpoint)) as mover:
+    with ComponentProcess(module("ballmover", "green", file, "--connect", robot)) as mover:
         mover.wait_for("waypoint 2 of 2")
-        with initialize(connect=[endpoint]) as communicator:
+        with initialize(connect=[robot]) as communicator:
             encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
             moving = next(s for s in encoders.getPose3DEncodersData.samples() if place(s.value)[1] < 0.3)
             mover.process.send_signal(number)
@@ -97,9 +97,9 @@ def test_a_signal_ends_it_cleanly_and_stops_the_ball(endpoint, tmp_path, number,
             assert place(later.value) == pytest.approx(place(stopped), abs=0.01)
 
 
-def test_built_in_waypoints_are_within_reach_of_the_served_balls(endpoint):
+def test_built_in_waypoints_are_within_reach_of_the_served_balls(robot):
     for color in ("green", "red"):
-        command = module("ballmover", color, "--connect", endpoint)
+        command = module("ballmover", color, "--connect", robot)
         with ComponentProcess(command) as mover:
             mover.wait_for("waypoint 1 of")
 
@@ -111,9 +111,9 @@ def test_a_file_with_an_error_is_refused_by_line(tmp_path):
     assert result.stderr == f"ballmover: error: {file}:3: y must be a number, not 'nil'\n"
 
 
-def test_an_unreachable_waypoint_is_refused_by_line_and_reason(endpoint, tmp_path):
+def test_an_unreachable_waypoint_is_refused_by_line_and_reason(robot, tmp_path):
     file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", "0.9,0,5")
-    result = run("green", file, "--connect", endpoint)
+    result = run("green", file, "--connect", robot)
     assert (result.returncode, result.stdout) == (1, "")
     assert result.stderr.startswith(
         f"ballmover: error: {file}:3: waypoint (0.9, 0, 5) cannot be reached: its height above the ground would be 5 m"
@@ -121,11 +121,9 @@ def test_an_unreachable_waypoint_is_refused_by_line_and_reason(endpoint, tmp_pat
     assert result.stderr.count("\n") == 1
 
 
-def test_a_ball_that_does_not_arrive_is_told(endpoint, tmp_path):
+def test_a_ball_that_does_not_arrive_is_told(robot, tmp_path):
     file = write(tmp_path / "path.csv", "0.9,0,0.5", "0.9,0.1,0.5")
-    result = run(
-        "green", file, "--connect", endpoint, "--tolerance", "0.0001", "--limit", "0", "--speed", "0.9"
-    )
+    result = run("green", file, "--connect", robot, "--tolerance", "0.0001", "--limit", "0", "--speed", "0.9")
     assert result.returncode == 1
     assert "after 0 s the ball is still" in result.stderr
 

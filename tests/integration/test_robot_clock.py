@@ -10,7 +10,6 @@ from contextlib import contextmanager
 import pytest
 
 from interfaces.nao import Clock, ClockReading
-from tests.support.processes import free_endpoint
 from zenoh_ice import (
     CommunicatorDestroyedException,
     ConnectFailedException,
@@ -58,11 +57,6 @@ def serving(servant: ClockI, endpoint: str) -> Iterator[None]:
         finally:
             ended.set()
             thread.join()
-
-
-@pytest.fixture
-def endpoint() -> str:
-    return free_endpoint()
 
 
 def wait_until(condition, limit=10.0):

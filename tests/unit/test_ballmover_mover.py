@@ -194,6 +194,17 @@ def test_loop_goes_round_and_counts_laps():
     run.end()
 
 
+def test_a_loop_of_one_waypoint_stays_there():
+    run = Run([A], loop=True).start()
+    run.clock.advance(5.0)
+    assert run.log.names == ["depart 1.0", "arrive a"]
+    assert run.ball.commands[-1][0] == pytest.approx(5.0, abs=0.03)
+    run.ball.present = False
+    threading.Timer(0.3, lambda: setattr(run.ball, "present", True)).start()
+    run.end()
+    assert run.log.names[:3] == ["depart 1.0", "arrive a", "lost"]
+
+
 def test_breaking_off_stops_the_ball_where_it_is():
     run = Run([A, B]).start()
     run.clock.advance(1.0)

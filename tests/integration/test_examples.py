@@ -1,0 +1,65 @@
+"""The scripts of examples/, run against a served robot."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+
+
+@pytest.fixture(scope="module")
+def environment() -> Iterator[dict[str, str]]:
+    """What leads a script to a robot without physics."""
+    endpoint = free_endpoint()
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+        server.wait_for("ready")
+        yield {"VISUALHFSM_CONNECT": endpoint, "PYTHONPATH": str(REPOSITORY)}
+
+
+def command(name: str, *arguments: str) -> list[str]:
+    return [sys.executable, str(REPOSITORY / "examples" / f"{name}.py"), *arguments]
+
+
+def run(environment: dict[str, str], directory: Path, *arguments: str) -> str:
+    result = subprocess.run(
+        command(*arguments),
+        env={**os.environ, **environment},
+        cwd=directory,
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def test_turn_head(environment, tmp_path):
+    lines = run(environment, tmp_path, "turn_head").splitlines()
+    assert [line.split()[0] for line in lines] == ["at", "at", "at"]
+    assert [float(line.split()[1]) for line in lines] == pytest.approx([0.6, -0.6, 0.0], abs=0.03)
+
+
+def test_save_image(environment, tmp_path):
+    assert run(environment, tmp_path, "save_image", "Camera", "out.ppm").startswith(
+        "out.ppm: 320x240, taken at"
+    )
+    header, pixels = (tmp_path / "out.ppm").read_bytes().split(b"\n", 1)
+    assert header == b"P6 320 240 255"
+    assert len(pixels) == 320 * 240 * 3
+    assert len(set(pixels)) > 1
+
+
+def test_watch_joints(environment):
+    with ComponentProcess(command("watch_joints", "LKneePitch", "HeadYaw"), environment) as watching:
+        watching.wait_for(r"\d+\.\d\d s  LKneePitch \+0\.7\d\d rad  HeadYaw")
+        watching.wait_for("HeadYaw")
+        watching.process.send_signal(2)
+        assert watching.wait(5.0) == 130
+        assert "Traceback" not in watching.output

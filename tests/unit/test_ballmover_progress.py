@@ -1,0 +1,60 @@
+"""What ballmover shows on a terminal and elsewhere."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from ballmover.axes import AxisLimits, Point
+from ballmover.color import Color
+from ballmover.progress import Progress
+from ballmover.route import Route
+from ballmover.waypoints import Waypoint
+
+LIMITS = AxisLimits(-3.1, 3.1, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)
+
+
+@pytest.fixture
+def route():
+    points = [Waypoint(Point(0.9, 0.0, 0.5)), Waypoint(Point(0.9, 0.3, 0.5), None, 1.5)]
+    return Route.plan(points, LIMITS, speed=0.25, loop=True)
+
+
+def show(route, *, terminal):
+    out, errors = io.StringIO(), io.StringIO()
+    progress = Progress(
+        Color.GREEN,
+        route,
+        Console(file=out, force_terminal=terminal, width=100, soft_wrap=True),
+        Console(file=errors, width=100, soft_wrap=True),
+    )
+    with progress:
+        progress.departed(1, route.stops[1], 2)
+        progress.moved(Point(0.9, 0.15, 0.5), 0.5)
+        progress.lost("the server [ball] went away")
+        progress.returned()
+        progress.arrived(route.stops[1], 0.0123)
+    return out.getvalue(), errors.getvalue()
+
+
+def test_lines_where_there_is_no_terminal(route):
+    out, errors = show(route, terminal=False)
+    assert out == (
+        "green: lap 2, waypoint 2 of 2 (0.9, 0.3, 0.5) at 0.25 m/s\n"
+        "green: arrived, 1.2 cm off, staying 1.5 s\n"
+    )
+    assert errors == (
+        "green: lost the ball, waiting for its return: the server [ball] went away\n"
+        "green: the ball is back; going on\n"
+    )
+
+
+def test_a_bar_on_a_terminal_that_goes_away(route):
+    out, errors = show(route, terminal=True)
+    assert "waypoint 2 of 2" in out
+    assert "━" in out
+    assert "arrived" not in out
+    assert out.rstrip().endswith("\x1b[2K")  # the line is erased
+    assert "lost the ball" in errors
