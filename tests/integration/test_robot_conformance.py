@@ -18,7 +18,7 @@ from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.body import H25
 from naoserver.fake import FakeRobot
 from naoserver.hinges import HINGES
-from tests.support.robot_server import served, wait_for
+from tests.support.robot_server import served_to_client, wait_for
 from zenoh_ice import MarshalException
 
 TOLERANCE = 0.05
@@ -37,23 +37,11 @@ def simulated():
     return SimulatedRobot()
 
 
-@pytest.fixture(
-    scope="module",
-    params=[fake, pytest.param(simulated, marks=pytest.mark.sim)],
-    ids=lambda make: make.__name__,
-)
-def served_robot(request):
-    with served(request.param()) as robot:
-        yield robot
-
-
-@pytest.fixture
-def nao(served_robot):
-    """The robot, its head straight and at rest."""
-    head = served_robot.proxy(PoseHeadPrx, "Head")
-    head.setPose(0.0, 0.0, 0.5)
-    wait_for(head.getPose, lambda pose: abs(pose.pan) + abs(pose.tilt) + abs(pose.panSpeed) < TOLERANCE)
-    return served_robot
+@pytest.fixture(params=[fake, pytest.param(simulated, marks=pytest.mark.sim)], ids=lambda make: make.__name__)
+def nao(request):
+    """A robot that is served, and a client's session."""
+    with served_to_client(request.param()) as nao:
+        yield nao
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -21,17 +22,31 @@ V = TypeVar("V")
 
 @dataclass(frozen=True)
 class ServedRobot:
-    """A robot that is served, and a client of it."""
+    """A robot that is served, and where."""
 
     robot: Robot
     server: RobotServer
-    client: Communicator
     realm: str
     endpoint: str
 
+    @contextmanager
+    def client(self) -> Iterator[RobotClient]:
+        """Open a client's session."""
+        with initialize(
+            realm=self.realm, listen=["tcp/127.0.0.1:0"], connect=[self.endpoint], clock="wall"
+        ) as communicator:
+            yield RobotClient(self.robot, self.server, self.realm, self.endpoint, communicator)
+
+
+@dataclass(frozen=True)
+class RobotClient(ServedRobot):
+    """A robot that is served, and a session that talks to it."""
+
+    communicator: Communicator
+
     def proxy(self, interface: type[P], identity: str) -> P:
         """Return a checked proxy over the wire."""
-        return interface.checkedCast(self.client.stringToProxy(identity))
+        return interface.checkedCast(self.communicator.stringToProxy(identity))
 
 
 @contextmanager
@@ -41,13 +56,27 @@ def served(robot: Robot, options: ServerOptions | None = None) -> Iterator[Serve
     with (
         closing(robot),
         initialize(realm=realm, listen=[endpoint], connect=[], clock="wall") as communicator,
-        initialize(realm=realm, listen=["tcp/127.0.0.1:0"], connect=[endpoint], clock="wall") as client,
     ):
         robot.start()
         adapter = communicator.createObjectAdapter("Robot")
         with serve(robot, adapter, options) as server:
             adapter.activate()
-            yield ServedRobot(robot, server, client, realm, endpoint)
+            yield ServedRobot(robot, server, realm, endpoint)
+
+
+@contextmanager
+def served_to_client(robot: Robot, options: ServerOptions | None = None) -> Iterator[RobotClient]:
+    """Serve a robot, and open a session that talks to it."""
+    with served(robot, options) as server, server.client() as client:
+        yield client
+
+
+def eventually(condition: Callable[[], bool], limit: float = 5.0) -> None:
+    """Wait until a condition holds; AssertionError when it does not within `limit` s."""
+    deadline = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < deadline, "it did not come true in time"
+        time.sleep(0.01)
 
 
 def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool], samples: int = 500) -> V:

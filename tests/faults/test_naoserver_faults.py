@@ -1,0 +1,173 @@
+"""A robot server when things go wrong: clients that die or hang, cameras that fail, payloads that are too large."""
+
+import signal
+import sys
+import threading
+import time
+
+import pytest
+
+from interfaces.jderobot import CameraPrx, HardwareFailedException
+from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
+from naoserver.fake import FakeRobot
+from tests.support.processes import ComponentProcess, module
+from tests.support.robot_server import served_to_client, wait_for
+from zenoh_ice import MarshalException, UnknownException
+
+DRIVER = """
+import sys, time
+from interfaces.nao import PoseHeadPrx
+from zenoh_ice import initialize
+realm, endpoint, period = sys.argv[1:]
+with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
+    head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+    head.setSpeed(0.3, 0.0)
+    print("driving", flush=True)
+    while True:
+        time.sleep(float(period))
+        head.setSpeed(0.3, 0.0)
+"""
+
+
+def driver(nao, period=0.05):
+    return ComponentProcess([sys.executable, "-c", DRIVER, nao.realm, nao.endpoint, str(period)])
+
+
+def is_driven(pose):
+    return pose.panSpeed > 0.25
+
+
+def stands(pose):
+    return abs(pose.panSpeed) < 0.01
+
+
+@pytest.fixture
+def nao():
+    with served_to_client(FakeRobot()) as nao:
+        yield nao
+
+
+def test_a_behavior_killed_while_the_head_turns_leaves_it_standing_within_half_a_second(nao):
+    head = nao.proxy(PoseHeadPrx, "Head")
+    with driver(nao) as behavior:
+        behavior.wait_for("driving")
+        wait_for(head.getPose, is_driven)
+        killed = time.monotonic()
+        at = head.getPose().pan
+        behavior.process.kill()
+        behavior.wait()
+        stopped = wait_for(head.getPose, stands)
+    assert time.monotonic() - killed < 1.0  # the limit, and what a busy machine takes to tell
+    assert stopped.pan - at < 0.3 * 0.6
+    assert nao.robot.read().velocities[0] == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_death_of_the_client_is_enough_the_timeout_need_not_pass(nao):
+    head = nao.proxy(PoseHeadPrx, "Head")
+    with driver(nao) as behavior:
+        behavior.wait_for("driving")
+        wait_for(head.getPose, is_driven)
+        behavior.process.kill()
+        behavior.wait()
+        wait_for(head.getPose, stands)
+    report = nao.proxy(HealthPrx, "Health").getHealth()
+    assert report.velocityTimeouts == 0
+    assert any(event.source == "HeadYaw" and "gone" in event.message for event in report.events)
+
+
+def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao):
+    head = nao.proxy(PoseHeadPrx, "Head")
+    with driver(nao) as behavior:
+        behavior.wait_for("driving")
+        wait_for(head.getPose, is_driven)
+        behavior.process.send_signal(signal.SIGSTOP)
+        try:
+            wait_for(head.getPose, stands)
+            assert nao.proxy(HealthPrx, "Health").getHealth().velocityTimeouts == 1
+        finally:
+            behavior.process.send_signal(signal.SIGCONT)
+
+
+def test_one_behaviors_death_does_not_stop_what_another_drives(nao):
+    head = nao.proxy(PoseHeadPrx, "Head")
+    with driver(nao) as first:
+        first.wait_for("driving")
+        first.process.send_signal(signal.SIGSTOP)  # it has commanded, but commands no more
+        done, taken_over = threading.Event(), threading.Event()
+
+        def renew():
+            while not done.wait(0.05):
+                head.setSpeed(0.3, 0.0)
+                taken_over.set()
+
+        renewing = threading.Thread(target=renew)
+        renewing.start()
+        try:
+            assert taken_over.wait(5)
+            wait_for(head.getPose, is_driven)
+            first.process.kill()
+            first.wait()
+            sample = head.getPose.wait(timeout=2.0)
+            for _ in range(25):  # half a second
+                sample = head.getPose.wait(after=sample, timeout=2.0)
+                assert is_driven(sample.value)
+        finally:
+            done.set()
+            renewing.join(5)
+
+
+def test_a_client_that_ends_orderly_stops_what_it_drove_too(nao):
+    head = nao.proxy(PoseHeadPrx, "Head")
+    with driver(nao) as behavior:
+        behavior.wait_for("driving")
+        wait_for(head.getPose, is_driven)
+    wait_for(head.getPose, stands)
+
+
+def test_a_camera_without_gl_names_the_package_and_all_else_works():
+    with served_to_client(FakeRobot(camera_failure="no EGL: install it with 'apt install libegl1'")) as nao:
+        camera = nao.proxy(CameraPrx, "Camera")
+        for call in (lambda: camera.getImageData("RGB8"), camera.startCameraStreaming):
+            with pytest.raises(HardwareFailedException, match="libegl1"):
+                call()
+        with camera.getImageData.subscribe(lambda sample: None):
+            report = nao.proxy(HealthPrx, "Health").getHealth()
+            assert any(e.source == "Camera" and "libegl1" in e.message for e in report.events)
+            wait_for(nao.proxy(PoseHeadPrx, "Head").getPose, lambda _: True)
+
+
+class BrokenCamera(FakeRobot):
+    def capture(self, camera, width, height):
+        raise ValueError("not one of the errors it may raise")
+
+
+def test_a_robot_that_breaks_its_word_does_not_take_the_server_down(caplog):
+    with served_to_client(BrokenCamera()) as nao:
+        camera = nao.proxy(CameraPrx, "Camera")
+        with pytest.raises(UnknownException, match="not one of the errors"):
+            camera.getImageData("RGB8")
+        with camera.getImageData.subscribe(lambda sample: None):
+            wait_for(nao.proxy(PoseHeadPrx, "Head").getPose, lambda _: True)
+        assert nao.proxy(ClockPrx, "Clock").getTime().time > 0
+
+
+@pytest.mark.parametrize("count", [200_000])
+def test_an_oversized_payload_is_refused_and_the_server_lives(nao, count):
+    body = nao.proxy(JointsPrx, "Body")
+    with pytest.raises(MarshalException, match="setJointPositions"):
+        body.setJointPositions({f"Joint{number}": 0.0 for number in range(count)}, 0.1)
+    assert len(body.getJointState().positions) == 26
+
+
+def test_ctrl_c_ends_the_fake_server_cleanly():
+    with ComponentProcess(module("naoserver.fake", "--listen", "tcp/127.0.0.1:0")) as server:
+        server.wait_for("ready")
+        server.process.send_signal(signal.SIGINT)
+        assert server.wait(10) == 130
+        assert "Traceback" not in server.output
+
+
+def test_the_fake_says_how_to_use_it():
+    with ComponentProcess(module("naoserver.fake", "--help")) as process:
+        assert process.wait() == 0
+        assert "Examples" in process.output
