@@ -27,7 +27,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, no_args_
 
 _WATCH_EPILOG = """Examples:
 
-visualhfsm watch follow_ball
+visualhfsm watch
 
 visualhfsm watch dance_and_follow --seconds 60 --report report.html
 
@@ -42,7 +42,9 @@ def visualhfsm() -> None:
 @app.command(epilog=_WATCH_EPILOG)
 def watch(
     *,
-    component: Annotated[str, typer.Argument(metavar="COMPONENT", help="Name of a running component.")],
+    component: Annotated[
+        str, typer.Argument(metavar="[COMPONENT]", help="Name of a running component; needed if several run.")
+    ] = "",
     seconds: Annotated[
         float, typer.Option(metavar="S", min=0.0, help="End by itself after so many seconds; 0 is never.")
     ] = 0.0,
@@ -84,12 +86,14 @@ def watch(
     )
     from rich.console import Console
 
+    from visualhfsm.watch.discovery import find_component
     from visualhfsm.watch.watcher import WatchOptions
     from visualhfsm.watch.watcher import watch as watch_component
     from zenoh_ice import initialize
 
-    options = WatchOptions(component, seconds, wait, report, plain)
     with initialize(settings) as communicator:
+        component = component or find_component(communicator, wait)
+        options = WatchOptions(component, seconds, wait, report, plain)
         watch_component(communicator, options, Console())
 
 

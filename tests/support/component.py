@@ -24,17 +24,17 @@ def dance_and_follow() -> ComponentStructure:
     return ComponentStructure(
         "dance_and_follow",
         [
-            _automaton(1, "dance_and_follow", 0, 0, {"followBall": 2, "dance": 5}, seconds=10.0),
-            _automaton(2, "followBall", 1, 1, {"red": 3, "green": 4}, seconds=8.0),
-            _automaton(3, "red", 2, 1, {"follow": 0, "search": 0}),
-            _automaton(4, "green", 2, 2, {"follow": 0, "search": 0}),
-            _automaton(5, "dance", 1, 2, {"right": 0, "left": 0}),
+            _automaton(1, "dance_and_follow", 0, 0, states={"followBall": 2, "dance": 5}, seconds=10.0),
+            _automaton(2, "followBall", 1, 1, states={"red": 3, "green": 4}, seconds=8.0),
+            _automaton(3, "red", 2, 1, states={"follow": 0, "search": 0}),
+            _automaton(4, "green", 2, 2, states={"follow": 0, "search": 0}),
+            _automaton(5, "dance", 1, 2, states={"right": 0, "left": 0}),
         ],
     )
 
 
 def _automaton(
-    id: int, name: str, parent: int, owner: int, states: dict[str, int], seconds: float = 0.0
+    id: int, name: str, parent: int, owner: int, *, states: dict[str, int], seconds: float = 0.0
 ) -> AutomatonStructure:
     first, second = states
     timed = seconds > 0
@@ -62,27 +62,24 @@ def snapshot(time: float, ball: dict[str, str] | None = None) -> ComponentSnapsh
     child = 1 + int(phases) % 2
     entered = phases * PERIODS[2]
     entered += (entered - 1e-9) // PERIODS[1] * PERIODS[1] if entered else 0.0
-    ghosts = {1: False, 2: root != 1, 3: root != 1 or child != 1, 4: root != 1 or child != 2, 5: root != 2}
-    variables = ball or ball_variables(12.5, -3.25)
-    return ComponentSnapshot(
-        time,
-        ComponentStatus.Running,
-        [
-            _snapshot(1, root, ghosts, turns * PERIODS[1], time, [TimerSnapshot(root, PERIODS[1] - in_root)]),
-            _snapshot(2, child, ghosts, entered, time, [TimerSnapshot(child, PERIODS[2] - in_child)]),
-            _snapshot(3, 1, ghosts, 0.0, time, [], variables),
-            _snapshot(4, 1, ghosts, 0.0, time, [], variables),
-            _snapshot(5, 1, ghosts, 0.0, time, [], {"reached": "3"}),
-        ],
-        [],
-    )
+    automata = [_snapshot(number, time) for number in range(1, 6)]
+    automata[0].state, automata[0].enteredAt = root, turns * PERIODS[1]
+    automata[0].lastTransition = 3 - root if turns else 0
+    automata[0].timers = [TimerSnapshot(root, PERIODS[1] - in_root)]
+    automata[1].state, automata[1].enteredAt = child, entered
+    automata[1].lastTransition = 3 - child if phases else 0
+    automata[1].timers = [TimerSnapshot(child, PERIODS[2] - in_child)]
+    ghosts = (False, root != 1, root != 1 or child != 1, root != 1 or child != 2, root != 2)
+    for automaton, ghost in zip(automata, ghosts, strict=True):
+        automaton.ghost = ghost
+    for automaton in automata[2:4]:
+        automaton.variables = ball or ball_variables(12.5, -3.25)
+    return ComponentSnapshot(time, ComponentStatus.Running, automata, [])
 
 
-def _snapshot(
-    id: int, state: int, ghosts: dict[int, bool], entered: float, time: float,
-    timers: list[TimerSnapshot], variables: dict[str, str] | None = None,
-) -> AutomatonSnapshot:  # fmt: skip
+def _snapshot(id: int, time: float) -> AutomatonSnapshot:
+    """Return an automaton that is in its first state since 0."""
     return AutomatonSnapshot(
-        id, state, ghosts[id], 0 if entered == 0 else 3 - state, entered, timers, [], variables or {},
-        int(time * 10), 0, 0.001, 0.004,
+        id=id, state=1, ghost=False, lastTransition=0, enteredAt=0.0, timers=[], guards=[], variables={},
+        cycles=int(time * 10), overruns=0, lastCycle=0.001, longestCycle=0.004,
     )  # fmt: skip

@@ -6,7 +6,6 @@ Needs Matplotlib and the Pillow that comes with it (the extra `demo`).
 from __future__ import annotations
 
 import io
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from PIL import Image, ImageDraw
 
+from interfaces.hfsm import AutomatonStructure
 from visualhfsm.watch.album import Picture
 from visualhfsm.watch.recording import ARM_JOINTS, Ball, Recording, Row, Span
 
@@ -57,7 +57,7 @@ DARK: Final = Theme(
     "#171b21",
     ("#6ea8e8", "#f0995c", "#6cc795", "#c391dc", "#dcbf6a", "#79c9d2"),
 )
-_BALL_COLORS: Final = {"red": "#d64541", "green": "#3d9a50", "blue": "#3f7fd0", "yellow": "#c9a227"}
+_NAMED_COLORS: Final = {"red": "#d64541", "green": "#3d9a50", "blue": "#3f7fd0", "yellow": "#c9a227"}
 
 
 def picture_png(picture: Picture) -> bytes:
@@ -67,9 +67,9 @@ def picture_png(picture: Picture) -> bytes:
         draw = ImageDraw.Draw(image)
         u, v = picture.mark
         arm = max(picture.width // 20, 6)
-        for shift, color in ((1, "black"), (0, "white")):
-            draw.line([(u - arm, v + shift), (u + arm, v + shift)], fill=color)
-            draw.line([(u + shift, v - arm), (u + shift, v + arm)], fill=color)
+        for width, color in ((3, "black"), (1, "white")):
+            draw.line([(u - arm, v), (u + arm, v)], fill=color, width=width)
+            draw.line([(u, v - arm), (u, v + arm)], fill=color, width=width)
     buffer = io.BytesIO()
     image.save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
@@ -100,14 +100,11 @@ def states(recording: Recording, theme: Theme) -> bytes:
         names = []
         room = _ROOM_FOR_LETTER * max(recording.duration, 1.0)
         for row, automaton in enumerate(automata.all):
-            colors = dict(
-                zip((state.id for state in automaton.states), itertools.cycle(theme.series), strict=False)
-            )
             names.append(_path(recording, automaton.id))
             for span in recording.spans:
                 if span.automaton == automaton.id:
                     name = automata.state_name(automaton.id, span.state)
-                    color = colors.get(span.state, theme.faint)
+                    color = _state_color(automaton, span.state, name, theme)
                     _draw_span(axis, span, row, name=name, color=color, room=room, theme=theme)
         axis.set_yticks(range(len(names)), names)
         axis.set_ylim(len(names) - 0.4, -0.6)
@@ -124,12 +121,14 @@ def angles(recording: Recording, theme: Theme) -> bytes:
         head = {"pan": [row.robot.pan for row in rows], "tilt": [row.robot.tilt for row in rows]}
         _draw_lines(axes[0], rows, head, theme)
         axes[0].set_ylabel("head (rad)")
+        _widen(axes[0], 1.0)
         for axis, side, name in ((axes[1], "R", "right arm"), (axes[2], "L", "left arm")):
             joints = {
                 _spaced(joint): [row.robot.joints.get(side + joint) for row in rows] for joint in ARM_JOINTS
             }
             _draw_lines(axis, rows, joints, theme)
             axis.set_ylabel(f"{name} (rad)")
+            _widen(axis, 1.0)
         _limit_time(axes, recording)
         return _png(figure)
 
@@ -154,9 +153,15 @@ def server(recording: Recording, theme: Theme) -> bytes:
 
 @contextmanager
 def _axes(count: int, height: float, theme: Theme) -> Iterator[tuple[Figure, Sequence[Axes]]]:
-    """Give a figure with axes above one another that share their time."""
-    figure = Figure(figsize=(_WIDTH, count * height + 0.5), dpi=_DPI, layout="constrained")
+    """Give a figure with axes above one another; the time axes of all figures stand in the same place."""
+    above, between, below = 0.3, 0.36, 0.45  # inches
+    total = above + count * height + (count - 1) * between + below
+    figure = Figure(figsize=(_WIDTH, total), dpi=_DPI)
+    FigureCanvasAgg(figure)
     figure.patch.set_alpha(0)
+    figure.subplots_adjust(
+        left=0.145, right=0.99, top=1 - above / total, bottom=below / total, hspace=between / height
+    )
     axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     for axis in axes:
         axis.patch.set_alpha(0)
@@ -164,17 +169,16 @@ def _axes(count: int, height: float, theme: Theme) -> Iterator[tuple[Figure, Seq
         axis.set_axisbelow(True)
         axis.tick_params(colors=theme.faint, labelsize=9, length=0)
         axis.yaxis.label.set(color=theme.ink, fontsize=9)
+        axis.yaxis.set_label_coords(-0.075, 0.5)
         axis.yaxis.set_major_locator(MaxNLocator(4))
         for spine in axis.spines.values():
             spine.set_visible(False)
     axes[-1].set_xlabel("time of the component (s)", color=theme.faint, fontsize=9)
-    figure.align_ylabels(axes)
     yield figure, axes
 
 
 def _png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
-    FigureCanvasAgg(figure)
     figure.savefig(buffer, format="png")
     return buffer.getvalue()
 
@@ -183,6 +187,13 @@ def _limit_time(axes: Sequence[Axes], recording: Recording) -> None:
     rows = recording.rows
     if rows:
         axes[0].set_xlim(rows[0].time, max(rows[-1].time, rows[0].time + 1.0))
+
+
+def _widen(axis: Axes, span: float) -> None:
+    """Make a vertical axis at least so wide, so that what stands still looks like it."""
+    lower, upper = axis.get_ylim()
+    missing = max(span - (upper - lower), 0.0)
+    axis.set_ylim(lower - missing / 2, upper + missing / 2)
 
 
 def _draw_lines(
@@ -199,12 +210,14 @@ def _draw_lines(
         axis.plot(times, numbers, color=color, linewidth=1.3, label=name)
     if legend:
         axis.legend(
-            loc="center left",
-            bbox_to_anchor=(1.0, 0.5),
+            loc="lower left",
+            bbox_to_anchor=(-0.01, 1.0),
+            ncols=len(lines),
             frameon=False,
             fontsize=9,
             labelcolor=theme.ink,
-            handlelength=1.2,
+            handlelength=1.0,
+            borderpad=0,
         )
 
 
@@ -268,8 +281,19 @@ def _label_balls(axis: Axes, recording: Recording, theme: Theme) -> None:
             )  # fmt: skip
 
 
+def _state_color(automaton: AutomatonStructure, state: int, name: str, theme: Theme) -> str:
+    """Return the color that a state is named for, otherwise one by its place among its siblings."""
+    places = [sibling.id for sibling in automaton.states]
+    place = places.index(state) if state in places else -1
+    return _named_color(name) or theme.series[place % len(theme.series)]
+
+
 def _ball_color(ball: Ball, theme: Theme) -> str:
-    return next((color for name, color in _BALL_COLORS.items() if name in ball.name.lower()), theme.series[0])
+    return _named_color(ball.name) or theme.series[0]
+
+
+def _named_color(name: str) -> str:
+    return next((color for word, color in _NAMED_COLORS.items() if word in name.lower().split()), "")
 
 
 def _path(recording: Recording, automaton: int) -> str:

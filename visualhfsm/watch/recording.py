@@ -110,7 +110,7 @@ class Recording:
 
     def add(self, snapshot: ComponentSnapshot, robot: RobotReading) -> None:
         """Append a snapshot and what was known of the robot when it arrived."""
-        before = self.newest.time if self.newest else -math.inf
+        before = self.newest.time if self.newest else math.inf
         self.rows.append(Row(snapshot.time, read_ball(self.automata, snapshot), robot))
         for automaton in snapshot.automata:
             self._note_change(automaton)
@@ -122,6 +122,10 @@ class Recording:
         last = self._last.get(automaton.id)
         if last is None or (last.state, last.enteredAt) == (automaton.state, automaton.enteredAt):
             return
+        if (
+            automaton.lastTransition == 0
+        ):  # the first entry, of an automaton that was a ghost from the beginning
+            return
         change = Change(
             automaton.enteredAt, automaton.id, last.state, automaton.state, automaton.lastTransition
         )
@@ -132,7 +136,7 @@ class Recording:
         if span is not None and (span.state, span.ghost) == (automaton.state, automaton.ghost):
             span.end = now
             return
-        # A change of state is known to the moment, that between ghost and running to the next snapshot.
+        # When a state was entered is told exactly; when a ghost came alive, only by the next snapshot.
         start = automaton.enteredAt if before < automaton.enteredAt <= now else now
         if span is not None:
             span.end = start

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import html
 import importlib.util
 import math
@@ -60,7 +61,8 @@ def write_report(path: Path, contents: ReportContents) -> None:
         beside.write_text(text, encoding="utf-8")
         beside.replace(path)
     except OSError as error:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)
         raise VisualHfsmError(f"{path}: the report cannot be written: {error.strerror}") from error
 
 
@@ -95,8 +97,11 @@ def _figures(summary: Summary) -> Iterable[str]:
         yield _figure(f"{summary.camera_rate:.1f}", "images a second of robot time")
     if summary.real_time_factor is not None:
         yield _figure(f"{summary.real_time_factor:.2f}", "robot seconds in a second of wall time")
-    if summary.lag is not None:
-        yield _figure(f"{1000 * summary.lag:.0f} ms", "largest lag of robot time behind its schedule")
+    if summary.typical_lag is not None and summary.largest_lag is not None:
+        yield _figure(
+            f"{1000 * summary.typical_lag:.0f} ms",
+            f"behind schedule is robot time as a rule, {1000 * summary.largest_lag:.0f} ms at most",
+        )
     late = 100 * summary.overruns / summary.cycles if summary.cycles else 0.0
     yield _figure(f"{late:.1f} %", f"of {summary.cycles} cycles took longer than their period")
     if summary.errors:

@@ -86,7 +86,7 @@ def _ball_facts(scene: Scene) -> list[Text]:
 
 
 def _color(ball: Ball) -> str:
-    return next((color for color in _COLORS if color in ball.name.lower()), "cyan")
+    return next((color for color in _COLORS if color in ball.name.lower().split()), "cyan")
 
 
 def robot_lines(scene: Scene, width: int) -> list[Text]:
@@ -98,8 +98,6 @@ def robot_lines(scene: Scene, width: int) -> list[Text]:
     side_width = 8 + bar_width
     columns = "arms".ljust(_LABEL_WIDTH) + "left".rjust(6).ljust(side_width) + "right".rjust(6)
     header = Text.assemble((columns, _FAINT))
-    if joints is not None and joints.stale:
-        header.append(f"  {joints.age:.0f} s old", "yellow")
     lines.append(header)
     for name in ARM_JOINTS:
         line = Text.assemble((f"{_JOINT_LABELS[name]:<{_LABEL_WIDTH}}", _FAINT))
@@ -158,6 +156,4 @@ def _server_lines(scene: Scene) -> list[Text]:
         (f"{'torso tilt':<{_LABEL_WIDTH}}", _FAINT),
         ("FALLEN", "bold red") if report.fallen else (f"{math.degrees(report.torsoTilt):5.1f}°", style),
     )
-    if health.stale:
-        factor.append(f"   {health.age:.0f} s old", "yellow")
     return [factor, torso]

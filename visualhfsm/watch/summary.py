@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
@@ -18,7 +19,8 @@ SETTLING: Final = 2.0
 class Summary:
     """Figures of a run; None is what was never measured.
 
-    `centered` is a share from 0 to 1 of `centered_of` rows; angles are in rad, `lag` is in s.
+    `centered` is a share from 0 to 1 of `centered_of` rows; angles are in rad, lags (robot time
+    behind its schedule) in s of wall time.
     """
 
     component: str
@@ -30,7 +32,8 @@ class Summary:
     torso_tilt: float | None
     camera_rate: float | None
     real_time_factor: float | None
-    lag: float | None
+    typical_lag: float | None
+    largest_lag: float | None
     errors: int
     overruns: int
     cycles: int
@@ -46,6 +49,7 @@ def summarize(recording: Recording, width: int, height: int) -> Summary:
     rows = list(recording.rows)
     settled = [row.ball for row in rows if row.ball and row.time - row.ball.following_since >= SETTLING]
     centered = sum(in_middle_third(ball, width, height) for ball in settled)
+    lags = _known(row.robot.lag for row in rows)
     newest = recording.newest
     automata = newest.automata if newest else []
     return Summary(
@@ -58,7 +62,8 @@ def summarize(recording: Recording, width: int, height: int) -> Summary:
         torso_tilt=max(_known(row.robot.torso_tilt for row in rows), default=None),
         camera_rate=_mean(_known(row.robot.camera_rate for row in rows)),
         real_time_factor=_mean(_known(row.robot.real_time_factor for row in rows)),
-        lag=max(_known(row.robot.lag for row in rows), default=None),
+        typical_lag=statistics.median(lags) if lags else None,
+        largest_lag=max(lags, default=None),
         errors=len(newest.errors) if newest else 0,
         overruns=sum(automaton.overruns for automaton in automata),
         cycles=sum(automaton.cycles for automaton in automata),

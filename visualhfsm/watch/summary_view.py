@@ -39,8 +39,8 @@ def summary_table(recording: Recording, summary: Summary) -> RenderableType:
         add("images a second", f"{summary.camera_rate:.1f}", "of robot time")
     if summary.real_time_factor is not None:
         add("real-time factor", f"{summary.real_time_factor:.2f}")
-    if summary.lag is not None:
-        add("largest lag", f"{1000 * summary.lag:.0f} ms")
+    if summary.typical_lag is not None and summary.largest_lag is not None:
+        add("lag", f"{1000 * summary.typical_lag:.0f} ms", f"at most {1000 * summary.largest_lag:.0f} ms")
     add("cycles", str(summary.cycles), f"{summary.overruns} longer than their period")
     if summary.errors:
         add("errors", str(summary.errors))

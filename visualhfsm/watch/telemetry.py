@@ -16,6 +16,7 @@ from interfaces.jderobot import CameraPrx, ImageData
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx
 from visualhfsm.watch.album import Album, picture_from
 from visualhfsm.watch.automata import Automata
+from visualhfsm.watch.discovery import MONITOR_PREFIX
 from visualhfsm.watch.fact import Fact
 from visualhfsm.watch.recording import Ball, Recording, RobotReading, read_ball
 from visualhfsm.watch.scene import STALE, STALE_HEALTH, Aged, Scene
@@ -44,7 +45,7 @@ class Telemetry:
 
         self._component = component
         self._endpoint = ", ".join(communicator.settings.connect)
-        self._monitor = HfsmMonitorPrx.uncheckedCast(proxy(f"Hfsm.{component}"))
+        self._monitor = HfsmMonitorPrx.uncheckedCast(proxy(f"{MONITOR_PREFIX}{component}"))
         self._head = PoseHeadPrx.uncheckedCast(proxy("Head"))
         self._body = JointsPrx.uncheckedCast(proxy("Body"))
         self._health = HealthPrx.uncheckedCast(proxy("Health"))

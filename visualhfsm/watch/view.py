@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 
 from rich.console import Console, ConsoleOptions, RenderResult
@@ -98,7 +99,7 @@ class View:
         """Show the last changes of state, and below them errors when there are any."""
         if height <= _BORDERS:
             return []
-        errors = self._error_lines()
+        errors = self._error_lines(width - 4)
         error_rows = min(len(errors), max((height - 2 * _BORDERS) // 2, 0))
         parts = []
         change_rows = height - _BORDERS - (error_rows + _BORDERS if error_rows else 0)
@@ -128,25 +129,26 @@ class View:
             lines.append(line)
         return lines
 
-    def _error_lines(self) -> list[Text]:
+    def _error_lines(self, width: int) -> list[Text]:
         scene = self._scene
         if scene.snapshot is None or scene.automata is None:
             return []
-        return [
-            Text(
-                f"{e.time:7.1f} s  {scene.automata.state_name(e.automaton, e.state)}: {e.message}",
-                no_wrap=True,
-            )
-            for e in scene.snapshot.value.errors
-        ]
+        automata = scene.automata
+        texts = (
+            f"{error.time:.1f} s  {automata.state_name(error.automaton, error.state)}: {error.message}"
+            for error in scene.snapshot.value.errors
+        )
+        return [Text(line) for text in texts for line in textwrap.wrap(text, width, subsequent_indent="  ")]
 
     def _camera(self, width: int, height: int) -> Layout:
         return _panel("Camera", camera_lines(self._scene, width - 4, height - _BORDERS), height)
 
     def _robot(self, width: int, height: int) -> Layout:
         lines = robot_lines(self._scene, width - 4)
-        stale = (self._scene.robot_age or 0.0) > STALE
-        return _panel("Robot (rad)", lines, height, _FAINT if stale else "blue")
+        age = self._scene.robot_age or 0.0
+        if age > STALE:
+            return _panel(f"Robot (rad), {age:.0f} s old", lines, height, _FAINT)
+        return _panel("Robot (rad)", lines, height)
 
     def _variables(self, width: int, height: int) -> Layout:
         """Show what the server tells of, then the variables of running automata."""

@@ -19,6 +19,7 @@ from rich.live import Live
 
 from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.watch.discovery import MONITOR_PREFIX
 from visualhfsm.watch.report import ReportContents, check_packages, write_report
 from visualhfsm.watch.scene import Scene
 from visualhfsm.watch.summary import summarize
@@ -95,7 +96,7 @@ def _follow(
 
 def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
     """Raise the reason for which a component did not appear."""
-    identity = f"Hfsm.{options.component}"
+    identity = f"{MONITOR_PREFIX}{options.component}"
     HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
     raise VisualHfsmError(f"{options.component} is there but sent nothing within {options.wait:g} s")
 
@@ -124,8 +125,10 @@ class _PlainDisplay:
         self._next = 0.0
 
     def show(self, scene: Scene) -> None:
-        if time.monotonic() >= self._next:
-            self._next = time.monotonic() + _PLAIN_PERIOD
+        now = time.monotonic()
+        if now >= self._next:
+            late = now - self._next > _PLAIN_PERIOD
+            self._next = (now if late else self._next) + _PLAIN_PERIOD
             self._console.print(status_line(scene), highlight=False, markup=False, soft_wrap=True)
 
 

@@ -1,0 +1,50 @@
+"""The tree of automata: its rows, the path of current states, and when an automaton became active."""
+
+from tests.support.component import dance_and_follow, snapshot
+from visualhfsm.watch.automata import Automata
+
+
+def test_the_rows_are_the_states_depth_first_with_their_place_among_siblings():
+    rows = list(Automata(dance_and_follow()).rows())
+    assert [(len(row.last), row.state.name) for row in rows] == [
+        (1, "followBall"), (2, "red"), (3, "follow"), (3, "search"), (2, "green"), (3, "follow"), (3, "search"),
+        (1, "dance"), (2, "right"), (2, "left"),
+    ]  # fmt: skip
+    assert rows[2].last == (False, False, False)
+    assert rows[-1].last == (True, True)
+
+
+def test_the_path_of_current_states_goes_down_to_the_innermost_running_automaton():
+    automata = Automata(dance_and_follow())
+    assert automata.current_path(snapshot(9.0)) == ["followBall", "green", "follow"]
+    assert automata.current_path(snapshot(12.0)) == ["dance", "right"]
+
+
+def test_an_automaton_is_active_since_the_last_entry_of_those_above_it():
+    automata = Automata(dance_and_follow())
+    assert automata.active_since(snapshot(9.0), 4) == 8.0
+    assert automata.active_since(snapshot(23.0), 4) == 20.0
+    assert automata.active_since(snapshot(9.0), 1) == 0.0
+
+
+def test_ids_that_the_structure_does_not_have_get_a_name_that_shows_them():
+    automata = Automata(dance_and_follow())
+    assert automata.state_name(1, 7) == "state 7"
+    assert automata.automaton_name(9) == "automaton 9"
+    assert automata.destination_name(1, 7) == "transition 7"
+
+
+def test_a_structure_that_is_no_tree_ends():
+    structure = dance_and_follow()
+    structure.automata[4].states[0].child = 1
+    structure.automata[0].parent = 5
+    automata = Automata(structure)
+    assert list(automata.rows()) == []
+    assert list(automata.ancestors(1)) == [5]
+    assert automata.current_path(snapshot(12.0)) == []
+
+    structure = dance_and_follow()
+    structure.automata[4].states[0].child = 1
+    rows = list(Automata(structure).rows())
+    assert len(rows) == 10
+    assert Automata(structure).current_path(snapshot(12.0)) == ["dance", "right"]

@@ -1,0 +1,85 @@
+"""The report: one file that needs nothing else, with pictures that can be decoded."""
+
+import base64
+import io
+import re
+from datetime import UTC, datetime
+
+import pytest
+
+pytest.importorskip("matplotlib")
+from PIL import Image
+
+from tests.support.scenes import recorded
+from visualhfsm.errors import MissingPackageError, VisualHfsmError
+from visualhfsm.watch import report
+from visualhfsm.watch.album import Picture
+from visualhfsm.watch.plots import picture_png
+from visualhfsm.watch.report import ReportContents, write_report
+
+BEGAN = datetime(2026, 3, 1, 12, 30, tzinfo=UTC)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    path = tmp_path_factory.mktemp("report") / "below" / "report.html"
+    camera = [Picture(1.0, "followBall > red", 32, 24, bytes(32 * 24 * 3), (15.5, 11.5))]
+    outside = [Picture(2.0, "dance <b>", 32, 24, bytes(32 * 24 * 3))]
+    write_report(path, ReportContents(recorded(27), (320, 240), BEGAN, outside, camera))
+    assert [other.name for other in path.parent.iterdir()] == ["report.html"]
+    return path.read_text(encoding="utf-8")
+
+
+def test_the_report_needs_no_other_file_and_no_network(page):
+    addresses = re.findall(r'(?:src|srcset|href)="([^"]{0,40})', page)
+    assert addresses
+    assert all(address.startswith("data:image/png;base64,") for address in addresses)
+    assert "http" not in re.sub(r"base64,[^\"]*", "", page)
+
+
+def test_every_picture_can_be_decoded(page):
+    sizes = [
+        Image.open(io.BytesIO(base64.b64decode(data))).size for data in re.findall(r"base64,([^\"]+)", page)
+    ]
+    assert sizes.count((32, 24)) == 2
+    assert len(sizes) == 2 + 4 * 2  # each plot for light and dark pages
+
+
+def test_the_report_tells_the_figures_and_the_changes(page):
+    assert "100.0 %" in page
+    assert "27 s of a run watched on 1 March 2026, 12:30" in page
+    assert "<td>10.00</td><td>dance_and_follow</td><td>followBall → dance</td>" in page
+
+
+def test_what_components_send_is_escaped(page):
+    assert "dance &lt;b&gt;" in page
+    assert "<b>dance" not in page
+
+
+def test_a_mark_is_drawn_where_the_ball_was_measured():
+    marked = picture_png(Picture(0.0, "", 64, 48, bytes(64 * 48 * 3), (40.0, 20.0)))
+    image = Image.open(io.BytesIO(marked))
+    assert image.getpixel((40, 20)) == (255, 255, 255)
+    assert image.getpixel((10, 10)) == (0, 0, 0)
+
+
+def test_a_mark_outside_of_the_image_does_no_harm():
+    assert picture_png(Picture(0.0, "", 8, 6, bytes(8 * 6 * 3), (-400.0, 900.0)))
+
+
+def test_a_short_run_without_ball_or_pictures_has_a_report(tmp_path):
+    path = tmp_path / "report.html"
+    write_report(path, ReportContents(recorded(0.1), (320, 240), BEGAN, outside_trouble="No GL library."))
+    assert "There is no picture from outside. No GL library." in path.read_text(encoding="utf-8")
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(VisualHfsmError, match="report cannot be written"):
+        write_report(tmp_path / "file" / "report.html", ReportContents(recorded(0.1), (320, 240), BEGAN))
+
+
+def test_a_missing_package_is_named_with_the_command_that_installs_it(monkeypatch):
+    monkeypatch.setattr(report.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(MissingPackageError, match=re.escape("pip install 'visualhfsm[demo]'")):
+        report.check_packages()

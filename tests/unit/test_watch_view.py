@@ -1,0 +1,145 @@
+"""The live view: what it shows, at which sizes, and how it tells what it does not know."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rich.console import Console
+
+from interfaces.hfsm import ComponentStatus, ErrorReport
+from tests.support.scenes import aged, scene
+from visualhfsm.watch.scene import Scene
+from visualhfsm.watch.view import View, status_line
+
+
+def draw(shown: Scene, width: int = 80, height: int = 24) -> list[str]:
+    console = Console(width=width, height=height, file=io.StringIO(), legacy_windows=False)
+    console.print(View(shown), end="")
+    return console.file.getvalue().splitlines()
+
+
+def line_with(lines: list[str], text: str) -> str:
+    return next(line for line in lines if text in line)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (140, 40), (60, 24), (200, 60)])
+def test_a_terminal_of_any_usual_size_is_filled_and_shows_every_state(size):
+    width, height = size
+    lines = draw(scene(), width, height)
+    assert len(lines) == height
+    assert {len(line) for line in lines} == {width}
+    for name in ("followBall", "red", "green", "dance", "right", "left"):
+        assert any(name in line for line in lines)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(20, 250), st.integers(4, 80), st.sampled_from([0.1, 9.5, 12.0]))
+def test_no_size_overflows(width, height, time):
+    lines = draw(scene(time), width, height)
+    assert len(lines) <= height
+    assert max(len(line) for line in lines) <= width
+
+
+def test_current_ghost_and_other_states_have_marks_of_their_own():
+    lines = draw(scene(9.5))
+    assert "● followBall" in line_with(lines, "followBall ")
+    assert "● green" in line_with(lines, "● green")
+    assert "○ dance" in line_with(lines, "dance ")
+    assert "◌ right" in line_with(lines, "right ")
+
+
+def test_the_bar_of_a_timer_shrinks_with_what_is_left():
+    early, late = (line_with(draw(scene(time), 140, 40), "● followBall") for time in (1.0, 9.0))
+    assert "9.1 s to dance" in early
+    assert "1.1 s to dance" in late
+    full = draw(scene(0.1), 140, 40)
+    assert line_with(full, "● followBall").count("━") == 24
+
+
+def test_the_ball_is_told_in_pixels_and_drawn_in_its_place():
+    lines = draw(scene())
+    assert "u  +12.5 px" in line_with(lines, "u  +")
+    assert "v   -3.2 px" in line_with(lines, "v  ")
+    centered = next(row for row, line in enumerate(lines) if "●" in line.split("Camera")[-1][40:])
+    right = replace(scene(), ball=replace(scene().ball, error_u=150.0, error_v=100.0))
+    lines = draw(right)
+    below = next(row for row, line in enumerate(lines) if "●" in line[40:])
+    assert below > centered
+
+
+def test_a_ball_out_of_sight_is_told():
+    lost = replace(scene(), ball=replace(scene().ball, seen=False))
+    assert any("out of sight" in line for line in draw(lost))
+
+
+def test_angles_are_told_in_radians():
+    lines = draw(scene())
+    assert "+0.31" in line_with(lines, "head pan")
+    assert "-0.07" in line_with(lines, "head tilt")
+    assert line_with(lines, "shoulder pitch").count("█") == 2
+
+
+def test_a_head_turned_to_the_left_is_drawn_on_the_left():
+    line = line_with(draw(scene()), "head pan")
+    assert line.index("█") < line.index("┼")
+
+
+def test_changes_of_state_are_told_with_their_time():
+    assert "8.0 s    red → green" in line_with(draw(scene()), "red →")
+
+
+def test_a_lost_server_is_a_banner_and_its_values_are_told_to_be_old():
+    lines = draw(aged(scene(), 3.2, "head", "joints", "health", "camera_rate"))
+    assert "Robot server lost 3 s ago" in lines[1]
+    assert "tcp/127.0.0.1:7447" in lines[1]
+    assert len(lines) == 24
+    assert any("Robot (rad), 3 s old" in line for line in lines)
+
+
+def test_a_lost_component_is_a_banner():
+    lines = draw(aged(scene(), 1.4, "snapshot"))
+    assert "dance_and_follow lost 1 s ago" in lines[1]
+    assert any("Automata, 1 s old" in line for line in lines)
+
+
+def test_before_anything_is_heard_the_view_tells_what_it_waits_for():
+    nothing = Scene("follow_ball", "tcp/127.0.0.1:7447")
+    lines = draw(nothing)
+    assert "Waiting for a robot server at tcp/127.0.0.1:7447; naoserver-sim starts one" in lines[1]
+    only_robot = replace(scene(), automata=None, snapshot=None, ball=None)
+    assert "python -m behaviors.dance_and_follow starts it" in draw(only_robot)[1]
+
+
+def test_errors_of_the_component_are_shown():
+    shown = scene()
+    shown.snapshot.value.errors.append(ErrorReport(3.2, 1, 1, "x.py:3", "no such joint HeadRoll"))
+    shown.snapshot.value.status = ComponentStatus.Halted
+    lines = draw(shown)
+    assert "halted" in lines[0]
+    assert "3.2 s  followBall: no such joint" in line_with(lines, "no such")
+    assert "│   HeadRoll " in line_with(lines, "HeadRoll")
+
+
+def test_what_other_processes_send_is_not_taken_for_markup():
+    shown = scene()
+    shown.automata.automaton(1).states[0].name = "[red]x[/]"
+    assert "[red]x[/]" in line_with(draw(shown), "x[/]")
+
+
+def test_states_that_do_not_fit_are_counted():
+    lines = draw(scene(), 60, 12)
+    assert any("more states" in line for line in lines)
+    assert any("● green" in line for line in lines)
+
+
+def test_a_line_for_other_output_tells_the_same():
+    assert status_line(scene(9.5)).strip().split("  ") == [
+        "9.4 s", "followBall > green > follow", "green ball +12 -3 px", "head +0.31 -0.07 rad",
+        "10.0 images/s", "real time x 0.99",
+    ]  # fmt: skip
+
+
+def test_a_line_for_other_output_tells_trouble():
+    assert "Robot server lost" in status_line(aged(scene(), 3.0, "head", "joints", "health"))

@@ -1,0 +1,39 @@
+"""Find the components that run."""
+
+from __future__ import annotations
+
+import time
+from typing import Final
+
+from visualhfsm.errors import VisualHfsmError
+from zenoh_ice import Communicator
+
+__all__ = ["MONITOR_PREFIX", "find_component"]
+
+MONITOR_PREFIX: Final = "Hfsm."
+"""Begins the identity of every component's monitor."""
+_PERIOD: Final = 0.05
+
+
+def find_component(communicator: Communicator, wait: float) -> str:
+    """Return the name of the component that runs in the realm, waiting at most `wait` s for one.
+
+    Raises VisualHfsmError when there is none or more than one.
+    """
+    deadline = time.monotonic() + wait
+    while not (components := _components(communicator)):
+        if time.monotonic() >= deadline:
+            endpoints = ", ".join(communicator.settings.connect)
+            raise VisualHfsmError(
+                f"no component runs in realm {communicator.realm} at {endpoints}; start one, such as: "
+                "python -m behaviors.follow_ball; naoserver-sim starts the robot for it"
+            )
+        time.sleep(_PERIOD)
+    if len(components) > 1:
+        raise VisualHfsmError(f"several components run; name one of {', '.join(components)}")
+    return components[0]
+
+
+def _components(communicator: Communicator) -> list[str]:
+    identities = communicator.identities()
+    return [name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX)]
