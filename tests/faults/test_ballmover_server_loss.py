@@ -6,6 +6,7 @@ import math
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -18,7 +19,7 @@ def serve(endpoint: str) -> ComponentProcess:
     return ComponentProcess(module("naoserver.fake", "--listen", endpoint))
 
 
-def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint):
+def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint: str) -> None:
     started = time.monotonic()
     with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
         assert mover.wait(10.0) == 1
@@ -28,7 +29,7 @@ def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint)
         assert "naoserver-sim" in mover.output
 
 
-def test_a_killed_server_is_told_and_the_ball_goes_on_when_it_is_back(endpoint, tmp_path):
+def test_a_killed_server_is_told_and_the_ball_goes_on_when_it_is_back(endpoint: str, tmp_path: Path) -> None:
     file = tmp_path / "path.csv"
     file.write_text("0.9,0.2,0.5\n0.9,-0.5,0.5\n")
     with serve(endpoint) as server:
@@ -49,7 +50,7 @@ def test_a_killed_server_is_told_and_the_ball_goes_on_when_it_is_back(endpoint, 
                 assert data.x * math.sin(data.pan) == pytest.approx(-0.5, abs=0.03)
 
 
-def test_a_server_that_hangs_is_told_and_waited_for(endpoint):
+def test_a_server_that_hangs_is_told_and_waited_for(endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
         with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
@@ -63,7 +64,7 @@ def test_a_server_that_hangs_is_told_and_waited_for(endpoint):
             mover.wait_for("waypoint 2 of", 20.0)
 
 
-def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint):
+def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
         with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
@@ -78,7 +79,7 @@ def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint):
 START = "import ballmover.__main__ as program; print('starting', flush=True); program.main()"
 
 
-def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint):
+def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
         for delay in (0.0, 0.03, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4):  # s; any moment will do

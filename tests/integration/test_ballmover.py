@@ -45,7 +45,7 @@ def ball_place(robot: str, identity: str) -> tuple[float, float, float]:
         return place(encoders.getPose3DEncodersData())
 
 
-def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot, tmp_path):
+def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot: str, tmp_path: Path) -> None:
     file = write(
         tmp_path / "path.csv", "x,y,z,speed,dwell", "0.9,0.1,0.5", "0.9,-0.1,0.6,1,0.1", "1,-0.1,0.6"
     )
@@ -60,7 +60,7 @@ def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot, tmp_path):
     assert ball_place(robot, "BallRedEncoders") == pytest.approx((1.0, -0.1, 0.6), abs=0.02)
 
 
-def test_the_ball_keeps_to_the_line_on_its_way(robot, tmp_path):
+def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> None:
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
     with initialize(connect=[robot]) as communicator:
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
@@ -80,7 +80,9 @@ def test_the_ball_keeps_to_the_line_on_its_way(robot, tmp_path):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_ends_it_cleanly_and_stops_the_ball(robot, tmp_path, number, code):
+def test_a_signal_ends_it_cleanly_and_stops_the_ball(
+    robot: str, tmp_path: Path, number: int, code: int
+) -> None:
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.5")
     with ComponentProcess(module("ballmover", "green", file, "--connect", robot)) as mover:
         mover.wait_for("waypoint 2 of 2")
@@ -97,21 +99,21 @@ def test_a_signal_ends_it_cleanly_and_stops_the_ball(robot, tmp_path, number, co
             assert place(later.value) == pytest.approx(place(stopped), abs=0.01)
 
 
-def test_built_in_waypoints_are_within_reach_of_the_served_balls(robot):
+def test_built_in_waypoints_are_within_reach_of_the_served_balls(robot: str) -> None:
     for color in ("green", "red"):
         command = module("ballmover", color, "--connect", robot)
         with ComponentProcess(command) as mover:
             mover.wait_for("waypoint 1 of")
 
 
-def test_a_file_with_an_error_is_refused_by_line(tmp_path):
+def test_a_file_with_an_error_is_refused_by_line(tmp_path: Path) -> None:
     file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", "0.9,nil,0.5")
     result = run("green", file)
     assert (result.returncode, result.stdout) == (1, "")
     assert result.stderr == f"ballmover: error: {file}:3: y must be a number, not 'nil'\n"
 
 
-def test_an_unreachable_waypoint_is_refused_by_line_and_reason(robot, tmp_path):
+def test_an_unreachable_waypoint_is_refused_by_line_and_reason(robot: str, tmp_path: Path) -> None:
     file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", "0.9,0,5")
     result = run("green", file, "--connect", robot)
     assert (result.returncode, result.stdout) == (1, "")
@@ -121,14 +123,14 @@ def test_an_unreachable_waypoint_is_refused_by_line_and_reason(robot, tmp_path):
     assert result.stderr.count("\n") == 1
 
 
-def test_a_ball_that_does_not_arrive_is_told(robot, tmp_path):
+def test_a_ball_that_does_not_arrive_is_told(robot: str, tmp_path: Path) -> None:
     file = write(tmp_path / "path.csv", "0.9,0,0.5", "0.9,0.1,0.5")
     result = run("green", file, "--connect", robot, "--tolerance", "0.0001", "--limit", "0", "--speed", "0.9")
     assert result.returncode == 1
     assert "after 0 s the ball is still" in result.stderr
 
 
-def test_wrong_usage_is_told(tmp_path):
+def test_wrong_usage_is_told(tmp_path: Path) -> None:
     result = run("blue")
     assert result.returncode == 2
     assert "'green', 'red'" in result.stderr

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -59,7 +59,7 @@ def serving(servant: ClockI, endpoint: str) -> Iterator[None]:
             thread.join()
 
 
-def wait_until(condition, limit=10.0):
+def wait_until(condition: Callable[[], bool], limit: float = 10.0) -> None:
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline
@@ -67,7 +67,7 @@ def wait_until(condition, limit=10.0):
 
 
 @pytest.mark.parametrize("choice", ["auto", "sim"])
-def test_a_component_goes_by_the_time_of_a_simulation(endpoint, choice):
+def test_a_component_goes_by_the_time_of_a_simulation(endpoint: str, choice: str) -> None:
     servant = ClockI(100.0, 5.0)
     with serving(servant, endpoint), initialize(connect=[endpoint], clock=choice) as communicator:
         clock = communicator.clock
@@ -82,7 +82,7 @@ def test_a_component_goes_by_the_time_of_a_simulation(endpoint, choice):
         assert clock.now() == pytest.approx(servant.reading().time, abs=5.0)
 
 
-def test_auto_is_the_wall_beside_a_real_robot(endpoint):
+def test_auto_is_the_wall_beside_a_real_robot(endpoint: str) -> None:
     with (
         serving(ClockI(1.7e9, 1.0, simulated=False), endpoint),
         initialize(connect=[endpoint], clock="auto") as communicator,
@@ -90,12 +90,12 @@ def test_auto_is_the_wall_beside_a_real_robot(endpoint):
         assert isinstance(communicator.clock, WallClock)
 
 
-def test_auto_is_the_wall_without_a_robot(endpoint):
+def test_auto_is_the_wall_without_a_robot(endpoint: str) -> None:
     with initialize(connect=[endpoint], clock="auto", timeout=0.5) as communicator:
         assert isinstance(communicator.clock, WallClock)
 
 
-def test_sim_needs_a_robot(endpoint):
+def test_sim_needs_a_robot(endpoint: str) -> None:
     with (
         initialize(connect=[endpoint], clock="sim", timeout=0.5) as communicator,
         pytest.raises(ConnectFailedException, match="start a server"),
@@ -109,7 +109,7 @@ def test_sim_needs_a_robot(endpoint):
         _ = communicator.clock
 
 
-def test_wall_does_not_look_for_the_robot(endpoint):
+def test_wall_does_not_look_for_the_robot(endpoint: str) -> None:
     with (
         serving(ClockI(100.0, 5.0), endpoint),
         initialize(connect=[endpoint], clock="wall") as communicator,
@@ -117,7 +117,7 @@ def test_wall_does_not_look_for_the_robot(endpoint):
         assert isinstance(communicator.clock, WallClock)
 
 
-def test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one(endpoint):
+def test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one(endpoint: str) -> None:
     with initialize(listen=["tcp/127.0.0.1:0"], connect=[endpoint], clock="sim") as communicator:
         with serving(ClockI(100.0, 1.0), endpoint):
             clock = communicator.clock
@@ -126,7 +126,12 @@ def test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one(endpoint):
         clock.sleep(0.1)
         assert clock.now() >= before + 0.1
         ended = threading.Event()
-        sleeper = threading.Thread(target=lambda: (clock.sleep_until(90_000.0), ended.set()))
+
+        def sleep() -> None:
+            clock.sleep_until(90_000.0)
+            ended.set()
+
+        sleeper = threading.Thread(target=sleep)
         sleeper.start()
         with serving(ClockI(0.0, 1.0), endpoint):
             assert ended.wait(10.0)
@@ -134,10 +139,10 @@ def test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one(endpoint):
         sleeper.join()
 
 
-def test_destroying_the_communicator_ends_sleeps(endpoint):
-    errors = []
+def test_destroying_the_communicator_ends_sleeps(endpoint: str) -> None:
+    errors: list[CommunicatorDestroyedException] = []
 
-    def sleep():
+    def sleep() -> None:
         try:
             clock.sleep(60.0)
         except CommunicatorDestroyedException as error:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import Self
 
 import pytest
 
 from ballmover.axes import AxisLimits, AxisPosition, Point
 from ballmover.exceptions import NotArrivedException
 from ballmover.mover import PERIOD, Mover
-from ballmover.route import Route
+from ballmover.route import Route, Stop
 from ballmover.waypoints import Waypoint
 from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import ConnectionLostException
@@ -63,39 +65,47 @@ class Log:
         self.clock = clock
         self.events: list[tuple[str, float]] = []
         self.lost_event = threading.Event()
-        self.on_move = lambda: None
+        self.on_move: Callable[[], None] = lambda: None
 
     def _add(self, name: str) -> None:
         self.events.append((name, round(self.clock.now(), 6)))
 
-    def departed(self, index, stop, lap):
+    def departed(self, index: int, stop: Stop, lap: int) -> None:
         self._add(f"depart {lap}.{index}")
 
-    def moved(self, target, fraction):
+    def moved(self, target: Point, fraction: float) -> None:
         self.on_move()
 
-    def arrived(self, stop, error):
+    def arrived(self, stop: Stop, error: float) -> None:
         self._add(f"arrive {stop.waypoint.source}")
 
-    def lost(self, reason):
+    def lost(self, reason: str) -> None:
         self._add("lost")
         self.lost_event.set()
 
-    def returned(self):
+    def returned(self) -> None:
         self._add("returned")
 
     @property
-    def names(self):
+    def names(self) -> list[str]:
         return [name for name, _ in self.events]
 
-    def time_of(self, name):
+    def time_of(self, name: str) -> float:
         return dict(self.events)[name]
 
 
 class Run:
     """A mover in its thread, driven by a virtual clock."""
 
-    def __init__(self, waypoints, *, ball_speed=1.0, loop=False, clock=None, **options):
+    def __init__(
+        self,
+        waypoints: Sequence[Waypoint],
+        *,
+        ball_speed: float = 1.0,
+        loop: bool = False,
+        clock: VirtualClock | None = None,
+        **options: float,
+    ) -> None:
         self.clock = clock or VirtualClock()
         self.ball = Ball(self.clock, ball_speed)
         self.log = Log(self.clock)
@@ -105,18 +115,18 @@ class Run:
         self.error: BaseException | None = None
         self.thread = threading.Thread(target=self._run)
 
-    def _run(self):
+    def _run(self) -> None:
         try:
             self.mover.run(loop=self.loop)
         except BaseException as error:  # noqa: BLE001 -- the test raises it again
             self.error = error
 
-    def start(self):
+    def start(self) -> Self:
         self.thread.start()
         self.clock.wait_for_waiters(1)
         return self
 
-    def finish(self, seconds=60.0):
+    def finish(self, seconds: float = 60.0) -> Self:
         if not self.thread.ident:
             self.start()
         self.clock.advance(seconds)
@@ -126,10 +136,10 @@ class Run:
             raise self.error
         return self
 
-    def end(self):
+    def end(self) -> None:
         """Break a run off that goes round and round."""
 
-        def stop():
+        def stop() -> None:
             raise SystemExit
 
         self.log.on_move = stop
@@ -142,7 +152,7 @@ B = Waypoint(Point(1.0, 0.5, 0.5), None, 1.0, "b")
 C = Waypoint(Point(0.8, 0.0, 0.7), 0.1, 0.0, "c")
 
 
-def test_the_ball_goes_straight_at_constant_speed():
+def test_the_ball_goes_straight_at_constant_speed() -> None:
     run = Run([A, B]).finish()
     departure = run.log.time_of("depart 1.1")
     line = [(t, axes.point) for t, axes in run.ball.commands if departure < t <= departure + 2.0]
@@ -152,7 +162,7 @@ def test_the_ball_goes_straight_at_constant_speed():
         assert point == pytest.approx((1.0, 0.25 * number * PERIOD, 0.5))
 
 
-def test_waypoints_have_their_own_speed_and_dwell():
+def test_waypoints_have_their_own_speed_and_dwell() -> None:
     run = Run([A, B, C]).finish()
     log = run.log
     assert log.names == ["depart 1.0", "arrive a", "depart 1.1", "arrive b", "depart 1.2", "arrive c"]
@@ -162,7 +172,7 @@ def test_waypoints_have_their_own_speed_and_dwell():
     assert log.time_of("arrive c") - log.time_of("depart 1.2") == pytest.approx(length / 0.1, abs=0.03)
 
 
-def test_the_next_line_waits_for_the_encoders():
+def test_the_next_line_waits_for_the_encoders() -> None:
     run = Run([A, B, A], ball_speed=0.1, limit=60.0, tolerance=0.01).finish()
     arrival = run.log.time_of("arrive b")
     pan = math.atan2(0.5, 1.0)
@@ -170,7 +180,7 @@ def test_the_next_line_waits_for_the_encoders():
     assert run.log.time_of("depart 1.2") >= arrival + 1.0
 
 
-def test_a_ball_that_does_not_come_is_told_and_stopped():
+def test_a_ball_that_does_not_come_is_told_and_stopped() -> None:
     run = Run([A, B], ball_speed=0.01, limit=3.0)
     with pytest.raises(
         NotArrivedException, match=r"^b: waypoint \(1, 0\.5, 0\.5\): after 3 s the ball is still 0\.4"
@@ -179,7 +189,7 @@ def test_a_ball_that_does_not_come_is_told_and_stopped():
     assert run.ball.target == run.ball.here
 
 
-def test_it_approaches_the_first_waypoint_from_wherever_the_ball_is():
+def test_it_approaches_the_first_waypoint_from_wherever_the_ball_is() -> None:
     run = Run([C])
     run.finish()
     assert run.ball.here.point == pytest.approx(C.point, abs=0.02)
@@ -187,14 +197,14 @@ def test_it_approaches_the_first_waypoint_from_wherever_the_ball_is():
     assert heights == sorted(heights)
 
 
-def test_loop_goes_round_and_counts_laps():
+def test_loop_goes_round_and_counts_laps() -> None:
     run = Run([A, B], loop=True).start()
     run.clock.advance(12.0)
     assert run.log.names[:10:2] == ["depart 1.0", "depart 1.1", "depart 2.0", "depart 2.1", "depart 3.0"]
     run.end()
 
 
-def test_a_loop_of_one_waypoint_stays_there():
+def test_a_loop_of_one_waypoint_stays_there() -> None:
     run = Run([A], loop=True).start()
     run.clock.advance(5.0)
     assert run.log.names == ["depart 1.0", "arrive a"]
@@ -205,7 +215,7 @@ def test_a_loop_of_one_waypoint_stays_there():
     assert run.log.names[:3] == ["depart 1.0", "arrive a", "lost"]
 
 
-def test_breaking_off_stops_the_ball_where_it_is():
+def test_breaking_off_stops_the_ball_where_it_is() -> None:
     run = Run([A, B]).start()
     run.clock.advance(1.0)
     run.end()
@@ -213,13 +223,13 @@ def test_breaking_off_stops_the_ball_where_it_is():
     assert 0.1 < run.ball.here.point.y < 0.4
 
 
-def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back():
+def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back() -> None:
     run = Run([A, B]).start()
     run.clock.advance(1.5)
     sent = len(run.ball.commands)
     run.ball.present = False
 
-    def restart():  # with the ball at home, as after a restart of the simulator
+    def restart() -> None:  # with the ball at home, as after a restart of the simulator
         assert run.log.lost_event.wait(10.0)
         run.ball.here = run.ball.target = HOME
         run.ball.present = True
@@ -254,7 +264,7 @@ class RestartingClock(VirtualClock):
         super().sleep_until(when + self.offset)
 
 
-def test_a_simulation_that_begins_anew_does_not_stop_it():
+def test_a_simulation_that_begins_anew_does_not_stop_it() -> None:
     clock = RestartingClock(100.0)
     run = Run([A, B], clock=clock).start()
     clock.advance(1.0)
@@ -266,13 +276,13 @@ def test_a_simulation_that_begins_anew_does_not_stop_it():
     assert run.log.time_of("arrive b") < 5.0
 
 
-def test_setpoints_that_come_late_are_skipped_not_sent_in_a_burst():
+def test_setpoints_that_come_late_are_skipped_not_sent_in_a_burst() -> None:
     run = Run([A, B]).start()
     run.clock.advance(0.5)
     late = run.ball.commands[-1][0]
     original = run.log.on_move
 
-    def stall():
+    def stall() -> None:
         run.log.on_move = original
         run.clock.sleep(0.5)
 

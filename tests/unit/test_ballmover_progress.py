@@ -17,12 +17,12 @@ LIMITS = AxisLimits(-3.1, 3.1, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)
 
 
 @pytest.fixture
-def route():
+def route() -> Route:
     points = [Waypoint(Point(0.9, 0.0, 0.5)), Waypoint(Point(0.9, 0.3, 0.5), None, 1.5)]
     return Route.plan(points, LIMITS, speed=0.25, loop=True)
 
 
-def show(route, *, terminal):
+def show(route: Route, *, terminal: bool) -> tuple[str, str]:
     out, errors = io.StringIO(), io.StringIO()
     progress = Progress(
         Color.GREEN,
@@ -39,7 +39,7 @@ def show(route, *, terminal):
     return out.getvalue(), errors.getvalue()
 
 
-def test_lines_where_there_is_no_terminal(route):
+def test_lines_where_there_is_no_terminal(route: Route) -> None:
     out, errors = show(route, terminal=False)
     assert out == (
         "green: lap 2, waypoint 2 of 2 (0.9, 0.3, 0.5) at 0.25 m/s\n"
@@ -51,7 +51,7 @@ def test_lines_where_there_is_no_terminal(route):
     )
 
 
-def test_a_bar_on_a_terminal_that_goes_away(route):
+def test_a_bar_on_a_terminal_that_goes_away(route: Route) -> None:
     out, errors = show(route, terminal=True)
     assert "waypoint 2 of 2" in out
     assert "━" in out

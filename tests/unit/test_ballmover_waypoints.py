@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -22,11 +23,11 @@ waypoints = st.builds(
 )
 
 
-def bare(points):
+def bare(points: list[Waypoint]) -> list[tuple[Point, float | None, float]]:
     return [(p.point, p.speed, p.dwell) for p in points]
 
 
-def test_csv_with_header_comments_and_empty_cells():
+def test_csv_with_header_comments_and_empty_cells() -> None:
     text = "# a figure\nz, x, y, dwell, speed\n\n0.5, 0.9, -0.1,, 0.2  # fast\r\n 0.6 ,0.8,0,\n"
     assert parse_csv(text, "f.csv") == [
         Waypoint(Point(0.9, -0.1, 0.5), 0.2, 0.0, "f.csv:4"),
@@ -34,14 +35,14 @@ def test_csv_with_header_comments_and_empty_cells():
     ]
 
 
-def test_csv_without_header():
+def test_csv_without_header() -> None:
     assert bare(parse_csv("0.9,0,0.5\n0.9,0.1,0.5,0.3,2", "f")) == [
         (Point(0.9, 0, 0.5), None, 0.0),
         (Point(0.9, 0.1, 0.5), 0.3, 2.0),
     ]
 
 
-def test_toml():
+def test_toml() -> None:
     text = "[[waypoints]]\nx = 1\ny = 0.5\nz = 0.25\n\n[[waypoints]]\nx = 1\ny = 0\nz = 0.25\nspeed = 0.1\ndwell = 1\n"
     assert parse_toml(text, "f.toml") == [
         Waypoint(Point(1.0, 0.5, 0.25), None, 0.0, "f.toml:1"),
@@ -50,7 +51,7 @@ def test_toml():
 
 
 @given(st.lists(waypoints, min_size=1, max_size=20))
-def test_csv_gives_back_what_was_written(points):
+def test_csv_gives_back_what_was_written(points: list[Waypoint]) -> None:
     lines = [
         f"{p.point.x!r}, {p.point.y!r}, {p.point.z!r}, {'' if p.speed is None else repr(p.speed)}, {p.dwell!r}"
         for p in points
@@ -59,7 +60,7 @@ def test_csv_gives_back_what_was_written(points):
 
 
 @given(st.lists(waypoints, min_size=1, max_size=20))
-def test_toml_gives_back_what_was_written(points):
+def test_toml_gives_back_what_was_written(points: list[Waypoint]) -> None:
     tables = [
         f"[[waypoints]]\nx={p.point.x!r}\ny={p.point.y!r}\nz={p.point.z!r}\ndwell={p.dwell!r}\n"
         + ("" if p.speed is None else f"speed={p.speed!r}\n")
@@ -69,7 +70,7 @@ def test_toml_gives_back_what_was_written(points):
 
 
 @given(st.text(alphabet="xyzspedwl0123456789.,-#e \n\r;naif[]=\"'", max_size=80))
-def test_any_text_is_read_or_refused_by_our_exception(text):
+def test_any_text_is_read_or_refused_by_our_exception(text: str) -> None:
     refused = []
     for parse in (parse_csv, parse_toml):
         try:
@@ -101,7 +102,7 @@ def test_any_text_is_read_or_refused_by_our_exception(text):
         ("x,y,z\n# nothing\n", "f: there is no waypoint in it"),
     ],
 )
-def test_bad_csv_is_refused_with_line_and_reason(text, message):
+def test_bad_csv_is_refused_with_line_and_reason(text: str, message: str) -> None:
     with pytest.raises(WaypointException) as raised:
         parse_csv(text, "f")
     assert str(raised.value).startswith(message)
@@ -127,20 +128,20 @@ def test_bad_csv_is_refused_with_line_and_reason(text, message):
         ("", "f: there is no waypoint in it"),
     ],
 )
-def test_bad_toml_is_refused_with_line_and_reason(text, message):
+def test_bad_toml_is_refused_with_line_and_reason(text: str, message: str) -> None:
     with pytest.raises(WaypointException) as raised:
         parse_toml(text, "f")
     assert str(raised.value).startswith(message)
 
 
-def test_a_file_is_read_by_its_ending(tmp_path):
+def test_a_file_is_read_by_its_ending(tmp_path: Path) -> None:
     csv, toml = tmp_path / "a.csv", tmp_path / "a.TOML"
     csv.write_text("\ufeffx,y,z\n1,2,3\n", encoding="utf-8")
     toml.write_text("[[waypoints]]\nx=1\ny=2\nz=3\n")
     assert bare(read_waypoints(csv)) == bare(read_waypoints(toml)) == [(Point(1, 2, 3), None, 0.0)]
 
 
-def test_a_file_that_cannot_be_read_is_refused(tmp_path):
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     with pytest.raises(WaypointException, match="cannot read the waypoints: No such file"):
         read_waypoints(tmp_path / "none.csv")
     with pytest.raises(WaypointException, match="Is a directory"):
@@ -159,7 +160,7 @@ EYE_HEIGHT = 0.49  # m, of the top camera in StandInit
 
 
 @pytest.mark.parametrize("color", list(Color))
-def test_built_in_waypoints_are_before_the_robot(color):
+def test_built_in_waypoints_are_before_the_robot(color: Color) -> None:
     for waypoint in built_in_waypoints(color):
         point = waypoint.point
         assert 0.7 <= math.hypot(point.x, point.y) <= 1.2
@@ -168,7 +169,7 @@ def test_built_in_waypoints_are_before_the_robot(color):
         assert waypoint.speed == 0.25
 
 
-def test_the_built_in_red_ball_never_hides_the_green_one():
+def test_the_built_in_red_ball_never_hides_the_green_one() -> None:
     green, red = built_in_waypoints(Color.GREEN), built_in_waypoints(Color.RED)
     assert min(p.point.z for p in green) > EYE_HEIGHT + 0.05
     assert max(p.point.z for p in red) < EYE_HEIGHT - 0.05

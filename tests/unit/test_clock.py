@@ -4,31 +4,33 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
+from functools import partial
 
 import pytest
 
 from zenoh_ice.clock import Clock, ClockStalledException, VirtualClock, WallClock
 
 
-def start(function, name=None):
+def start(function: Callable[[], object], name: str | None = None) -> threading.Thread:
     thread = threading.Thread(target=function, name=name)
     thread.start()
     return thread
 
 
-def join(*threads):
+def join(*threads: threading.Thread) -> None:
     for thread in threads:
         thread.join(10.0)
         assert not thread.is_alive()
 
 
 @pytest.mark.parametrize("clock", [WallClock(), VirtualClock()])
-def test_clocks_fulfill_the_protocol(clock):
+def test_clocks_fulfill_the_protocol(clock: Clock) -> None:
     assert isinstance(clock, Clock)
     assert clock.rate == 1.0
 
 
-def test_wall_clock_waits_at_least_as_long_as_told():
+def test_wall_clock_waits_at_least_as_long_as_told() -> None:
     clock = WallClock()
     start_time = clock.now()
     clock.sleep(0.02)
@@ -39,13 +41,13 @@ def test_wall_clock_waits_at_least_as_long_as_told():
     clock.sleep_until(start_time)
 
 
-def test_wall_clock_ends_a_wait_with_its_event():
+def test_wall_clock_ends_a_wait_with_its_event() -> None:
     event = threading.Event()
     event.set()
     assert WallClock().wait(event, 60.0)
 
 
-def test_virtual_clock_stands_still_until_it_is_advanced():
+def test_virtual_clock_stands_still_until_it_is_advanced() -> None:
     clock = VirtualClock(5.0)
     assert clock.now() == 5.0
     time.sleep(0.005)
@@ -56,25 +58,25 @@ def test_virtual_clock_stands_still_until_it_is_advanced():
         clock.advance(-0.1)
 
 
-def test_virtual_clock_does_not_drift():
+def test_virtual_clock_does_not_drift() -> None:
     clock = VirtualClock()
     for _ in range(100_000):
         clock.advance(0.1)
     assert clock.now() == 10_000.0
 
 
-def test_virtual_clock_wakes_sleepers_in_order_of_time():
+def test_virtual_clock_wakes_sleepers_in_order_of_time() -> None:
     clock = VirtualClock()
     log = []
 
-    def tick(name, period, count):
+    def tick(name: str, period: float, count: int) -> None:
         for _ in range(count):
             clock.sleep(period)
             log.append((name, clock.now()))
 
-    threads = []
+    threads: list[threading.Thread] = []
     for number, (name, period, count) in enumerate([("a", 0.3, 2), ("b", 0.2, 3), ("c", 0.2, 1)], start=1):
-        threads.append(start(lambda n=name, p=period, c=count: tick(n, p, c)))
+        threads.append(start(partial(tick, name, period, count)))
         clock.wait_for_waiters(number)
     clock.advance(1.0)
     join(*threads)
@@ -84,7 +86,7 @@ def test_virtual_clock_wakes_sleepers_in_order_of_time():
     assert clock.waiting == 0
 
 
-def test_virtual_clock_wakes_a_waiter_by_event_or_by_time():
+def test_virtual_clock_wakes_a_waiter_by_event_or_by_time() -> None:
     clock = VirtualClock()
     event = threading.Event()
     results = []
@@ -101,7 +103,7 @@ def test_virtual_clock_wakes_a_waiter_by_event_or_by_time():
     assert clock.wait(event, 1.0)
 
 
-def test_past_times_do_not_wait():
+def test_past_times_do_not_wait() -> None:
     clock = VirtualClock(10.0)
     clock.sleep(0.0)
     clock.sleep(-1.0)
@@ -109,16 +111,16 @@ def test_past_times_do_not_wait():
     assert not clock.wait(threading.Event(), 0.0)
 
 
-def test_a_sleeper_that_nobody_wakes_is_told():
+def test_a_sleeper_that_nobody_wakes_is_told() -> None:
     with pytest.raises(ClockStalledException, match="nobody advanced"):
         VirtualClock(limit=0.02).sleep(1.0)
 
 
-def test_a_woken_thread_that_hangs_is_named():
+def test_a_woken_thread_that_hangs_is_named() -> None:
     clock = VirtualClock(limit=0.05)
     release = threading.Event()
 
-    def hang():
+    def hang() -> None:
         clock.sleep(1.0)
         release.wait(10.0)
 

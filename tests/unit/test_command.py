@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -31,10 +33,15 @@ def finish(process: subprocess.Popen[str]) -> tuple[int, str, str]:
     return process.returncode, out, err
 
 
-def start(body: str, *arguments: str, **options) -> subprocess.Popen[str]:
+def start(body: str, *arguments: str, **options: Any) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [*script(body), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
     )
+
+
+def next_line(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None
+    return process.stdout.readline()
 
 
 OPTIONS = """
@@ -51,13 +58,13 @@ def command(*, realm: Realm = None, connect: Connect = None, listen: Listen = No
 """
 
 
-def test_options_become_settings_and_logs_go_to_stderr():
+def test_options_become_settings_and_logs_go_to_stderr() -> None:
     code, out, err = finish(start(OPTIONS, "--realm", "lab", "--log-level", "info"))
     assert (code, out) == (0, "lab\n")
     assert "INFO     robot.arm: reached 3" in err
 
 
-def test_show_config_tells_values_and_origins(tmp_path):
+def test_show_config_tells_values_and_origins(tmp_path: Path) -> None:
     file = tmp_path / "robot.toml"
     file.write_text("timeout = 1.5")
     flags = ["--connect", "tcp/10.0.0.1:7447", "--connect", "tcp/10.0.0.2:7447", "--config", str(file)]
@@ -69,7 +76,7 @@ def test_show_config_tells_values_and_origins(tmp_path):
     assert "listen ['tcp/127.0.0.1:7447'] default" in lines
 
 
-def test_our_errors_are_one_line_and_exit_code_1():
+def test_our_errors_are_one_line_and_exit_code_1() -> None:
     body = """
     @app.command()
     def command() -> None:
@@ -80,14 +87,14 @@ def test_our_errors_are_one_line_and_exit_code_1():
     assert err == "-c: error: nobody answers at tcp/127.0.0.1:1 start naoserver-sim\n"
 
 
-def test_a_bad_setting_names_its_flag():
+def test_a_bad_setting_names_its_flag() -> None:
     code, _, err = finish(start(OPTIONS, "--realm", "a/b"))
     assert code == 1
     assert err.startswith("-c: error: --realm: realm = 'a/b': ")
     assert err.count("\n") == 1
 
 
-def test_wrong_usage_is_exit_code_2():
+def test_wrong_usage_is_exit_code_2() -> None:
     code, _, err = finish(start(OPTIONS, "--reelm", "lab"))
     assert code == 2
     assert "--reelm" in err
@@ -109,37 +116,37 @@ def command() -> None:
 @pytest.mark.parametrize(
     ("number", "expected"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
-def test_signals_clean_up_and_set_the_exit_code(number, expected):
+def test_signals_clean_up_and_set_the_exit_code(number: signal.Signals, expected: int) -> None:
     process = start(SERVE)
-    assert process.stdout.readline() == "ready\n"
+    assert next_line(process) == "ready\n"
     process.send_signal(number)
     code, out, err = finish(process)
     assert (code, out, err) == (expected, "cleaning\nclean\n", "")
 
 
-def test_a_second_signal_does_not_break_off_the_cleaning_up():
+def test_a_second_signal_does_not_break_off_the_cleaning_up() -> None:
     process = start(SERVE)
-    assert process.stdout.readline() == "ready\n"
+    assert next_line(process) == "ready\n"
     process.send_signal(signal.SIGINT)
-    assert process.stdout.readline() == "cleaning\n"
+    assert next_line(process) == "cleaning\n"
     process.send_signal(signal.SIGINT)
     process.send_signal(signal.SIGTERM)
     code, out, err = finish(process)
     assert (code, out, err) == (130, "clean\n", "")
 
 
-def test_nohup_is_respected():
+def test_nohup_is_respected() -> None:
     process = start(SERVE.replace("time.sleep(60)", "time.sleep(0.5)"), preexec_fn=ignore_hangup)
-    assert process.stdout.readline() == "ready\n"
+    assert next_line(process) == "ready\n"
     process.send_signal(signal.SIGHUP)
     assert finish(process)[0] == 0
 
 
-def ignore_hangup():
+def ignore_hangup() -> None:
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
 
-def test_help_loads_nothing_heavy():
+def test_help_loads_nothing_heavy() -> None:
     body = """
     import sys, zenoh_ice.command
     heavy = {"numpy", "mujoco", "cv2", "asyncio"} & set(sys.modules)

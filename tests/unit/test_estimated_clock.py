@@ -6,7 +6,8 @@ import logging
 import math
 import threading
 import time
-from types import SimpleNamespace
+from collections.abc import Callable
+from unittest import mock
 
 import pytest
 from hypothesis import given
@@ -29,20 +30,20 @@ class Wall:
 
 
 @pytest.fixture
-def wall(monkeypatch):
+def wall(monkeypatch: pytest.MonkeyPatch) -> Wall:
     wall = Wall()
-    monkeypatch.setattr(estimated_clock, "time", SimpleNamespace(monotonic=wall.monotonic))
+    monkeypatch.setattr(estimated_clock, "time", wall)
     return wall
 
 
-def test_it_is_a_clock():
+def test_it_is_a_clock() -> None:
     clock = EstimatedClock(7.0, 5.0, simulated=True)
     assert isinstance(clock, Clock)
     assert clock.rate == 5.0
     assert clock.simulated
 
 
-def test_time_runs_on_between_samples_at_their_rate(wall):
+def test_time_runs_on_between_samples_at_their_rate(wall: Wall) -> None:
     clock = EstimatedClock(10.0, 5.0, simulated=True)
     wall.now += 0.1
     assert clock.now() == pytest.approx(10.5)
@@ -55,7 +56,7 @@ def test_time_runs_on_between_samples_at_their_rate(wall):
     assert clock.now() == pytest.approx(11.6)
 
 
-def test_an_estimate_that_was_ahead_waits_and_does_not_go_back(wall):
+def test_an_estimate_that_was_ahead_waits_and_does_not_go_back(wall: Wall) -> None:
     clock = EstimatedClock(10.0, 1.0, simulated=True)
     wall.now += 1.0
     assert clock.now() == pytest.approx(11.0)
@@ -67,7 +68,7 @@ def test_an_estimate_that_was_ahead_waits_and_does_not_go_back(wall):
     assert clock.now() == pytest.approx(11.1)
 
 
-def test_a_restarted_simulation_is_followed_back(wall, caplog):
+def test_a_restarted_simulation_is_followed_back(wall: Wall, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
     clock = EstimatedClock(100.0, 1.0, simulated=True)
     wall.now += 1.0
@@ -80,10 +81,11 @@ samples = st.lists(st.tuples(st.floats(0, 2), st.floats(-0.09, 3), st.floats(0, 
 
 
 @given(samples)
-def test_it_never_runs_backwards_unless_the_simulation_restarts(steps):
+def test_it_never_runs_backwards_unless_the_simulation_restarts(
+    steps: list[tuple[float, float, float]],
+) -> None:
     wall = Wall()
-    original, estimated_clock.time = estimated_clock.time, SimpleNamespace(monotonic=wall.monotonic)
-    try:
+    with mock.patch.object(estimated_clock, "time", wall):
         clock = EstimatedClock(0.0, 1.0, simulated=True)
         robot, seen = 0.0, [clock.now()]
         for passed, advance, rate in steps:
@@ -92,14 +94,14 @@ def test_it_never_runs_backwards_unless_the_simulation_restarts(steps):
             robot += advance
             clock.update(robot, rate, simulated=True)
             seen.append(clock.now())
-    finally:
-        estimated_clock.time = original
     assert seen == sorted(seen)
     assert seen[-1] >= robot
 
 
 @pytest.mark.parametrize(("time_", "rate"), [(math.nan, 1.0), (math.inf, 1.0), (1.0, math.nan), (1.0, -1.0)])
-def test_a_sample_that_no_clock_can_show_is_dropped(wall, caplog, time_, rate):
+def test_a_sample_that_no_clock_can_show_is_dropped(
+    wall: Wall, caplog: pytest.LogCaptureFixture, time_: float, rate: float
+) -> None:
     clock = EstimatedClock(10.0, 1.0, simulated=True)
     clock.update(time_, rate, simulated=True)
     assert clock.now() == 10.0
@@ -107,7 +109,7 @@ def test_a_sample_that_no_clock_can_show_is_dropped(wall, caplog, time_, rate):
     assert "dropped a sample" in caplog.text
 
 
-def test_silence_is_told_once_and_so_is_its_end(wall, caplog):
+def test_silence_is_told_once_and_so_is_its_end(wall: Wall, caplog: pytest.LogCaptureFixture) -> None:
     clock = EstimatedClock(10.0, 2.0, simulated=True)
     wall.now += 0.9
     clock.now()
@@ -123,11 +125,11 @@ def test_silence_is_told_once_and_so_is_its_end(wall, caplog):
     ]
 
 
-def asleep(function):
+def asleep(function: Callable[[], object]) -> tuple[threading.Thread, list[object]]:
     """Run a function in a thread; return the thread and, once it has ended, what happened."""
-    outcome = []
+    outcome: list[object] = []
 
-    def run():
+    def run() -> None:
         try:
             outcome.append(function())
         except CommunicatorDestroyedException as error:
@@ -138,12 +140,12 @@ def asleep(function):
     return thread, outcome
 
 
-def join(thread):
+def join(thread: threading.Thread) -> None:
     thread.join(10.0)
     assert not thread.is_alive()
 
 
-def test_sleeps_scale_with_the_rate():
+def test_sleeps_scale_with_the_rate() -> None:
     clock = EstimatedClock(0.0, 50.0, simulated=True)
     started = time.monotonic()
     clock.sleep(5.0)
@@ -155,7 +157,7 @@ def test_sleeps_scale_with_the_rate():
     clock.sleep_until(0.0)
 
 
-def test_an_event_ends_a_wait():
+def test_an_event_ends_a_wait() -> None:
     clock = EstimatedClock(0.0, 1.0, simulated=True)
     event = threading.Event()
     thread, outcome = asleep(lambda: clock.wait(event, 60.0))
@@ -164,7 +166,7 @@ def test_an_event_ends_a_wait():
     assert outcome == [True]
 
 
-def test_a_change_of_rate_reaches_sleepers():
+def test_a_change_of_rate_reaches_sleepers() -> None:
     clock = EstimatedClock(0.0, 0.0, simulated=True)
     event = threading.Event()
     sleepers = [asleep(lambda: clock.sleep(30.0)), asleep(lambda: clock.wait(event, 30.0))]
@@ -174,7 +176,7 @@ def test_a_change_of_rate_reaches_sleepers():
     assert clock.now() >= 30.0
 
 
-def test_a_restart_wakes_sleepers():
+def test_a_restart_wakes_sleepers() -> None:
     clock = EstimatedClock(1000.0, 1.0, simulated=True)
     event = threading.Event()
     sleepers = [asleep(lambda: clock.sleep(60.0)), asleep(lambda: clock.wait(event, 60.0))]
@@ -187,7 +189,7 @@ def test_a_restart_wakes_sleepers():
     assert [outcome for _, outcome in sleepers] == [[None], [False]]
 
 
-def test_closing_lets_sleepers_go():
+def test_closing_lets_sleepers_go() -> None:
     clock = EstimatedClock(0.0, 0.0, simulated=True)
     event = threading.Event()
     sleepers = [asleep(lambda: clock.sleep(60.0)), asleep(lambda: clock.wait(event, 60.0))]

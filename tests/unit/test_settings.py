@@ -19,11 +19,11 @@ def write(path: Path, text: str) -> Path:
     return path
 
 
-def test_every_setting_is_checked():
+def test_every_setting_is_checked() -> None:
     assert [*module._CHECKS, "origins"] == [item.name for item in fields(Settings)]
 
 
-def test_later_sources_win_and_origins_are_remembered(tmp_path):
+def test_later_sources_win_and_origins_are_remembered(tmp_path: Path) -> None:
     file = write(tmp_path / "robot.toml", 'realm = "file"\ntimeout = 3\nclock = "sim"\nlisten = []\n')
     settings = load_settings(
         file,
@@ -45,7 +45,7 @@ def test_later_sources_win_and_origins_are_remembered(tmp_path):
     assert described["connect"] == "default"
 
 
-def test_environment_parses_every_type():
+def test_environment_parses_every_type() -> None:
     settings = load_settings(
         environment={
             "VISUALHFSM_CONNECT": "tcp/10.0.0.1:7447, tcp/[::1]:9",
@@ -62,7 +62,7 @@ def test_environment_parses_every_type():
     assert settings.log_level == "debug"
 
 
-def test_environment_can_name_the_file(tmp_path):
+def test_environment_can_name_the_file(tmp_path: Path) -> None:
     file = write(tmp_path / "robot.toml", 'realm = "file"')
     assert load_settings(environment={"VISUALHFSM_CONFIG": str(file)}).realm == "file"
 
@@ -91,7 +91,7 @@ def test_environment_can_name_the_file(tmp_path):
         ("realm = \nclock = 1", ["TOML", "line 1"]),
     ],
 )
-def test_a_bad_file_is_refused_with_its_name(tmp_path, text, expected):
+def test_a_bad_file_is_refused_with_its_name(tmp_path: Path, text: str, expected: list[str]) -> None:
     file = write(tmp_path / "robot.toml", text)
     with pytest.raises(ConfigurationException) as raised:
         load_settings(file, environment={})
@@ -101,7 +101,7 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path, text, expected):
         assert part in message
 
 
-def test_a_missing_file_is_told(tmp_path):
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationException, match="cannot read the settings: No such file"):
         load_settings(tmp_path / "none.toml", environment={})
 
@@ -116,17 +116,17 @@ def test_a_missing_file_is_told(tmp_path):
         ("VISUALHFSM_REELM", "x"),
     ],
 )
-def test_a_bad_variable_is_refused_with_its_name(variable, text):
+def test_a_bad_variable_is_refused_with_its_name(variable: str, text: str) -> None:
     with pytest.raises(ConfigurationException, match=f"^{variable}: "):
         load_settings(environment={variable: text})
 
 
-def test_a_bad_flag_is_refused_with_its_name():
+def test_a_bad_flag_is_refused_with_its_name() -> None:
     with pytest.raises(ConfigurationException, match=r"^--log-level: log_level = 'loud': write one of"):
         load_settings(None, {"log_level": "loud"}, environment={})
 
 
-def test_a_program_can_override_and_is_checked():
+def test_a_program_can_override_and_is_checked() -> None:
     settings = Settings().override(realm="lab", connect=["tcp/localhost:7447"])
     assert settings.realm == "lab"
     assert settings.connect == ("tcp/localhost:7447",)
@@ -137,7 +137,7 @@ def test_a_program_can_override_and_is_checked():
 
 
 @given(st.text())
-def test_no_realm_breaks_out_of_its_chunk(realm):
+def test_no_realm_breaks_out_of_its_chunk(realm: str) -> None:
     try:
         accepted = Settings(realm=realm).realm
     except ConfigurationException:
@@ -147,7 +147,7 @@ def test_no_realm_breaks_out_of_its_chunk(realm):
 
 
 @given(st.text(max_size=40))
-def test_an_endpoint_is_accepted_or_refused_by_our_exception(endpoint):
+def test_an_endpoint_is_accepted_or_refused_by_our_exception(endpoint: str) -> None:
     try:
         settings = Settings(listen=(endpoint,))
     except ConfigurationException:
