@@ -49,15 +49,19 @@ def diff(changes: Changes) -> str:
     parts: list[str] = []
     for path, text in sorted(wanted, key=lambda item: item[0]):
         old = _read(path)
-        parts += difflib.unified_diff(
-            [] if old is None else old.decode(errors="replace").splitlines(keepends=True),
-            [] if text is None else text.splitlines(keepends=True),
-            "/dev/null" if old is None else str(path),
-            "/dev/null" if text is None else str(path),
+        names = ("/dev/null" if old is None else str(path), "/dev/null" if text is None else str(path))
+        lines = list(
+            difflib.unified_diff(
+                (old or b"").decode(errors="replace").splitlines(keepends=True),
+                (text or "").splitlines(keepends=True),
+                *names,
+            )
         )
-        if not parts or not parts[-1].endswith("\n"):
-            parts.append("\n")
-    return "".join(parts)
+        # An empty file that comes or goes has no line to show.
+        parts += lines or [f"--- {names[0]}\n", f"+++ {names[1]}\n"]
+    return "".join(
+        part if part.endswith("\n") else f"{part}\n\\ No newline at end of file\n" for part in parts
+    )
 
 
 def apply(changes: Changes) -> None:

@@ -127,9 +127,7 @@ def _tokenize(source: Source) -> list[Token]:
         if word[0] == "\\" and group == "word":
             token.text = word[1:]
             token.escaped = True
-        elif group == "hash" and text[text.rfind("\n", 0, match.start()) + 1 : match.start()].strip(
-            " \t\ufeff"
-        ):
+        elif group == "hash" and tokens and tokens[-1].offset > text.rfind("\n", 0, match.start()):
             token.kind = Kind.INVALID
             token.text = "#"
         tokens.append(token)
