@@ -19,12 +19,12 @@ _AXES: Final = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A superellipse across the axis of a loft: of lengths in m."""
+    """A superellipse across the axis of a loft. Lengths in m."""
 
     at: float
     """Place along the axis."""
     half: tuple[float, float]
-    """Half widths along the two other axes, in the order x, y, z, x, y after the loft's own."""
+    """Half widths along the two other axes in cyclic order, such as y and z of a loft along x."""
     center: tuple[float, float] = (0.0, 0.0)
     squareness: float = 2.0
     """2 is an ellipse; more comes nearer to a rectangle with rounded corners."""

@@ -22,6 +22,8 @@ TIMESTEP: Final = 0.0025
 """Seconds in a physics step; the body stands and walks at 1 to 5 ms."""
 _LARGEST_IMAGE: Final = (1280, 960)
 _SETTLING_TIME: Final = 1.0
+_SIGHT: Final = (0.01, 30.0)
+"""Nearest and farthest distance in m that a camera sees."""
 _GAP: Final = 0.0002
 """Height in m from which the soles are let down on the floor."""
 
@@ -73,6 +75,7 @@ def build_model(body: Body = H25, balls: Sequence[Ball] = BALLS, *, skin: bool =
     spec.compiler.degree = False
     spec.compiler.autolimits = True
     _set_physics(spec.option)
+    spec.stat.extent = 1.0  # the unit of the distances of sight
     _set_quality(spec.visual)
     cameras = simulated_cameras(body)
     add_surroundings(spec)
@@ -155,7 +158,6 @@ def _set_quality(visual: mujoco.MjVisual) -> None:
     visual.quality.numslices = 20
     visual.quality.numstacks = 12
     visual.quality.numquads = 2
-    visual.map.znear = 0.02
-    visual.map.zfar = 30
+    visual.map.znear, visual.map.zfar = _SIGHT
     offscreen = visual.global_
     offscreen.offwidth, offscreen.offheight = _LARGEST_IMAGE

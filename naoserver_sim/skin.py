@@ -31,15 +31,16 @@ def _paint_head(paint: Painter) -> None:
         slices=28,
     )
     paint.shell("head", skull, Material.WHITE)
-    paint.ellipsoid("head", (0.0285, 0.044, 0.040), (0.029, 0, 0.043), Material.LIGHT_GREY)
+    paint.ellipsoid("head", (0.0285, 0.044, 0.042), (0.0285, 0, 0.047), Material.WHITE)
     eye, outward = (0.0515, 0.0265, 0.0500), (0.88, 0.47, 0.05)
     paint.disc("head", (0.0165, 0.006), eye, outward, Material.LED, twice=True)
     paint.disc("head", (0.0125, 0.008), eye, outward, Material.BLACK, twice=True)
-    paint.disc("head", (0.0050, 0.004), (0.0545, 0, 0.0665), (0.97, 0, 0.25), Material.BLACK)
-    paint.disc("head", (0.0050, 0.004), (0.0495, 0, 0.0180), (0.85, 0, -0.52), Material.BLACK)
+    paint.disc("head", (0.0050, 0.004), (0.0548, 0, 0.0665), (0.97, 0, 0.25), Material.BLACK)
+    paint.disc("head", (0.0050, 0.004), (0.0494, 0, 0.0177), (0.80, 0, -0.60), Material.BLACK)
     ear = (0.0, 0.0615, 0.050)
     paint.disc("head", (0.0310, 0.012), ear, (0, 1, 0), Material.ORANGE, twice=True)
     paint.disc("head", (0.0265, 0.015), ear, (0, 1, 0), Material.WHITE, twice=True)
+    paint.disc("head", (0.0215, 0.016), ear, (0, 1, 0), Material.LED, twice=True)
     paint.disc("head", (0.0190, 0.017), ear, (0, 1, 0), Material.GREY, twice=True)
     for x, z in ((0.028, 0.1035), (0.0, 0.1115), (-0.028, 0.1045)):
         paint.ellipsoid("head", (0.012, 0.013, 0.004), (x, 0, z), Material.DARK)
@@ -68,6 +69,7 @@ def _paint_torso(paint: Painter) -> None:
             Section(0.008, (0.026, 0.034), (0.0195, 0), 2.4),
         ],
         domes=(0.016, 0.014),
+        slices=36,
     )
     paint.shell("torso", belly, Material.ORANGE)
     paint.disc("torso", (0.0125, 0.006), (0.0495, 0, 0.0552), (1, 0, 0.05), Material.LIGHT_GREY)
@@ -141,6 +143,7 @@ def _paint_legs(paint: Painter) -> None:
             Section(-0.018, (0.012, 0.024), (0.0360, 0.005), 2.4),
         ],
         domes=(0.014, 0.014),
+        slices=36,
     )
     paint.shell("l_thigh", plate, Material.ORANGE)
     paint.disc("l_tibia", (0.030, 0.062), (0, 0.002, 0), (0, 1, 0), Material.GREY)
