@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from interfaces.nao import Severity
-
 from naoserver.event_log import EventLog
 from naoserver.outcome import Outcome
 from naoserver.robot import JointDevice, JointFacts, JointReading

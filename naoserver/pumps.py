@@ -20,6 +20,8 @@ _IDLE: Final = 0.05
 """Wall seconds between two looks for listeners while there is none."""
 _RETRY: Final = 1.0
 """Wall seconds until a pump goes on after a failure."""
+_SLICE: Final = 0.25
+"""Seconds of any clock after which a pump that waits looks at its period again."""
 _FASTEST: Final = 0.001
 """Wall seconds that at least pass between two rounds of any pump, whatever the robot's clock does."""
 _END: Final = 3.0
@@ -74,13 +76,20 @@ class Schedule:
         """Make the next point due now."""
         self._due = self._clock.now()
 
-    def wait_for_next(self, stopping: threading.Event, period: float) -> bool:
-        """Wait for the next point; returns False when `stopping` came first."""
-        self._due += period
-        now = self._clock.now()
-        if not now - period <= self._due <= now + 2 * period:  # far too late, or the clock began anew
-            self._due = now
-        return not self._clock.wait(stopping, self._due - now)
+    def wait_for_next(self, stopping: threading.Event, period: Callable[[], float]) -> bool:
+        """Wait for the next point, also while `period` changes; returns False when `stopping` came first."""
+        last = self._due
+        while not stopping.is_set():
+            seconds, now = period(), self._clock.now()
+            self._due = last + seconds
+            if not now - seconds <= self._due <= now + 2 * seconds:  # far too late, or the clock began anew
+                self._due = now
+            if self._due <= now:
+                return True
+            self._clock.wait(stopping, min(self._due - now, _SLICE))
+            if self._clock.now() <= now:
+                stopping.wait(_FASTEST)  # a clock that has ended makes nobody wait
+        return False
 
 
 class WallPump(Pump):
@@ -123,7 +132,7 @@ class StatePump(Pump):
         if not listening:
             self._stopping.wait(_IDLE)
             self._schedule.restart()
-        elif self._schedule.wait_for_next(self._stopping, self._period):
+        elif self._schedule.wait_for_next(self._stopping, lambda: self._period):
             self._stopping.wait(max(0.0, begun + self._shortest - time.monotonic()))
 
 
@@ -142,4 +151,4 @@ class CameraPump(Pump):
         elif not self._camera.publish():
             self._stopping.wait(_RETRY)
         else:
-            self._schedule.wait_for_next(self._stopping, self._camera.period)
+            self._schedule.wait_for_next(self._stopping, lambda: self._camera.period)

@@ -30,7 +30,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from zenoh_ice.clock import Clock
+from zenoh_ice import Clock
 
 
 @dataclass(frozen=True, slots=True)

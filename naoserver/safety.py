@@ -30,6 +30,10 @@ from naoserver.robot import JointFacts, JointReading
 
 _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
+_SAG: Final = 0.05
+"""Distance in rad from its setpoint at which a joint's load may keep it; beyond it the joint lags behind."""
+_LONGEST_NAME: Final = 64
+"""Characters of a client's text that are told back."""
 _ROUNDING: Final = 1e-9
 """Change in rad (or m) by which a value that only went through arithmetic is not called limited."""
 
@@ -73,12 +77,13 @@ class Safety:
         self._drives: dict[str, _Drive] = {}
         self._goals: dict[str, Goal] = {}
         self._issued: dict[str, tuple[float, float] | float] = {}  # the device's newest command of a joint
+        self._resting: set[str] = set()  # joints whose goal is only where they were
         self._held_back: set[str] = set()  # joints that a range holds back, and that have been told
         self._time = 0.0  # robot time of the last look
 
     def goal(self, joint: str) -> Goal | None:
-        """Return where the joint was last sent; None before any position command and while it is driven."""
-        return self._goals.get(joint)
+        """Return where the joint was last sent; None unless a position command was its newest."""
+        return None if joint in self._resting else self._goals.get(joint)
 
     def velocity(self, joint: str) -> float:
         """Return the velocity that the joint is commanded to reach, 0 unless it is driven by velocity."""
@@ -186,9 +191,8 @@ class Safety:
     def _checked(self, values: Mapping[str, float], what: str) -> dict[str, float]:
         for joint, value in values.items():
             if joint not in self._facts:
-                raise InvalidCommand(
-                    joint, f"there is no joint {joint!r}; there are {', '.join(self._facts)}"
-                )
+                name = joint[:_LONGEST_NAME]
+                raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
             if not math.isfinite(value):
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
         return dict(values)
@@ -225,7 +229,7 @@ class Safety:
             if abs(safe - goal.target) > _ROUNDING:
                 reason = f"{goal.target:.4g} would hit at this {table.independent}, taken {safe:.4g}"
                 outcome.limitations.append(Limitation(joint, reason))
-                self._goals[joint] = Goal(safe, goal.speed)
+                self._set_goal(joint, Goal(safe, goal.speed))
 
     # -- what the joints are told ------------------------------------------------------------------------
 
@@ -233,10 +237,12 @@ class Safety:
         self._drives.pop(joint, None)
         self._goals[joint] = goal
         self._issued.pop(joint, None)
+        self._resting.discard(joint)
         self._held_back.discard(joint)
 
     def _set_drive(self, joint: str, drive: _Drive) -> None:
         self._goals.pop(joint, None)
+        self._resting.discard(joint)
         self._drives[joint] = drive
         self._issued.pop(joint, None)
 
@@ -247,6 +253,7 @@ class Safety:
         )
         self._set_goal(joint, goal)
         self._issued[joint] = (goal.target, goal.speed)
+        self._resting.add(joint)
 
     def _hold(self, joint: str, reading: JointReading, outcome: Outcome) -> None:
         self._stay(joint, reading)
@@ -340,7 +347,10 @@ class Safety:
             step = _clamped(goal.target - setpoint, -goal.speed * horizon, goal.speed * horizon)
         else:
             step = 0.0
-        lower, upper = table.over((reading.positions[self._index[other]], setpoint, setpoint + step))
+        angles = [setpoint, setpoint + step]
+        if abs(reading.positions[self._index[other]] - setpoint) > _SAG:
+            angles.append(reading.positions[self._index[other]])
+        lower, upper = table.over(angles)
         return max(lower, facts.lower), min(upper, facts.upper)
 
     def _wake(self, reading: JointReading) -> None:
@@ -353,7 +363,7 @@ class Safety:
         return bool(self._drives) or any(self._moving(joint, reading) for joint in joints)
 
     def _moving(self, joint: str, reading: JointReading) -> bool:
-        goal = self._goals.get(joint)
+        goal = self.goal(joint)
         return goal is not None and abs(self._setpoint(joint, reading) - goal.target) > _REACHED
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
 from types import TracebackType
 from typing import Final, Self
 
@@ -88,16 +89,15 @@ class RobotServer:
 
     def close(self) -> None:
         """Stop all motion, take the servants away and end the threads; does nothing the second time."""
-        for pump in self._pumps:
-            pump.ask_to_stop()
-        for device in self._devices:
-            device.close()
-        for identity in self._served:
-            self._adapter.remove(identity)
-        self._served.clear()
-        self._watchdog.close()
-        for pump in self._pumps:
-            pump.join()
+        with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
+            for pump in self._pumps:
+                steps.callback(pump.join)
+            steps.callback(self._watchdog.close)
+            steps.callback(self._withdraw)
+            for device in self._devices:
+                steps.callback(device.close)
+            for pump in self._pumps:
+                steps.callback(pump.ask_to_stop)
 
     def __enter__(self) -> Self:
         return self
@@ -135,6 +135,12 @@ class RobotServer:
         except BaseException:
             self.close()
             raise
+
+    def _withdraw(self) -> None:
+        while self._served:
+            identity = self._served.pop()
+            if self._adapter.find(identity) is not None:  # unless the adapter was destroyed meanwhile
+                self._adapter.remove(identity)
 
     def _client_lost(self, client: str) -> None:
         for device in self._devices:

@@ -19,7 +19,7 @@ from naoserver.body import H25
 from naoserver.errors import HardwareFailure
 from naoserver.fake.camera import Ball, draw
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
-from zenoh_ice.clock import Clock, WallClock
+from zenoh_ice import Clock, WallClock
 
 LAG: Final = 0.02
 """Time constant in s with which a joint follows its setpoint."""

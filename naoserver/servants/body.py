@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from interfaces.nao import JointLimits, Joints, JointState
-
 from naoserver.guarded_device import GuardedDevice
 from naoserver.robot import JointReading
 from naoserver.servants.conversions import refusals_told, require_finite, require_fraction

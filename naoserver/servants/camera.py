@@ -24,6 +24,7 @@ from naoserver.robot import CameraFacts, Frame, Robot
 from naoserver.servants.conversions import to_time
 from zenoh_ice import Current
 
+_LONGEST_NAME = 64  # characters of a client's text that are told back
 STREAMED_FORMAT = next(iter(PIXEL_FORMATS))
 
 
@@ -67,7 +68,7 @@ class CameraI(Camera):
         if format not in PIXEL_FORMATS:
             known = ", ".join(PIXEL_FORMATS)
             raise ConfigurationNotExistException(
-                f"{self.facts.name} has no format {format!r}; it has {known}"
+                f"{self.facts.name} has no format {format[:_LONGEST_NAME]!r}; it has {known}"
             )
         try:
             return _image(self._fresh(), format)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading
-
 from zenoh_ice import Clock, Current
 
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from interfaces.jderobot import InvalidValueException, Time
-
 from naoserver.errors import InvalidCommand
 
 

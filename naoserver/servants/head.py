@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from interfaces.nao import HeadLimits, HeadPose, PoseHead
-
 from naoserver.guarded_device import GuardedDevice
 from naoserver.hinges import NECK
 from naoserver.robot import JointReading

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping
 
 from interfaces.nao import Health, HealthReport, Severity
-
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.robot import BodyState, Robot

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import msgspec
 
 from interfaces.jderobot import (
@@ -86,14 +88,14 @@ class Pose3DEncodersI(Pose3DEncoders):
 
 
 def motor_params(device: GuardedDevice, axes: tuple[tuple[Axis, str], ...]) -> Pose3DMotorsParams:
-    """Return the limits of some axes, 0 of the others, and the highest speeds that commands get."""
+    """Return the limits of some axes, 0 of the others, and the highest speeds that each of them takes."""
     limits = dict.fromkeys(Pose3DMotorsParams.__struct_fields__, 0.0)
     for axis, joint in axes:
         facts = device.facts(joint)
         name = axis.capitalize()
         limits[f"min{name}"], limits[f"max{name}"] = facts.lower, facts.upper
         speed = "maxPanSpeed" if axis is Axis.PAN else "maxTiltSpeed"
-        limits[speed] = max(limits[speed], device.speed_cap(joint))
+        limits[speed] = min(limits[speed] or math.inf, device.speed_cap(joint))
     return Pose3DMotorsParams(**limits)
 
 

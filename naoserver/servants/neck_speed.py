@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import msgspec
-from interfaces.jderobot import Pose3DMotors, Pose3DMotorsData, Pose3DMotorsParams
 
+from interfaces.jderobot import Pose3DMotors, Pose3DMotorsData, Pose3DMotorsParams
 from naoserver.guarded_device import GuardedDevice
 from naoserver.hinges import NECK
 from naoserver.servants.conversions import refusals_told, require_finite

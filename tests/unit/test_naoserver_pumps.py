@@ -17,7 +17,7 @@ def run_schedule(clock, period, work, rounds):
     def rounds_of_work():
         schedule = Schedule(clock)
         for seconds in work[:rounds]:
-            schedule.wait_for_next(threading.Event(), period)
+            schedule.wait_for_next(threading.Event(), lambda: period)
             times.append(clock.now())
             if seconds:
                 clock.sleep(seconds)
