@@ -223,6 +223,10 @@ class Communicator:
             raise self.presence.explain_absence(target)
         return found
 
+    def knows(self, target: Target) -> bool:
+        """Return whether `find` would return at once."""
+        return target in self.local_servants or bool(self.presence.interfaces(target))
+
     def outgoing_call(
         self, target: Target, operation: Operation[..., Any], fingerprint: str, timeout: float
     ) -> OutgoingCall:

@@ -76,6 +76,8 @@ class OutgoingCall:
 
     def invoke(self, arguments: tuple[Any, ...]) -> object:
         """Call, wait for the answer, and return what the operation returns."""
+        if self._communicator.destroyed:
+            raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         payload = self._encode(arguments)
         started = time.monotonic()
         servant = self._local.get(self._target)

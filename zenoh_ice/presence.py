@@ -28,6 +28,9 @@ _GRACE: Final = 0.5
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
 
+# s to wait for word of the end of a link after the end of a token that came over it; measured 1 ms.
+_LINK_NOTICE: Final = 0.1
+
 _logger = logging.getLogger(__name__)
 
 
@@ -93,6 +96,10 @@ class Presence:
         with self._changed:
             return sorted(target.identity for target in self._servants if target.realm == realm)
 
+    def is_lost(self, target: Target) -> bool:
+        """Return whether a servant was there and is no longer."""
+        return target in self._lost and target not in self._servants
+
     def lost_since(self, target: Target, moment: float) -> bool:
         """Return whether a servant that was there went away after a moment of the monotonic clock."""
         return self._lost.get(target, -1.0) >= moment
@@ -153,8 +160,7 @@ class Presence:
         if self._closed:
             return CommunicatorDestroyedException("the communicator was destroyed")
         endpoints = ", ".join(self._endpoints)
-        lost = self._lost.get(target)
-        if lost is not None and (not self.linked() or abs(lost - self._last_link_lost) < _SAME_MOMENT):
+        if self._lost_with_its_link(target):
             return ConnectionLostException(
                 f"the server of {target} went away{f' (connecting to {endpoints})' if endpoints else ''}; "
                 "calls go on as soon as it is back"
@@ -171,6 +177,16 @@ class Presence:
             f"no servant {target.identity!r} in realm {target.realm!r}"
             + (f"; there is {', '.join(near)}" if near else "; the realm has no servants")
         )
+
+    def _lost_with_its_link(self, target: Target) -> bool:
+        """Return whether a servant went away because its process did, or the way to it."""
+        with self._changed:
+            lost = self._lost.get(target)
+            if lost is None:
+                return False
+            if time.monotonic() - lost < _SAME_MOMENT:  # word of the link may still be on its way
+                self._changed.wait_for(lambda: abs(lost - self._last_link_lost) < _SAME_MOMENT, _LINK_NOTICE)
+            return abs(lost - self._last_link_lost) < _SAME_MOMENT or not self.linked()
 
     # What others register.
 

@@ -128,9 +128,8 @@ class ObjectPrx:
         Callbacks of the future run on threads of the communicator.
         """
         future: Future[V] = self._communicator.new_future()
-        call = self._calls.get(operation)
-        if call is not None:
-            call.begin(args, future)
+        if operation in self._calls or self._communicator.knows(self._target):
+            self._prepare_and_begin(operation, args, future)
         else:  # finding the servant may take a while
             self._communicator.dispatcher.submit(partial(self._prepare_and_begin, operation, args, future))
         return future
@@ -166,8 +165,12 @@ class ObjectPrx:
 
     def _prepare(self, operation: Operation[..., Any]) -> OutgoingCall:
         """Wait until the servant is there, for not longer than a call, and get ready to call it."""
-        self._communicator.find(self._target, None, self._timeout)
-        call = self._communicator.outgoing_call(
+        communicator = self._communicator
+        if not communicator.presence.is_lost(
+            self._target
+        ):  # as every later call: one that is lost fails at once
+            communicator.find(self._target, None, self._timeout)
+        call = communicator.outgoing_call(
             self._target, operation, self.ice_interface.fingerprint, self._timeout
         )
         self._calls[operation] = call

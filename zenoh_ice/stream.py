@@ -92,11 +92,8 @@ class StreamReader(Generic[V]):
         Raises MarshalException, once, for a sample that does not fit the operation.
         """
         with self._changed:
-            try:
-                raw = self._try_receive()
-            except zenoh.ZError:
-                self._check_open()
-                raise
+            self._check_open()
+            raw = self._try_receive()
             if raw is not None:
                 self._sample = self._decode(raw)
             return self._sample
@@ -116,7 +113,6 @@ class StreamReader(Generic[V]):
                 sample = self.latest()
                 if sample is not None and sample is not after:
                     return sample
-                self._check_open()
                 left = deadline - time.monotonic()
                 if left <= 0 or presence.lost_since(self._target, started):
                     break
@@ -145,7 +141,7 @@ class StreamReader(Generic[V]):
         return Sample(value, attachment.sequence, attachment.robot_time, attachment.wall_time)
 
     def _check_open(self) -> None:
-        if self._closed:
+        if self._closed or self._communicator.destroyed:
             raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
 
     def _wake(self) -> None:

@@ -1,0 +1,467 @@
+"""What clients and servers do when processes die, hang, come back, or were never there."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Pair
+from tests.support.calculator import CalculatorPrx, Reading
+from tests.support.calculator_servant import CalculatorI
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from zenoh_ice import (
+    AlreadyRegisteredException,
+    Communicator,
+    CommunicatorDestroyedException,
+    ConfigurationException,
+    ConnectFailedException,
+    ConnectionLostException,
+    EndpointInUseException,
+    ObjectNotExistException,
+    Sample,
+    SystemException,
+    TimeoutException,
+    initialize,
+)
+
+SERVER = "tests.support.calculator_server"
+LIMIT = 10.0
+
+MakeCommunicator = Callable[..., Communicator]
+
+
+@pytest.fixture
+def server(endpoint: str) -> Iterator[ComponentProcess]:
+    with ComponentProcess(module(SERVER, "--listen", endpoint)) as process:
+        process.wait_for("^ready")
+        yield process
+
+
+@pytest.fixture
+def client(endpoint: str, make_communicator: MakeCommunicator) -> Communicator:
+    return make_communicator(connect=[endpoint])
+
+
+def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
+    deadline = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def call_until_it_works(calculator: CalculatorPrx) -> None:
+    def works() -> bool:
+        try:
+            return calculator.add(1.0, 2.0) == 3.0
+        except SystemException:
+            return False
+
+    until(works)
+
+
+class TestNoServer:
+    def test_cast_names_the_endpoint_and_how_to_start_a_server(
+        self, endpoint: str, client: Communicator
+    ) -> None:
+        started = time.monotonic()
+        with pytest.raises(ConnectFailedException, match="start a server") as caught:
+            CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        assert time.monotonic() - started < 3.0
+        assert caught.value.endpoint == endpoint
+        assert endpoint in str(caught.value)
+
+    def test_call_and_wait_and_future_say_the_same(self, client: Communicator) -> None:
+        calculator = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator")).ice_invocationTimeout(200)
+        with pytest.raises(ConnectFailedException):
+            calculator.add(1.0, 2.0)
+        with pytest.raises(ConnectFailedException):
+            calculator.addAsync(1.0, 2.0).result(LIMIT)
+        with pytest.raises(ConnectFailedException):
+            calculator.getReading.wait(timeout=0.1)
+
+    def test_server_that_starts_while_a_client_looks_for_it_is_found(
+        self, endpoint: str, client: Communicator, make_communicator: MakeCommunicator
+    ) -> None:
+        found: list[CalculatorPrx] = []
+        looking = threading.Thread(
+            target=lambda: found.append(CalculatorPrx.checkedCast(client.stringToProxy("Calculator")))
+        )
+        looking.start()
+        adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Late")
+        adapter.add(CalculatorI(), "Calculator")
+        adapter.activate()
+        looking.join(LIMIT)
+        assert found[0].add(1.0, 2.0) == 3.0
+
+    def test_destroy_ends_the_search(self, client: Communicator) -> None:
+        outcome: list[BaseException] = []
+
+        def look() -> None:
+            try:
+                CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+            except SystemException as error:
+                outcome.append(error)
+
+        looking = threading.Thread(target=look)
+        looking.start()
+        started = time.monotonic()
+        client.destroy()
+        looking.join(LIMIT)
+        assert time.monotonic() - started < 1.5
+        assert isinstance(outcome[0], CommunicatorDestroyedException)
+
+
+class TestServerKilled:
+    def test_calls_streams_and_futures_report_it_within_a_second(
+        self, server: ComponentProcess, client: Communicator
+    ) -> None:
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        sample = calculator.getReading.wait(timeout=LIMIT)
+        call = calculator.sleepAsync(1.9)
+        outcome: list[BaseException] = []
+
+        def follow() -> None:
+            current: Sample[Reading] | None = sample
+            try:
+                while True:
+                    current = calculator.getReading.wait(after=current, timeout=LIMIT)
+            except SystemException as error:
+                outcome.append(error)
+
+        follower = threading.Thread(target=follow)
+        follower.start()
+        started = time.monotonic()
+        server.process.kill()
+        with pytest.raises(ConnectionLostException):
+            call.result(LIMIT)
+        with pytest.raises(ConnectionLostException, match="went away"):
+            calculator.count()
+        follower.join(LIMIT)
+        assert time.monotonic() - started < 1.0
+        assert isinstance(outcome[0], ConnectionLostException)
+
+    def test_proxies_and_streams_survive_the_restart_and_nothing_is_replayed(
+        self, endpoint: str, client: Communicator
+    ) -> None:
+        seen: list[int] = []
+        with ComponentProcess(module(SERVER, "--listen", endpoint)) as first:
+            first.wait_for("^ready")
+            calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+            assert [calculator.count() for _ in range(3)] == [1, 2, 3]
+            subscription = calculator.getReading.subscribe(lambda sample: seen.append(sample.value.count))
+            until(lambda: seen and seen[-1] >= 5)
+            first.process.kill()
+            with pytest.raises(ConnectionLostException):  # noqa: PT012
+                for _ in range(100):
+                    calculator.count()
+            for _ in range(5):
+                with pytest.raises(ConnectionLostException):
+                    calculator.count()
+        until(lambda: not client.presence.linked())
+        before = len(seen)
+        with ComponentProcess(module(SERVER, "--listen", endpoint)) as second:
+            second.wait_for("^ready")
+            call_until_it_works(calculator)
+            assert calculator.count() == 1  # none of those that failed was executed later
+            until(lambda: len(seen) > before)
+            assert calculator.getReading.wait(timeout=LIMIT).value.count == seen[-1] or len(seen) > before
+        subscription.close()
+
+    def test_idempotent_call_is_sent_once_more_and_no_other(
+        self, endpoint: str, make_communicator: MakeCommunicator
+    ) -> None:
+        """The first server dies in the middle of the calls; the second is there at once."""
+        client = make_communicator(connect=[endpoint], timeout=5.0)
+        adapter_of_next = make_communicator(connect=[endpoint]).createObjectAdapter("Next")
+        with ComponentProcess(module(SERVER, "--listen", endpoint)) as first:
+            first.wait_for("^ready")
+            calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+            calculator.add(1.0, 2.0)
+            calculator.count()
+            # Busy for 3 s: both calls wait behind this one.
+            calculator.sleepAsync(3.0)
+            outcomes: dict[str, object] = {}
+
+            def call(name: str, function: Callable[[], object]) -> None:
+                try:
+                    outcomes[name] = function()
+                except SystemException as error:
+                    outcomes[name] = error
+
+            threads = [
+                threading.Thread(target=call, args=("idempotent", lambda: calculator.add(1.0, 2.0))),
+                threading.Thread(target=call, args=("other", calculator.count)),
+            ]
+            for thread in threads:
+                thread.start()
+            time.sleep(0.2)  # lets the calls reach the server; were they late, they would find the second
+            first.process.kill()
+            until(lambda: "Calculator" not in adapter_of_next._communicator.identities())
+            servant = CalculatorI()
+            adapter_of_next.add(servant, "Calculator")
+            adapter_of_next.activate()
+            for thread in threads:
+                thread.join(LIMIT)
+        assert outcomes["idempotent"] == 3.0
+        assert isinstance(outcomes["other"], ConnectionLostException)
+        assert servant.counted == 0
+
+    def test_calls_while_the_server_is_away_fail_at_once(
+        self, server: ComponentProcess, client: Communicator
+    ) -> None:
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        calculator.add(1.0, 2.0)
+        server.process.kill()
+        until(lambda: not client.presence.linked())
+        started = time.monotonic()
+        for _ in range(10):
+            with pytest.raises(ConnectionLostException):
+                calculator.add(1.0, 2.0)
+        assert time.monotonic() - started < 1.0
+
+
+class TestServerFrozen:
+    def test_call_ends_within_its_timeout_and_the_loss_is_noticed(
+        self, server: ComponentProcess, client: Communicator
+    ) -> None:
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        calculator.add(1.0, 2.0)
+        server.process.send_signal(signal.SIGSTOP)
+        try:
+            started = time.monotonic()
+            with pytest.raises((TimeoutException, ConnectionLostException)):
+                calculator.ice_invocationTimeout(500).count()
+            assert time.monotonic() - started < 1.0
+            with pytest.raises(ConnectionLostException):  # noqa: PT012
+                while time.monotonic() - started < LIMIT:
+                    try:
+                        calculator.ice_invocationTimeout(500).count()
+                    except TimeoutException:
+                        continue
+        finally:
+            server.process.send_signal(signal.SIGCONT)
+        call_until_it_works(calculator)
+
+    def test_sending_to_a_frozen_server_ends(self, server: ComponentProcess, client: Communicator) -> None:
+        """More than all buffers between hold: the sender must not wait for ever."""
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        data = bytes(8 << 20)
+        assert calculator.echo(data) == data
+        server.process.send_signal(signal.SIGSTOP)
+        try:
+            started = time.monotonic()
+            for _ in range(3):
+                with pytest.raises((TimeoutException, ConnectionLostException)):
+                    calculator.ice_invocationTimeout(1000).echo(data)
+            assert time.monotonic() - started < 3 * (1.0 + 2.5)
+        finally:
+            server.process.send_signal(signal.SIGCONT)
+
+
+class TestClients:
+    def test_server_is_told_of_a_killed_client(
+        self, endpoint: str, server: ComponentProcess, client: Communicator
+    ) -> None:
+        other = ComponentProcess(module(SERVER, "--connect", endpoint, "--identity", "Other"))
+        with other:
+            client_id = other.wait_for("^ready (.*)")[1].strip()
+            CalculatorPrx.checkedCast(client.stringToProxy("Other"))  # the links are made
+            killed = time.monotonic()
+            other.process.kill()
+            server.wait_for(f"^lost {client_id}", 1.0)
+            assert time.monotonic() - killed < 1.0
+
+    def test_server_is_told_of_a_client_that_ends(self, pair: Pair, make_communicator: MakeCommunicator) -> None:
+        lost: list[str] = []
+        names: list[str] = []
+
+        def callback(client: str) -> None:
+            names.append(threading.current_thread().name)
+            lost.append(client)
+
+        pair.server.onClientLost(callback)
+        pair.adapter.add(CalculatorI(), "Calculator")
+        who = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")).who()
+        pair.client.destroy()
+        until(lambda: who in lost)
+        assert names[0].startswith("zenoh_ice")
+
+    def test_clients_of_one_server_reach_each_other_without_a_router(
+        self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
+    ) -> None:
+        with ComponentProcess(
+            module(SERVER, "--connect", endpoint, "--identity", "Behavior")
+        ) as behavior:
+            behavior.wait_for("^ready")
+            monitor = make_communicator(connect=[endpoint])
+            proxy = CalculatorPrx.checkedCast(monitor.stringToProxy("Behavior"))
+            assert proxy.add(1.0, 2.0) == 3.0
+            server.process.kill()  # the direct link does not need the server
+            until(lambda: "Calculator" not in monitor.identities())
+            assert proxy.add(1.0, 2.0) == 3.0
+            assert proxy.getReading.wait(timeout=LIMIT)
+
+
+class TestEndpoints:
+    def test_port_in_use_is_said(self, pair: Pair) -> None:
+        with pytest.raises(EndpointInUseException, match="port in use") as caught:
+            initialize(listen=[pair.endpoint], connect=[], clock="wall")
+        assert pair.endpoint in str(caught.value)
+
+    def test_address_that_is_not_ours_is_refused(self) -> None:
+        with pytest.raises(ConfigurationException):
+            initialize(listen=["tcp/192.0.2.1:7447"], connect=[], clock="wall")
+
+    def test_server_may_listen_where_everybody_connects(
+        self, endpoint: str, make_communicator: MakeCommunicator
+    ) -> None:
+        server = make_communicator(listen=[endpoint], connect=[endpoint])
+        adapter = server.createObjectAdapter("Own")
+        adapter.add(CalculatorI(), "Calculator")
+        adapter.activate()
+        client = make_communicator(connect=[endpoint])
+        assert CalculatorPrx.checkedCast(client.stringToProxy("Calculator")).add(1.0, 2.0) == 3.0
+        with pytest.raises(ObjectNotExistException):
+            CalculatorPrx.checkedCast(server.stringToProxy("Absent"))
+
+    def test_identity_of_another_process_is_refused(
+        self, pair: Pair, make_communicator: MakeCommunicator
+    ) -> None:
+        pair.adapter.add(CalculatorI(), "Calculator")
+        CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+        second = pair.client.createObjectAdapter("Second")
+        second.add(CalculatorI(), "Calculator")
+        with pytest.raises(AlreadyRegisteredException, match="'Calculator'"):
+            second.activate()
+        with pytest.raises(AlreadyRegisteredException):
+            pair.adapter.add(CalculatorI(), "Calculator")
+
+
+def run_script(script: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", textwrap.dedent(script), *arguments],
+        cwd=REPOSITORY,
+        timeout=20,
+        capture_output=True,
+        text=True,
+    )
+
+
+class TestEndOfTheProgram:
+    def test_program_that_forgets_to_destroy_ends(self, server: ComponentProcess, endpoint: str) -> None:
+        result = run_script(
+            """
+            import sys
+            from tests.support.calculator import CalculatorPrx
+            from tests.support.calculator_servant import CalculatorI
+            from zenoh_ice import initialize
+
+            communicator = initialize(connect=[sys.argv[1]], clock="wall")
+            adapter = communicator.createObjectAdapter("Forgotten")
+            adapter.add(CalculatorI(), "Forgotten")
+            adapter.activate()
+            communicator.onClientLost(print)
+            calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
+            calculator.getReading.subscribe(lambda sample: None)
+            calculator.getReading.wait(timeout=5)
+            calculator.sleepAsync(1.0)
+            print("end")
+            """,
+            endpoint,
+        )
+        assert (result.returncode, result.stdout.strip(), result.stderr) == (0, "end", "")
+
+    def test_program_that_fails_shows_its_own_error_alone(self, endpoint: str) -> None:
+        result = run_script(
+            """
+            import sys
+            from zenoh_ice import initialize
+
+            communicator = initialize(connect=[], listen=[sys.argv[1]], clock="wall")
+            raise RuntimeError("its own error")
+            """,
+            endpoint,
+        )
+        assert result.returncode == 1
+        assert result.stderr.strip().endswith("RuntimeError: its own error")
+
+    def test_interrupt_ends_a_waiting_server(self, server: ComponentProcess) -> None:
+        server.process.send_signal(signal.SIGINT)
+        server.wait_for("^interrupted")
+        assert server.wait(5) == 0
+
+    def test_interrupt_ends_a_waiting_call(self, server: ComponentProcess, endpoint: str) -> None:
+        result = run_script(
+            """
+            import os, signal, sys, threading, time
+            from tests.support.calculator import CalculatorPrx
+            from zenoh_ice import initialize
+
+            with initialize(connect=[sys.argv[1]], clock="wall", timeout=15.0) as communicator:
+                calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
+                calculator.add(1.0, 2.0)
+                threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+                started = time.monotonic()
+                try:
+                    calculator.sleep(10.0)
+                except KeyboardInterrupt:
+                    print("interrupted", time.monotonic() - started < 2.0)
+            """,
+            endpoint,
+        )
+        assert result.stdout.strip() == "interrupted True", result.stderr
+
+    def test_forked_child_is_refused_and_ends(self, server: ComponentProcess, endpoint: str) -> None:
+        result = run_script(
+            """
+            import os, sys
+            from tests.support.calculator import CalculatorPrx
+            from zenoh_ice import CommunicatorDestroyedException, initialize
+
+            with initialize(connect=[sys.argv[1]], clock="wall") as communicator:
+                calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
+                calculator.add(1.0, 2.0)
+                child = os.fork()
+                if child == 0:
+                    code = 1
+                    try:
+                        calculator.add(1.0, 2.0)
+                    except CommunicatorDestroyedException:
+                        code = 7
+                    communicator.destroy()
+                    os._exit(code)
+                print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), calculator.add(1.0, 2.0))
+            """,
+            endpoint,
+        )
+        assert result.stdout.strip() == "7 3.0", result.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no shared memory file system")  # noqa: S108
+def test_no_shared_memory_is_used_when_it_is_turned_off(endpoint: str, make_communicator: MakeCommunicator) -> None:
+    shared = set(os.listdir("/dev/shm"))  # noqa: PTH208
+    server = make_communicator(listen=[endpoint], shared_memory=False)
+    adapter = server.createObjectAdapter("Test")
+    adapter.add(CalculatorI(), "Calculator")
+    adapter.activate()
+    client = make_communicator(connect=[endpoint], shared_memory=False)
+    data = bytes(1 << 20)
+    assert CalculatorPrx.checkedCast(client.stringToProxy("Calculator")).echo(data) == data
+    assert not {name for name in set(os.listdir("/dev/shm")) - shared if "zenoh" in name}  # noqa: PTH208
+
+
+def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:
+    before = threading.active_count()
+    for _ in range(3):
+        with pytest.raises(EndpointInUseException):
+            initialize(listen=[free_endpoint(), pair.endpoint], connect=[], clock="wall")
+    assert threading.active_count() == before
