@@ -1,4 +1,4 @@
-"""Measure the simulated robot: pace, lag, memory, cost of physics and images, and its balance while it dances.
+"""Measure the simulated robot: pace, lag, memory, cost of physics and images, balance while it dances.
 
 The server runs as a process of its own and is read over Zenoh, as its users do; the rest is measured inside.
 
@@ -129,7 +129,7 @@ def print_images() -> None:
 
 
 def dance(fraction: float, arms: str, seconds: float = 30.0) -> tuple[float, int]:
-    """Move arms and head at a fraction of full speed; return the worst tilt and how many poses were reached."""
+    """Move arms and head at a fraction of full speed; return the worst tilt and the number of poses."""
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False)
     place = {joint.name: number for number, joint in enumerate(robot.joints)}
