@@ -15,7 +15,7 @@ from .component import Component
 from .errors import ComponentError
 from .monitor import Monitor
 from .robot import connect as connect_proxies
-from .robot import stop_robot
+from .robot import servers_present, stop_robot
 from .runtime import Runtime
 from .supervision import OnError
 
@@ -108,7 +108,9 @@ def _run(
     stay_halted: bool,
 ) -> None:
     connect_proxies(component, communicator)
-    runtime = Runtime(component, communicator.clock, on_error)
+    runtime = Runtime(
+        component, communicator.clock, on_error, lambda: servers_present(component, communicator)
+    )
     with Monitor(runtime, communicator):
         try:
             runtime.start()

@@ -8,12 +8,12 @@ from typing import Any, Final
 
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
-from zenoh_ice import Communicator, ConnectFailedException, ZenohIceError
+from zenoh_ice import Communicator, ConnectFailedException, ObjectPrx, ZenohIceError
 
 from .component import Component, proxies_of
 from .errors import ComponentError
 
-__all__ = ["connect", "stop_robot"]
+__all__ = ["connect", "servers_present", "stop_robot"]
 
 _STOP: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
@@ -39,6 +39,17 @@ def connect(component: Component, communicator: Communicator) -> None:
             vars(component)[name] = proxy
     if problems:
         raise ComponentError("the component cannot start: " + "; ".join(problems))
+
+
+def servers_present(component: Component, communicator: Communicator) -> bool:
+    """Return whether every servant of a connected proxy is there, as far as is known without asking."""
+    for name in proxies_of(component):
+        proxy = vars(component).get(name)
+        if isinstance(proxy, ObjectPrx) and proxy.ice_getIdentity() not in communicator.identities(
+            proxy.ice_getRealm()
+        ):
+            return False
+    return True
 
 
 def stop_robot(component: Component) -> None:

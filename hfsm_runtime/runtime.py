@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Final
 
@@ -38,10 +39,17 @@ class Runtime:
     """The life of a component: made, started, perhaps paused and resumed, and stopped once.
 
     Making it runs the variables of the document, whose errors come out unchanged. `ended` is set when the
-    component is to end: by an error, by `request_stop`, or by its own code.
+    component is to end: by an error, by `request_stop`, or by its own code. `servers_present` tells whether
+    the servants of the component's proxies can be reached, as far as is known.
     """
 
-    def __init__(self, component: Component, clock: Clock, on_error: OnError | None = None) -> None:
+    def __init__(
+        self,
+        component: Component,
+        clock: Clock,
+        on_error: OnError | None = None,
+        servers_present: Callable[[], bool] = lambda: True,
+    ) -> None:
         self.component = component
         self.ended = threading.Event()
         self.failed = False
@@ -58,6 +66,7 @@ class Runtime:
             file=type(component).automaton.__code__.co_filename,
             document=component._hfsm_document,
             halt=self._halt,
+            servers_present=servers_present,
         )
         self._threads = Threads(self.tree, self.timeline, self._supervision, self._crashed)
 

@@ -62,7 +62,8 @@ class Supervision:
     """Take errors from the cycles of one component; `halt` is called when the policy says so.
 
     While a server is away the cycles that need it are left, and tried again at their next time: the log tells
-    once that it is gone and once that it is back.
+    once that it is gone and once that it is back. It is back when `servers_present` says so and the automata
+    that missed it get through a cycle, or have become ghosts.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class Supervision:
         file: str = "",
         document: str = "",
         halt: Callable[[], None] = lambda: None,
+        servers_present: Callable[[], bool] = lambda: True,
     ) -> None:
         self._tree = tree
         self._timeline = timeline
@@ -83,6 +85,7 @@ class Supervision:
         self._file = file
         self._document = document
         self._halt = halt
+        self._servers_present = servers_present
         self._lock = threading.Lock()
         self._records: deque[ErrorRecord] = deque(maxlen=_KEPT)
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
@@ -118,12 +121,14 @@ class Supervision:
 
     def succeeded(self, run: Run) -> None:
         """Take notice of a cycle that went through to its end."""
-        if not self._without_server:
+        if not self._without_server or not self._servers_present():
             return
         with self._lock:
-            self._without_server.discard(run)
-            self._without_server = {lost for lost in self._without_server if lost.active}
-            if not self._without_server:
+            before, self._without_server = (
+                self._without_server,
+                {lost for lost in self._without_server if lost.active and lost is not run},
+            )
+            if before and not self._without_server:
                 self._log.warning("the server is back after %.1f s", time.monotonic() - self._outage_began)
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:

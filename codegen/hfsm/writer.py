@@ -23,7 +23,7 @@ __all__ = ["DocumentNotWritableError", "write_document"]
 _INDENT: Final = "  "
 # What XML 1.0 cannot hold, not even as a reference.
 _UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_TEXT_ESCAPES: Final = {"&": "&amp;", "<": "&lt;", "\r": "&#13;"}
+_TEXT_ESCAPES: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
 _ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
 
 
@@ -100,7 +100,7 @@ class _Writer:
 
     def _libraries(self, document: Document) -> None:
         if not document.libraries and not document.libraries_extras:
-            self._leaf("libraries", "")
+            self._line("<libraries/>")
             return
         self._open("libraries")
         for library in document.libraries:
@@ -117,7 +117,7 @@ class _Writer:
 
     def _config(self, document: Document) -> None:
         if not document.interfaces and not document.config_extras:
-            self._leaf("config", "")
+            self._line("<config/>")
             return
         self._open("config")
         for interface in document.interfaces:
@@ -155,8 +155,10 @@ class _Writer:
         elif extra.children:
             # Text and elements side by side: indentation would become part of the text.
             self._line(_inline(extra))
-        else:
+        elif extra.text:
             self._leaf(extra.tag, extra.text, extra.attributes)
+        else:
+            self._line(f"<{extra.tag}{_attributes(extra.attributes)}/>")
 
     def _open(self, tag: str, attributes: tuple[tuple[str, str], ...] = ()) -> None:
         self._line(f"<{tag}{_attributes(attributes)}>")
@@ -193,8 +195,7 @@ def _attributes(attributes: tuple[tuple[str, str], ...]) -> str:
 
 
 def _escaped(text: str) -> str:
-    escaped = "".join(_TEXT_ESCAPES.get(character, character) for character in _checked(text))
-    return escaped.replace("]]>", "]]&gt;")
+    return "".join(_TEXT_ESCAPES.get(character, character) for character in _checked(text))
 
 
 def _checked(text: str) -> str:

@@ -1,0 +1,294 @@
+"""Reading and writing documents: places, errors, and nothing lost."""
+
+from __future__ import annotations
+
+import string
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import DocumentNotWritableError, parse_document, read_document, write_document
+from codegen.hfsm.document import (
+    Automaton,
+    Comment,
+    Document,
+    Element,
+    Interface,
+    Library,
+    State,
+    Text,
+    Transition,
+)
+
+PATH = Path("test.xml")
+
+DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
+<!-- by hand -->
+<VisualHFSM>
+  <SubAutomata id="1" idFather="0">
+    <!-- where it begins -->
+    <state initial="true" id="1">
+      <posx>118.113</posx>
+      <posy>121</posy>
+      <name>go to wall</name>
+      <idSubautomataSon>0</idSubautomataSon>
+      <code>
+self.motors.setV(0.2)
+if 1 &lt; 2: pass</code>
+      <ours:breakpoint xmlns:ours="x" ours:when="a &gt; b">
+        <deep/>
+      </ours:breakpoint>
+    </state>
+    <transition id="7">
+      <posx>1</posx>
+      <posy>2</posy>
+      <origin>1</origin>
+      <destiny>1</destiny>
+      <transcode></transcode>
+      <name>again</name>
+      <trans type="time">1500</trans>
+    </transition>
+    <iteration_time>50</iteration_time>
+    <variables></variables>
+    <functions></functions>
+  </SubAutomata>
+  <libraries>
+    <lib>numpy as np</lib>
+  </libraries>
+  <config>
+    <iceinterface>
+      <nameinterface>motors</nameinterface>
+      <nameproxy>Motors</nameproxy>
+      <ip>localhost</ip>
+      <port>9001</port>
+      <interface>Motors</interface>
+    </iceinterface>
+  </config>
+</VisualHFSM>
+"""
+
+
+def parse(text: str | bytes) -> Document:
+    diagnostics = Diagnostics()
+    document = parse_document(text, PATH, diagnostics)
+    assert document is not None, diagnostics.render()
+    return document
+
+
+def errors(text: str | bytes) -> list[str]:
+    diagnostics = Diagnostics()
+    assert parse_document(text, PATH, diagnostics) is None
+    return [f"{found.location}: {found.message}" for found in diagnostics.errors]
+
+
+def test_reads_every_part_of_a_document() -> None:
+    document = parse(DOCUMENT)
+    (automaton,) = document.automata
+    (state,) = automaton.states
+    (transition,) = automaton.transitions
+    assert (state.id, state.name, state.initial, state.x, state.y, state.child) == (
+        1, "go to wall", True, 118.113, 121.0, 0
+    )  # fmt: skip
+    assert state.code.text == "\nself.motors.setV(0.2)\nif 1 < 2: pass"
+    assert (transition.id, transition.origin, transition.destination) == (7, 1, 1)
+    assert (transition.type, transition.trigger.text, automaton.iteration_time.text) == ("time", "1500", "50")
+    assert [library.name.text for library in document.libraries] == ["numpy as np"]
+    (interface,) = document.interfaces
+    assert (interface.name, interface.identity, interface.type) == ("motors", "Motors", "Motors")
+    assert (interface.ip, interface.port) == ("localhost", "9001")
+
+
+def test_every_element_and_code_knows_its_place() -> None:
+    automaton = parse(DOCUMENT).automata[0]
+    state, transition = automaton.states[0], automaton.transitions[0]
+    assert (automaton.line, state.line, transition.line) == (4, 6, 18)
+    assert (state.column, state.code.line, state.code.column) == (5, 11, 13)
+    assert (transition.trigger.line, transition.trigger.column) == (25, 26)
+
+
+def test_the_place_of_code_that_begins_with_an_entity_or_in_cdata() -> None:
+    text = (
+        '<VisualHFSM><SubAutomata id="1"><state id="1"><name>\n&lt;</name>'
+        "<code>&lt;</code></state>\n<state id='2'><code><![CDATA[x]]></code></state></SubAutomata></VisualHFSM>"
+    )
+    first, second = parse(text).automata[0].states
+    assert (first.code.text, first.code.line, first.code.column) == ("<", 2, 18)
+    assert (second.code.text, second.code.line, second.code.column) == ("x", 3, 30)
+
+
+def test_writes_a_document_as_it_was() -> None:
+    assert write_document(parse(DOCUMENT)) == DOCUMENT
+
+
+def test_unknown_elements_attributes_and_comments_survive() -> None:
+    document = parse(
+        '<VisualHFSM version="9"><!-- a --><SubAutomata id="1" idFather="0" color="red">'
+        '<state id="1" initial="true" x="y"><!-- b --><extra a="1">t<b/>u</extra></state></SubAutomata>'
+        "<future><deep>text</deep></future><libraries><other/></libraries>"
+        "<config><ros/><iceinterface><nameinterface>m</nameinterface><servertype>2</servertype>"
+        "<interface>Motors</interface></iceinterface></config></VisualHFSM>"
+    )
+    state = document.automata[0].states[0]
+    assert document.attributes == (("version", "9"),)
+    assert document.automata[0].comments == (Comment(" a "),)
+    assert document.automata[0].attributes == (("color", "red"),)
+    assert state.extras == (Comment(" b "), Element("extra", (("a", "1"),), "tu", (Element("b"),)))
+    assert document.extras == (Element("future", (), "", (Element("deep", (), "text"),)),)
+    assert document.interfaces[0].extras == (Element("servertype", (), "2"),)
+    assert document.interfaces[0].proxy is None
+    assert parse(write_document(document)) == document
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("<VisualHFSM>\n <a>\n</VisualHFSM>", "test.xml:3:3: malformed XML: mismatched tag"),
+        ("", "test.xml:1:1: malformed XML: no element found"),
+        (b"\xff\xfe\x00<", "test.xml:1:2: malformed XML: not well-formed (invalid token)"),
+        ("<html/>", "test.xml:1:1: `html` is not the root of a document: it is `VisualHFSM`"),
+    ],
+)
+def test_malformed_xml_is_told_with_its_place(text: str | bytes, expected: str) -> None:
+    assert errors(text) == [expected]
+
+
+def test_entities_and_document_types_are_refused() -> None:
+    bomb = '<!DOCTYPE a [<!ENTITY x "xxxx">]>\n<VisualHFSM>&x;</VisualHFSM>'
+    (error,) = errors(bomb)
+    assert "DTDForbidden" in error
+
+
+def test_a_document_deeper_than_any_that_a_person_makes_is_refused() -> None:
+    (error,) = errors("<VisualHFSM>" + "<a>" * 100 + "</a>" * 100 + "</VisualHFSM>")
+    assert "nested deeper than 64" in error
+
+
+def test_a_document_larger_than_any_that_a_person_makes_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "big.xml"
+    path.write_bytes(b" " * ((16 << 20) + 1))
+    diagnostics = Diagnostics()
+    assert read_document(path, diagnostics) is None
+    assert "larger than 16 MiB" in diagnostics.render()
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    diagnostics = Diagnostics()
+    assert read_document(tmp_path / "absent.xml", diagnostics) is None
+    assert "No such file" in diagnostics.render()
+
+
+def test_all_faults_are_told_in_one_run() -> None:
+    found = errors(
+        "<VisualHFSM>\n"
+        "<SubAutomata>\n"
+        "<state id='x'>\n"
+        "<posx>left</posx>\n"
+        "<code/><code/></state>\n"
+        "<transition id='1'><origin>1</origin></transition>\n"
+        "</SubAutomata></VisualHFSM>"
+    )
+    assert [error.split(": ", 1)[0] for error in found] == [
+        "test.xml:2:1", "test.xml:3:1", "test.xml:4:1", "test.xml:5:8", "test.xml:6:1", "test.xml:6:1",
+    ]  # fmt: skip
+    assert "needs the attribute `id`" in found[0]
+    assert "not `x`" in found[1]
+    assert "a second `code` in `state`" in found[3]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<VisualHFSM><SubAutomata><idSub>1</idSub></SubAutomata></VisualHFSM>", "Spanish format of 2013"),
+        ("<VisualStates><state id='1'/></VisualStates>", "VisualStates"),
+    ],
+)
+def test_other_dialects_are_recognized(text: str, words: str) -> None:
+    assert any(words in error for error in errors(text))
+
+
+def test_text_beside_attributes_that_would_be_lost_is_warned_of() -> None:
+    diagnostics = Diagnostics()
+    text = "<VisualHFSM><SubAutomata id='1'><state id='1'><code lang='c'/></state></SubAutomata></VisualHFSM>"
+    assert parse_document(text, PATH, diagnostics) is not None
+    assert "attribute `lang` would be lost" in diagnostics.render()
+
+
+@pytest.mark.parametrize("text", ["\x00", "a\x0b", "\ud800", "\ufffe"])
+def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
+    with pytest.raises(DocumentNotWritableError):
+        write_document(Document(description=Text(text)))
+
+
+# Whatever a person types, and whatever another program adds, comes back as it was.
+
+_texts = st.text(st.characters(codec="utf-8", exclude_categories=("Cs",)), max_size=30).map(
+    lambda text: "".join(c for c in text if c in "\t\n\r" or (c >= " " and c not in "\ufffe\uffff"))
+)
+_code = _texts.map(Text)
+_ids = st.integers(0, 2**31 - 1)
+_numbers = st.floats(allow_nan=False, allow_infinity=False)
+_tags = st.text(string.ascii_letters, min_size=1, max_size=6).map(lambda name: f"x{name}")
+_comments = st.lists(
+    st.text(string.ascii_letters + " <&>\n", max_size=10).map(Comment), max_size=2
+).map(tuple)  # fmt: skip
+_attributes = st.dictionaries(_tags, _texts, max_size=2).map(lambda found: tuple(found.items()))
+_elements = st.recursive(
+    st.builds(Element, _tags, _attributes, _texts),
+    lambda inner: st.builds(
+        Element, _tags, _attributes, st.just(""), st.lists(inner, min_size=1, max_size=3).map(tuple)
+    ),
+    max_leaves=4,
+)
+_extras = st.lists(_elements, max_size=2).map(tuple)
+_node = {"comments": _comments, "extras": _extras, "attributes": _attributes}
+_states = st.builds(
+    State,
+    id=_ids,
+    name=_texts,
+    initial=st.booleans(),
+    x=_numbers,
+    y=_numbers,
+    child=_ids,
+    code=_code,
+    **_node,
+)
+_transitions = st.builds(
+    Transition, id=_ids, name=_texts, x=_numbers, y=_numbers, origin=_ids, destination=_ids,
+    type=_texts, trigger=_code, code=_code, **_node,
+)  # fmt: skip
+_automata = st.builds(
+    Automaton, id=_ids, father=_ids, states=st.lists(_states, max_size=3).map(tuple),
+    transitions=st.lists(_transitions, max_size=3).map(tuple), iteration_time=_code, variables=_code,
+    functions=_code, **_node,
+)  # fmt: skip
+_interfaces = st.builds(
+    Interface, name=_texts, proxy=st.none() | _texts, ip=st.none() | _texts, port=st.none() | _texts,
+    type=_texts, **_node,
+)  # fmt: skip
+_libraries = st.builds(Library, name=_code, comments=_comments, attributes=_attributes)
+_documents = st.builds(
+    Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=_code, on_error=_code,
+    automata=st.lists(_automata, max_size=3).map(tuple), libraries=st.lists(_libraries, max_size=2).map(tuple),
+    interfaces=st.lists(_interfaces, max_size=2).map(tuple), libraries_extras=_extras, config_extras=_extras,
+    **_node,
+)  # fmt: skip
+
+
+@settings(max_examples=150, deadline=None)
+@given(_documents)
+def test_what_is_written_reads_back_the_same(document: Document) -> None:
+    text = write_document(document)
+    again = parse(text)
+    assert again == document
+    assert write_document(again) == text
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
+def test_no_input_does_more_than_report_errors(content: bytes) -> None:
+    diagnostics = Diagnostics()
+    assert parse_document(content, PATH, diagnostics) is None
+    assert diagnostics.has_errors
