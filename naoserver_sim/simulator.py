@@ -26,7 +26,15 @@ STEPS_PER_TICK = 4
 _MOST_TICKS_AT_ONCE = 10
 _JOIN_TIMEOUT = 5.0
 _ROUNDING = 1e-6
-_DIVERGED = mujoco.mjtWarning.mjWARN_BADQACC
+_DIVERGED = [
+    int(warning)
+    for warning in (
+        mujoco.mjtWarning.mjWARN_BADQPOS,
+        mujoco.mjtWarning.mjWARN_BADQVEL,
+        mujoco.mjtWarning.mjWARN_BADQACC,
+        mujoco.mjtWarning.mjWARN_BADCTRL,
+    )
+]
 
 Array = NDArray[np.float64]
 
@@ -52,6 +60,8 @@ class Simulator:
     """
 
     def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController) -> None:
+        # MuJoCo's own way is to write a file into the current directory.
+        mujoco.set_mju_user_warning(_log.warning)
         self._mj = mj
         self._data = data
         self._controller = controller
@@ -90,7 +100,7 @@ class Simulator:
             mujoco.mj_step(self._mj, self._data, nstep=STEPS_PER_TICK * together)
             self._ticks += together
             ticks -= together
-        if self._data.warning[_DIVERGED].number:
+        if self._data.warning.number[_DIVERGED].any():
             raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
         self._snapshot = self._take_snapshot()
 

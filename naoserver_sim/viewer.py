@@ -35,10 +35,13 @@ def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: Callable[[fl
     check_display()
     data = mujoco.MjData(mj)
     try:
-        window = importlib.import_module("mujoco.viewer").launch_passive(mj, data, show_left_ui=False)
+        window = importlib.import_module("mujoco.viewer").launch_passive(
+            mj, data, show_left_ui=False, show_right_ui=False
+        )
     except (ImportError, RuntimeError, mujoco.FatalError) as error:
         raise HardwareFailure(f"the window cannot be opened: {error}") from error
     with window:
+        _look_at_the_scene(window.cam)
         while window.is_running() and not ended(_FRAME_INTERVAL):
             snapshot = newest()
             with window.lock():
@@ -48,3 +51,9 @@ def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: Callable[[fl
                 mujoco.mj_comPos(mj, data)
                 mujoco.mj_camlight(mj, data)
             window.sync()
+
+
+def _look_at_the_scene(view: mujoco.MjvCamera) -> None:
+    """Look from the front and the right on the robot and the space in which the balls move."""
+    view.lookat[:] = (0.4, 0.0, 0.3)
+    view.distance, view.azimuth, view.elevation = 2.2, 135.0, -15.0

@@ -1,0 +1,85 @@
+import time
+
+import mujoco
+import numpy as np
+import pytest
+
+from naoserver.errors import RobotError
+from naoserver_sim.control import Command, SetpointController
+from naoserver_sim.pacing import Pacer
+from naoserver_sim.simulator import STEPS_PER_TICK, PacedSimulator, Simulator
+
+pytestmark = pytest.mark.sim
+
+PENDULUM = """
+<mujoco>
+  <option timestep="0.0025" integrator="implicitfast"/>
+  <worldbody><body><joint name="hinge"/><geom size="0.1" pos="0 0 1"/></body></worldbody>
+  <actuator><position joint="hinge" kp="100" kv="10"/></actuator>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def mj():
+    return mujoco.MjModel.from_xml_string(PENDULUM)
+
+
+@pytest.fixture
+def data(mj):
+    return mujoco.MjData(mj)
+
+
+def controller():
+    return SetpointController(np.zeros(1), np.array([-1.0]), np.array([1.0]), np.array([2.0]))
+
+
+def test_time_is_counted_in_ticks(mj, data):
+    simulator = Simulator(mj, data, controller())
+    simulator.advance(100_000)
+    assert simulator.newest().time == 100_000 * simulator.tick_period
+    assert simulator.tick_period == pytest.approx(STEPS_PER_TICK * 0.0025)
+
+
+def test_one_advance_of_many_ticks_equals_many_of_one(mj):
+    results = []
+    for portions in ([50], [1] * 50, [20, 30]):
+        simulator = Simulator(mj, mujoco.MjData(mj), controller())
+        simulator.post(Command(np.array([0]), np.array([0.3]), np.array([1.0])))
+        for portion in portions:
+            simulator.advance(portion)
+        results.append(simulator.newest())
+    assert results[0].qpos == results[1].qpos == results[2].qpos
+    assert results[0].setpoints == results[1].setpoints
+
+
+def test_a_snapshot_stays_as_it_is(mj, data):
+    simulator = Simulator(mj, data, controller())
+    before = simulator.newest()
+    position = float(before.qpos[0])
+    simulator.post(Command(np.array([0]), np.array([1.0]), np.array([2.0])))
+    simulator.advance(10)
+    assert before.qpos[0] == position
+    assert simulator.newest().qpos[0] != position
+
+
+def test_numbers_that_explode_are_an_error(mj, data, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    simulator = Simulator(mj, data, controller())
+    data.qvel[:] = 1e12
+    with pytest.raises(RobotError, match="unstable"):
+        simulator.advance(1)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_physics_thread_that_fails_says_why_and_stands_still(mj, data):
+    simulator = PacedSimulator(mj, data, controller(), Pacer(1.0))
+    data.qvel[:] = 1e12
+    simulator.start()
+    deadline = time.monotonic() + 5
+    while simulator.failure is None:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    simulator.close()
+    assert isinstance(simulator.failure, RobotError)
+    assert simulator.real_time_factor == 0.0
