@@ -17,7 +17,9 @@ from .lexer import Kind, Source, Token
 EXTENSIONS = (".idl", ".ice")
 _DEEPEST_INCLUDE = 64
 _LARGEST_FILE = 16 * 2**20
-_LARGEST_UNIT = 2_000_000  # tokens; guards against files that include each other without guards
+# Against files that include each other without guards, and macros that grow what they stand in.
+_MOST_INCLUDES = 10_000
+_MOST_TOKENS = 2_000_000
 
 # What the reference compiler defines too, so that files with parts for one language are read alike.
 _PREDEFINED = {"ICE_VERSION": "30711", "__SLICE2PY__": "1"}
@@ -127,6 +129,8 @@ class _Reader:
         self._macros: dict[str, list[Token]] = {}
         self._once: set[Source] = set()
         self._depth = 0
+        self._includes = 0
+        self._stopped = False
         for name, value in _PREDEFINED.items():
             self._macros[name] = Source(Path("<predefined>"), value).tokens[:-1]
 
@@ -140,10 +144,15 @@ class _Reader:
             kind = token.kind
             if kind is Kind.DIRECTIVE:
                 active = self._directive(token, conditions)
+                if self._stopped:
+                    return
             elif not active or kind is Kind.END:
                 continue
             elif kind is Kind.NAME and token.text in macros and not token.escaped:
                 output += [replacement.moved_to(token) for replacement in macros[token.text]]
+                if len(output) > _MOST_TOKENS:
+                    self._stop("the file is too large once its macros are replaced", token)
+                    return
             elif kind is Kind.INVALID or kind is Kind.UNTERMINATED:
                 self._report_bad_token(token)
             else:
@@ -155,6 +164,10 @@ class _Reader:
 
     def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
         self._diagnostics.error(code, message, token.location, notes)
+
+    def _stop(self, message: str, token: Token) -> None:
+        self._stopped = True
+        self._error(Code.INCLUDE_TOO_DEEP, message, token)
 
     def _report_bad_token(self, token: Token) -> None:
         if token.kind is Kind.UNTERMINATED:
@@ -255,9 +268,10 @@ class _Reader:
         source = self._files.load(path, token.location)
         if source is None or source in self._once:
             return
-        if self._depth >= _DEEPEST_INCLUDE or len(self._unit.tokens) > _LARGEST_UNIT:
-            message = f"{name} is included too deeply: do the files include each other without guards?"
-            self._error(Code.INCLUDE_TOO_DEEP, message, token)
+        self._includes += 1
+        too_large = self._includes > _MOST_INCLUDES or len(self._unit.tokens) > _MOST_TOKENS
+        if self._depth >= _DEEPEST_INCLUDE or too_large:
+            self._stop(f"`{name}` is included without end: do the files lack guards?", token)
             return
         if source not in self._unit.included and source is not self._unit.source:
             self._unit.included.append(source)

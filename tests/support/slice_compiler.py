@@ -1,0 +1,53 @@
+"""The Slice compiler on texts that tests hold."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+
+from codegen.diagnostics import Diagnostics
+from codegen.files import apply, compare_with_disk
+from codegen.idl import Compilation, compile_interfaces
+
+
+def write_sources(directory: Path, sources: dict[str, str]) -> list[Path]:
+    """Write files by name and return their paths."""
+    paths = [directory / name for name in sources]
+    for path, text in zip(paths, sources.values(), strict=True):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return paths
+
+
+def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation, Diagnostics]:
+    """Compile `main.idl` with this text; `others` are the texts of files beside it, by name without .idl."""
+    sources = {f"{name}.idl": other for name, other in others.items()}
+    (*_, main) = write_sources(directory, {**sources, "main.idl": text})
+    diagnostics = Diagnostics()
+    return compile_interfaces([main], [], None, diagnostics), diagnostics
+
+
+def findings(diagnostics: Diagnostics) -> list[tuple[str, int, int]]:
+    """Return code, line and column of everything found."""
+    return [(found.code, found.location.line, found.location.column) for found in diagnostics]
+
+
+@contextmanager
+def imported(directory: Path, package: str, sources: dict[str, str]) -> Iterator[ModuleType]:
+    """Compile files to the package `package` in a directory and import it while the context lasts."""
+    paths = write_sources(directory / "idl", sources)
+    diagnostics = Diagnostics()
+    compilation = compile_interfaces(paths, [], directory / package, diagnostics)
+    assert not diagnostics.has_errors, diagnostics.render()
+    apply(compare_with_disk(compilation.files))
+    sys.path.insert(0, str(directory))
+    try:
+        yield importlib.import_module(package)
+    finally:
+        sys.path.remove(str(directory))
+        for name in [name for name in sys.modules if name.partition(".")[0] == package]:
+            del sys.modules[name]
