@@ -52,6 +52,8 @@ class Launcher:
         self._seconds = seconds
         self._launched_at = 0.0
         self._processes: dict[str, StackProcess] = {}
+        # The terminal is the foreground process's alone while that runs.
+        self._has_foreground = any(spec.foreground for spec in processes)
 
     async def run(self) -> int:
         """Run the stack to its end.
@@ -102,7 +104,7 @@ class Launcher:
                 watch.cancel()
                 end = _End(1, self._failure(process, f"was not ready within {spec.ready_timeout:g} s"))
             else:
-                if not watch.done() and spec.ready is not None:
+                if not watch.done() and spec.ready is not None and not self._has_foreground:
                     self._tell(f"  {spec.name} is ready after {self._elapsed():.1f} s")
                 end = self._end_of(process, await watch)
         except OSError as error:

@@ -12,7 +12,7 @@ def level_bar(fraction: float, width: int, style: str) -> Text:
     halves = round(min(max(fraction, 0.0), 1.0) * width * 2)
     full, half = divmod(halves, 2)
     filled = "━" * full + "╸" * half
-    return Text.assemble((filled, style), ("━" * (width - len(filled)), "grey30"))
+    return Text.assemble((filled, style), ("─" * (width - len(filled)), "grey30"))
 
 
 def position_bar(value: float, lower: float, upper: float, width: int, style: str) -> Text:

@@ -13,6 +13,8 @@ __all__ = ["MONITOR_PREFIX", "find_component"]
 MONITOR_PREFIX: Final = "Hfsm."
 """Begins the identity of every component's monitor."""
 _PERIOD: Final = 0.05
+_SETTLING: Final = 0.3
+"""Seconds in which others become known once there is one: each process is met on a link of its own."""
 
 
 def find_component(communicator: Communicator, wait: float) -> str:
@@ -29,6 +31,8 @@ def find_component(communicator: Communicator, wait: float) -> str:
                 "python -m behaviors.follow_ball; naoserver-sim starts the robot for it"
             )
         time.sleep(_PERIOD)
+    time.sleep(_SETTLING)
+    components = _components(communicator) or components
     if len(components) > 1:
         raise VisualHfsmError(f"several components run; name one of {', '.join(components)}")
     return components[0]

@@ -104,6 +104,7 @@ def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
 def _conclude(telemetry: Telemetry, options: WatchOptions, began: datetime, console: Console) -> None:
     recording = telemetry.recording
     if recording is None or not recording.rows:
+        console.print(f"Nothing was heard of {options.component}: there is nothing to sum up.")
         return
     console.print(summary_table(recording, summarize(recording, *telemetry.image_size)))
     if options.report is not None:

@@ -1,0 +1,85 @@
+"""The demo as its user starts it: five processes from one command, and none of them left behind."""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
+LIMIT = 60.0
+
+
+@pytest.fixture
+def demo(tmp_path: Path) -> Iterator[ComponentProcess]:
+    pytest.importorskip("matplotlib")
+    command = module(
+        "deploy", str(REPOSITORY / "deploy" / "demo.toml"), "--seconds", "5", "--log-dir", str(tmp_path / "logs"),
+        "--set", "speed=3", "--set", f"report={tmp_path / 'report.html'}", "--set", f"endpoint={free_endpoint()}",
+    )  # fmt: skip
+    with ComponentProcess(command) as demo:
+        yield demo
+
+
+def components(demo: ComponentProcess) -> list[psutil.Process]:
+    """Return the processes of the demo once all of them run."""
+    demo.wait_for(r"images/s", LIMIT)
+    running = psutil.Process(demo.process.pid).children(recursive=True)
+    assert len(running) == 5
+    return running
+
+
+def assert_gone(processes: list[psutil.Process]) -> None:
+    _, alive = psutil.wait_procs(processes, timeout=10)
+    assert [
+        " ".join(process.cmdline()) for process in alive if process.status() != psutil.STATUS_ZOMBIE
+    ] == []
+
+
+def test_the_demo_ends_by_itself_with_a_summary_and_a_report(demo: ComponentProcess, tmp_path: Path) -> None:
+    running = components(demo)
+
+    assert demo.wait(LIMIT) == 0, demo.output
+    assert_gone(running)
+    # At three times real time, 5 s are 15 s of the component's.
+    assert re.search(r"watched +1\d\.\d s", demo.output)
+    assert re.search(r"10\.\d\d s +followBall → dance", demo.output)
+    assert re.search(r"ball in the middle third +\d", demo.output)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count("<figure>") == 16
+    assert {log.name for log in (tmp_path / "logs").iterdir()} == {
+        "naoserver.log", "ball-red.log", "ball-green.log", "dance_and_follow.log",
+    }  # fmt: skip
+
+
+def test_ctrl_c_ends_every_process_of_the_demo(demo: ComponentProcess) -> None:
+    running = components(demo)
+    demo.process.send_signal(signal.SIGINT)
+
+    assert demo.wait(LIMIT) == 130, demo.output
+    assert_gone(running)
+    assert "Traceback" not in demo.output
+
+
+def test_the_death_of_a_component_ends_the_demo_and_is_told(demo: ComponentProcess) -> None:
+    running = components(demo)
+    robot = next(process for process in running if "naoserver_sim" in process.cmdline())
+    robot.kill()
+
+    assert demo.wait(LIMIT) == 1, demo.output
+    assert_gone(running)
+    assert re.search(r"naoserver was ended by SIGKILL after \d+\.\d s\. The last lines of ", demo.output)
+
+
+def test_a_demo_that_is_killed_takes_its_processes_along(demo: ComponentProcess) -> None:
+    running = components(demo)
+    demo.process.kill()
+
+    assert_gone(running)

@@ -1,0 +1,245 @@
+"""`visualhfsm watch` as a process, on a fake robot and on a component whose monitor the test serves."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+from interfaces.hfsm import ComponentSnapshot, ComponentStructure, HfsmMonitor
+from naoserver.fake import FakeRobot
+from tests.support.component import dance_and_follow, snapshot
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import ServedRobot, served
+from visualhfsm.watch.telemetry import Telemetry
+from zenoh_ice import Current, initialize
+
+LIMIT = 20.0
+
+
+class Monitor(HfsmMonitor):
+    """A component that does what its document says, from a time on, without a robot."""
+
+    def __init__(self) -> None:
+        self.began = time.monotonic()
+
+    def now(self) -> ComponentSnapshot:
+        return snapshot(round(time.monotonic() - self.began, 3))
+
+    def getStructure(self, current: Current) -> ComponentStructure:
+        return dance_and_follow()
+
+    def getSnapshot(self, current: Current) -> ComponentSnapshot:
+        return self.now()
+
+    def pause(self, current: Current) -> None: ...
+    def resume(self, current: Current) -> None: ...
+    def step(self, automaton: int, current: Current) -> None: ...
+    def forceTransition(self, automaton: int, transition: int, current: Current) -> None: ...
+    def stop(self, current: Current) -> None: ...
+
+
+@contextmanager
+def component(endpoint: str, realm: str = "nao", name: str = "dance_and_follow") -> Iterator[Monitor]:
+    """Serve a component's monitor beside a robot."""
+    monitor, ended = Monitor(), threading.Event()
+
+    def publish() -> None:
+        while not ended.wait(0.1):
+            monitor.getSnapshotPublisher.publish(monitor.now())
+
+    with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
+        adapter = communicator.createObjectAdapter("Component")
+        adapter.add(monitor, f"Hfsm.{name}")
+        adapter.activate()
+        thread = threading.Thread(target=publish)
+        thread.start()
+        try:
+            yield monitor
+        finally:
+            ended.set()
+            thread.join()
+
+
+@pytest.fixture
+def robot() -> Iterator[ServedRobot]:
+    with served(FakeRobot()) as robot:
+        yield robot
+
+
+def watch(robot: ServedRobot, *arguments: str) -> list[str]:
+    return module("visualhfsm", "watch", *arguments, "--connect", robot.endpoint, "--realm", robot.realm)
+
+
+def run(command: list[str]) -> tuple[int, str]:
+    with ComponentProcess(command) as process:
+        return process.wait(LIMIT), process.output
+
+
+def test_a_component_is_told_line_by_line_and_summed_up(robot: ServedRobot) -> None:
+    with component(robot.endpoint, robot.realm):
+        code, output = run(watch(robot, "dance_and_follow", "--seconds", "2.5"))
+
+    assert code == 0, output
+    lines = [line for line in output.splitlines() if "followBall > red > follow" in line]
+    assert len(lines) >= 2
+    assert all("red ball +12 -3 px" in line and "images/s" in line and "real time" in line for line in lines)
+    assert re.search(r"watched +2\.\d s", output)
+    assert re.search(r"real-time factor +1\.0", output)
+
+
+def test_the_report_shows_both_cameras(robot: ServedRobot, tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    with component(robot.endpoint, robot.realm):
+        code, output = run(watch(robot, "dance_and_follow", "--seconds", "3", "--report", str(path)))
+
+    assert code == 0, output
+    assert f"Report: {path}" in output.replace("\n", "")
+    page = path.read_text(encoding="utf-8")
+    assert "What its camera saw" in page
+    assert page.count("<figure>") >= 2
+
+
+def test_a_component_needs_no_name_when_it_is_the_only_one(robot: ServedRobot) -> None:
+    with component(robot.endpoint, robot.realm, "alone"):
+        code, output = run(watch(robot, "--seconds", "0.5"))
+    assert code == 0, output
+
+
+def test_of_several_components_one_must_be_named(robot: ServedRobot) -> None:
+    with component(robot.endpoint, robot.realm, "one"), component(robot.endpoint, robot.realm, "two"):
+        code, output = run(watch(robot, "--wait", "10"))
+    assert code == 1
+    assert "several components run; name one of one, two" in output
+
+
+def test_without_a_component_the_command_says_how_to_start_one(robot: ServedRobot) -> None:
+    code, output = run(watch(robot, "--wait", "0.5"))
+    assert code == 1
+    assert "python -m behaviors.follow_ball" in output
+    assert "Traceback" not in output
+
+
+def test_a_component_that_is_not_there_is_an_error_that_names_it(robot: ServedRobot) -> None:
+    code, output = run(watch(robot, "absent", "--wait", "0.5"))
+    assert code == 1
+    assert "Hfsm.absent" in output
+    assert "Traceback" not in output
+
+
+def test_without_a_server_the_command_names_the_endpoint_and_how_to_start_one() -> None:
+    endpoint = free_endpoint()
+    code, output = run(module("visualhfsm", "watch", "absent", "--wait", "0.5", "--connect", endpoint))
+    assert code == 1
+    assert endpoint in output.splitlines()[-1]
+    assert "naoserver-sim" in output.splitlines()[-1]
+
+
+def test_a_lost_server_is_told_and_found_again(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    server = module("naoserver.fake", "--listen", endpoint)
+    with ExitStack() as stack:
+        first = stack.enter_context(ComponentProcess(server))
+        first.wait_for("ready")
+        stack.enter_context(component(endpoint))
+        watcher = stack.enter_context(
+            ComponentProcess(
+                module("visualhfsm", "watch", "dance_and_follow", "--connect", endpoint, "--wait", "10")
+            )
+        )
+        watcher.wait_for("followBall > red")
+        first.process.kill()
+        watcher.wait_for("Robot server lost")
+        seen = len(watcher.output)
+        second = stack.enter_context(ComponentProcess(server))
+        second.wait_for("ready")
+        deadline = time.monotonic() + LIMIT
+        while "images/s" not in watcher.output[seen:]:
+            assert time.monotonic() < deadline, watcher.output
+            time.sleep(0.05)
+
+
+def test_ctrl_c_in_a_terminal_leaves_the_screen_and_sums_up(robot: ServedRobot) -> None:
+    main, terminal = os.openpty()
+    with component(robot.endpoint, robot.realm):
+        watcher = subprocess.Popen(
+            ["setsid", "--ctty", *watch(robot, "dance_and_follow", "--seconds", "60")],
+            stdin=terminal, stdout=terminal, stderr=terminal, env={**os.environ, "TERM": "xterm-256color"},
+        )  # fmt: skip
+        try:
+            os.close(terminal)
+            output = read_until(main, "1 of 60 s watched")
+            assert "● followBall" in output
+            os.write(main, b"\x03")
+            output += read_until(main, "changes of state")
+            assert watcher.wait(LIMIT) == 130
+        finally:
+            if watcher.poll() is None:
+                watcher.kill()
+                watcher.wait(LIMIT)
+            os.close(main)
+    entered, left = output.index("\x1b[?1049h"), output.index("\x1b[?1049l")
+    assert entered < left < output.index("watched")
+
+
+def read_until(terminal: int, text: str) -> str:
+    """Read what a terminal shows until a text has come."""
+    output = b""
+    deadline = time.monotonic() + LIMIT
+    while text.encode() not in output:
+        assert time.monotonic() < deadline, output.decode(errors="replace")
+        try:
+            output += os.read(terminal, 65536)
+        except OSError:  # nobody writes to it any more
+            raise AssertionError(output.decode(errors="replace")) from None
+    return output.decode(errors="replace")
+
+
+def test_sigterm_ends_the_command(robot: ServedRobot) -> None:
+    with (
+        component(robot.endpoint, robot.realm),
+        ComponentProcess(watch(robot, "dance_and_follow")) as watcher,
+    ):
+        watcher.wait_for("followBall")
+        watcher.process.send_signal(signal.SIGTERM)
+        assert watcher.wait(LIMIT) == 143
+        assert "Traceback" not in watcher.output
+
+
+@contextmanager
+def listening(robot: ServedRobot) -> Iterator[Telemetry]:
+    with (
+        robot.client() as client,
+        Telemetry(client.communicator, "dance_and_follow", pictures=False) as telemetry,
+    ):
+        yield telemetry
+
+
+def wait_until(telemetry: Telemetry, condition: object) -> None:
+    assert callable(condition)
+    deadline = time.monotonic() + LIMIT
+    while not condition(telemetry.update()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_component_that_starts_anew_begins_a_new_recording(robot: ServedRobot) -> None:
+    def longer_than(seconds: float) -> object:
+        return lambda _: telemetry.recording is not None and telemetry.recording.duration > seconds
+
+    with component(robot.endpoint, robot.realm) as monitor, listening(robot) as telemetry:
+        wait_until(telemetry, longer_than(0.8))
+        first = telemetry.recording
+        monitor.began = time.monotonic()
+        wait_until(telemetry, lambda scene: telemetry.recording is not first and scene.snapshot)
+        wait_until(telemetry, longer_than(0.2))
+        assert telemetry.recording is not None
+        assert telemetry.recording.rows[0].time < 0.8
