@@ -99,7 +99,7 @@ class Automaton:
             raise DefinitionError(f"{label} has two states with one id")
         if sum(state.initial for state in self.states) != 1:
             raise DefinitionError(f"{label} needs exactly one initial state")
-        if not math.isfinite(self.period) or self.interval < 1:
+        if not _positive(self.period):
             raise DefinitionError(f"{label} has the period {self.period}: it is a positive number of seconds")
         for transition in self.transitions:
             what = f"transition {transition.id} ({transition.name!r}) of {label}"
@@ -107,5 +107,9 @@ class Automaton:
                 raise DefinitionError(f"{what} joins states that do not exist")
             if (transition.seconds is None) == (transition.guard is None):
                 raise DefinitionError(f"{what} needs either a time or a guard")
-            if transition.delay is not None and transition.delay < 1:
+            if transition.seconds is not None and not _positive(transition.seconds):
                 raise DefinitionError(f"{what} fires after {transition.seconds} s: it is a positive number")
+
+
+def _positive(seconds: float) -> bool:
+    return math.isfinite(seconds) and round(seconds * 1e9) >= 1

@@ -75,8 +75,8 @@ class VirtualRun:
         return self._supervision.records
 
     @property
-    def active(self) -> tuple[str, ...]:
-        """The path of current states from the root down, such as `("followBall", "green")`.
+    def active(self) -> str:
+        """The path of current states from the root down, such as `followBall/green`.
 
         Where a state owns several automata the path follows the first.
         """
@@ -86,7 +86,7 @@ class VirtualRun:
             path.append(current.current.name)
             children = current.children.get(current.current.id)
             current = children[0] if children else None
-        return tuple(path)
+        return "/".join(path)
 
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included; none once it has halted."""
