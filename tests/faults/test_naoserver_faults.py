@@ -81,8 +81,10 @@ def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao):
         behavior.wait_for("driving")
         wait_for(head.getPose, is_driven)
         behavior.process.send_signal(signal.SIGSTOP)
+        at = head.getPose().pan
         try:
-            wait_for(head.getPose, stands)
+            stopped = wait_for(head.getPose, stands)
+            assert stopped.pan - at < 0.3 * 0.7, "half a second, and what a busy machine adds"
             assert nao.proxy(HealthPrx, "Health").getHealth().velocityTimeouts == 1
         finally:
             behavior.process.send_signal(signal.SIGCONT)

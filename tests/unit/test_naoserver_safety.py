@@ -206,6 +206,8 @@ def test_the_next_look_is_due_at_the_deadline():
 
 def test_a_velocity_is_reached_and_left_by_a_ramp():
     rig = Rig()
+    rig.clock.advance(100.0)
+    rig.trace = [rig.setpoints()] * 2
     rig.run(0.4, renew={"HeadYaw": 8.0})
     steps = [b["HeadYaw"] - a["HeadYaw"] for a, b in pairwise(rig.trace)]
     period, ramp = rig.safety.options.period, rig.safety.options.ramp_time
@@ -232,7 +234,7 @@ def test_a_velocity_of_zero_is_a_stop_and_no_timeout():
     rig = Rig()
     rig.run(0.2, renew={"HeadYaw": 1.0})
     rig.drive({"HeadYaw": 0.0})
-    rig.run(1.0)
+    rig.run(0.2)
     assert rig.velocities()["HeadYaw"] == pytest.approx(0.0, abs=1e-3)
     assert rig.stopped == []
     assert rig.safety.next_watch(rig.device.read(), rig.wall) is None
@@ -243,7 +245,7 @@ def test_a_head_that_sags_a_little_below_its_goal_is_left_alone():
     rig.move({"HeadYaw": 1.0, "HeadPitch": 0.5})
     rig.run(4.0)
     reading = rig.device.read()
-    sagging = replace(reading, positions=(reading.positions[0] - 0.02, *reading.positions[1:]))
+    sagging = replace(reading, positions=(reading.positions[0] + 0.02, *reading.positions[1:]))
     assert rig.safety.watch(sagging, rig.wall).positions == {}
     assert rig.safety.next_watch(sagging, rig.wall) is None
 
