@@ -148,7 +148,7 @@ def _add_contact_shapes(links: Mapping[str, mujoco.MjsBody], body: Body) -> None
             _add_contact(link, mujoco.mjtGeom.mjGEOM_SPHERE, [shape["size"][0], 0, 0], pos=shape["pos"])
         else:
             radius, length = shape["size"]
-            # The facts give a cylinder; a capsule of the same radius and reach fits as well and rolls.
+            # The facts give a cylinder; a capsule of the same radius and reach costs less.
             half = max(length / 2 - radius, 0.001)
             ends = [p - half * a for p, a in zip(shape["pos"], shape["axis"], strict=True)]
             ends += [p + half * a for p, a in zip(shape["pos"], shape["axis"], strict=True)]

@@ -29,7 +29,7 @@ _SETUP_TIMEOUT: Final = 10.0
 _QUEUE_LENGTH: Final = 16
 _MOST_GEOMS: Final = 400
 # The passes that a camera image does without: they cost more than all the rest on a machine without a GPU.
-_FLAGS_OFF: Final = ("SHADOW", "REFLECTION", "FOG", "HAZE", "CULL_FACE")
+_FLAGS_OFF: Final = ("SHADOW", "REFLECTION", "FOG", "HAZE")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class CameraRenderer:
         self._newest = newest
         self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
         self._ready = threading.Event()
-        self._failure: HardwareFailure | None = None
+        self._failure: str | None = None
         self._closed = False
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
@@ -93,7 +93,7 @@ class CameraRenderer:
         request = _Request(camera, width, height)
         try:
             if self._failure is not None:
-                raise HardwareFailure(str(self._failure))
+                raise HardwareFailure(self._failure)
             self._requests.put(request, timeout=_FRAME_TIMEOUT)
             return request.frame.result(_FRAME_TIMEOUT)
         except (queue.Full, FutureTimeoutError):
@@ -113,9 +113,9 @@ class CameraRenderer:
     def _run(self) -> None:
         try:
             scene = _Scene(self._mj)
-        except HardwareFailure as failure:
-            self._failure = failure
-            _log.warning("%s", failure)
+        except Exception as error:  # noqa: BLE001 - whatever it is, every caller of `capture` must hear of it
+            self._failure = f"the cameras are off: {error}"
+            _log.warning("%s", self._failure)
             return
         finally:
             self._ready.set()
@@ -151,15 +151,15 @@ class _Scene:
     """MuJoCo's GL resources. Made, used and closed on one thread."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
-        """Set GL up. Raises HardwareFailure when it cannot."""
+        """Set GL up. Raises HardwareFailure when there is none, and what MuJoCo raises when it is no use."""
         self._mj = mj
         self._gl = create_context(mj.vis.global_.offwidth, mj.vis.global_.offheight)
         try:
             self._context = mujoco.MjrContext(mj, mujoco.mjtFontScale.mjFONTSCALE_50)
-            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        except (RuntimeError, mujoco.FatalError) as error:
+        except BaseException:
             self._gl.free()
-            raise HardwareFailure(f"the GL library cannot render: {error}") from error
+            raise
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._data = mujoco.MjData(mj)
         self._options = mujoco.MjvOption()
         self._options.geomgroup[:] = 0

@@ -57,10 +57,10 @@ def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
     for camera in body.cameras:
         first_width, first_height = camera.sizes[0]
         modes = [
-            (size, rate)
-            for size, rate in zip(camera.sizes, camera.rates, strict=True)
-            # The other shapes are cut-outs of the sensor, not what its lens projects.
-            if size[0] * first_height == size[1] * first_width and size <= _LARGEST_IMAGE
+            ((width, height), rate)
+            for (width, height), rate in zip(camera.sizes, camera.rates, strict=True)
+            # Images of another shape are cut-outs of the sensor, not what its lens projects.
+            if width * first_height == height * first_width and width <= _LARGEST_IMAGE[0]
         ]
         cameras.append(
             replace(camera, sizes=tuple(size for size, _ in modes), rates=tuple(rate for _, rate in modes))
