@@ -123,9 +123,6 @@ class _Checker:
             case ast.Module():
                 self.module(definition, definition.scoped)
             case ast.Struct():
-                if not definition.members:
-                    message = f"struct `{definition.name}` has no member"
-                    self._error(Code.SYNTAX, message, definition.token)
                 self._members(definition.members, definition.scoped, scope)
                 self._struct_in_itself(definition)
             case ast.Class() | ast.ExceptionType():

@@ -59,9 +59,6 @@ class ConstantChecker:
 
     def check_enumeration(self, enumeration: ast.Enumeration, scope: str) -> None:
         """Give the enumerators their values; report values that are wrong, out of range, or used twice."""
-        if not enumeration.enumerators:
-            message = f"enumeration `{enumeration.name}` has no enumerator"
-            self._error(Code.BAD_ENUMERATION, message, enumeration.token)
         used: dict[int, ast.Enumerator] = {}
         value = -1
         for enumerator in enumeration.enumerators:

@@ -88,7 +88,7 @@ class _Parser:
         note = Note("it is missing here", Location(last.source.path, line, column))
         message = f"expected `;` behind {what}, found {_shown(self._token)}"
         self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
-        if last.source is self._token.source and line != self._token.location.line:
+        if self._at("}") or line != self._token.location.line:
             return last
         raise _SyntaxError
 
@@ -121,11 +121,7 @@ class _Parser:
         items: list[_Item] = []
         while not self._at("}"):
             if self._at_end():
-                if not self._reported_end:
-                    self._reported_end = True
-                    note = Note("the body begins here", opening.location)
-                    message = f"expected `}}` behind the body of {what}, found the end of the file"
-                    self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
+                self._report_end(what, opening)
                 return items
             before = self._next
             try:
@@ -138,6 +134,14 @@ class _Parser:
                     self._advance()
         self._advance()
         return items
+
+    def _report_end(self, what: str, opening: Token) -> None:
+        """Report the first body that the end of the file leaves open."""
+        if not self._reported_end:
+            self._reported_end = True
+            note = Note("the body begins here", opening.location)
+            message = f"expected `}}` behind the body of {what}, found the end of the file"
+            self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
 
     # Names and documentation
 
@@ -285,7 +289,10 @@ class _Parser:
 
     def _struct(self) -> ast.Struct:
         name = self._name("a struct")
+        found_before = len(self._diagnostics)
         members = self._block(self._member, f"struct {name.text}")
+        if not members and len(self._diagnostics) == found_before:
+            self._diagnostics.error(Code.NO_MEMBER, f"struct `{name.text}` has no member", name.location)
         self._end_of_body()
         return ast.Struct(name.text, name, members=members)
 
@@ -333,20 +340,24 @@ class _Parser:
 
     def _enumeration(self) -> ast.Enumeration:
         name = self._name("an enumeration")
-        self._expect("{", f"before the body of enum {name.text}")
+        opening = self._expect("{", f"before the body of enum {name.text}")
+        found_before = len(self._diagnostics)
         enumeration = ast.Enumeration(name.text, name)
-        while self._accept(","):
-            pass
         while not self._at("}"):
-            enumeration.enumerators.append(self._enumerator(enumeration))
-            comma = self._accept(",")
-            if comma is None and not self._at("}"):
-                self._fail(f"expected `,` or `}}` behind an enumerator, found {_shown(self._token)}")
-            if comma is not None and enumeration.enumerators[-1].doc is None:
-                enumeration.enumerators[-1].doc = comma.trailing_doc
-            while self._accept(","):
-                pass
+            if self._at_end():
+                self._report_end(f"enum {name.text}", opening)
+                return enumeration
+            if self._accept(","):
+                continue
+            try:
+                enumeration.enumerators.append(self._enumerator(enumeration))
+            except _SyntaxError:
+                while not (self._at(",") or self._at("}") or self._at_end()):
+                    self._advance()
         self._advance()
+        if not enumeration.enumerators and len(self._diagnostics) == found_before:
+            message = f"enumeration `{name.text}` has no enumerator"
+            self._diagnostics.error(Code.NO_MEMBER, message, name.location)
         self._end_of_body()
         return enumeration
 
@@ -354,13 +365,12 @@ class _Parser:
         doc = self._token.doc
         name = self._name("an enumerator")
         literal = self._literal() if self._accept("=") else None
-        return ast.Enumerator(
-            name.text,
-            name,
-            doc or self._tokens[self._next - 1].trailing_doc,
-            literal=literal,
-            enumeration=enumeration,
-        )
+        if not (self._at(",") or self._at("}") or self._at_end()):
+            self._fail(f"expected `,` or `}}` behind an enumerator, found {_shown(self._token)}")
+        doc = doc or self._tokens[self._next - 1].trailing_doc
+        if self._at(","):
+            doc = doc or self._token.trailing_doc
+        return ast.Enumerator(name.text, name, doc, literal=literal, enumeration=enumeration)
 
     def _sequence(self) -> ast.Sequence:
         self._expect("<", "behind `sequence`")
