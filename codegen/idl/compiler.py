@@ -72,14 +72,14 @@ def compile_interfaces(
                     root.modules[key] = (module, places)
                 else:
                     root.modules.setdefault(key, (module, places))
-    for root in roots.values():
-        _report_clashes(root, diagnostics)
     if diagnostics.has_errors:
         return Compilation()
     return _generate_all(list(roots.values()), output, diagnostics)
 
 
 def _generate_all(roots: Sequence[_Root], output: Path | None, diagnostics: Diagnostics) -> Compilation:
+    for root in roots:
+        _report_clashes(root, diagnostics)
     compilations = [_generate(root) for root in roots]
     generated = [file for compilation in compilations for file in compilation.files]
     for file in generated:

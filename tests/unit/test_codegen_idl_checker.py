@@ -1,0 +1,159 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.slice_compiler import compile_text, findings
+
+
+def in_module(text: str) -> str:
+    return f"module m {{\n{text}\n}};\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "struct A { int a; }; struct B { A a; A A2; m::A b; ::m::A c; };",
+        "struct Time { int a; }; struct S { Time time; Time b; };",
+        "enum A { x, y }; enum B { x, z }; const A c = x; const A d = A::y; const B e = m::B::z; const A f = d;",
+        "enum E { a = 3, b, c = 0x7fffffff }; const int k = 4; enum F { g = k };",
+        "const int i = 5; const long l = i; const byte b = i; const double d = i; const float f = 1;",
+        "const byte b = 255; const short s = -32768; const long l = -9223372036854775808;",
+        "class A; sequence<A> As; class A { As children; A next; }; class B extends A { int b; };",
+        "interface A; interface A { void f(); }; interface A;",
+        "interface A { void f(); }; interface B extends A {}; interface C extends A {}; interface D extends B, C {};",
+        "interface A {}; interface B extends A, A { void g(int B); };",
+        "enum E { a }; dictionary<E, string> D; dictionary<bool, D> F; dictionary<long, F> G;",
+        "exception E { string why; }; exception F : E {}; interface I { void f() throws E, F; };",
+        "interface I { void f(int f, out string g); idempotent int h(out int a, out int b); };",
+        "module n { struct S { int a; }; struct T { n::S b; S c; }; }; struct S { n::T t; };",
+        "struct S { int a; }; module n { struct U { S s; }; struct S { int b; }; };",
+        "struct iceS { int a_b; }; struct Prx { int Helper; };",
+        "struct Int { int Struct; int module_name; int True; };",
+    ],
+)
+def test_what_keeps_the_rules_passes(tmp_path: Path, text: str) -> None:
+    _, diagnostics = compile_text(tmp_path, in_module(text))
+    assert not len(diagnostics), diagnostics.render()
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "column"),
+    [
+        ("struct S { Tine t; }; struct Time { int a; };", "E012", 12),
+        ("interface I { void f() throws Absent; };", "E012", 31),
+        ("const int i = absent;", "E012", 15),
+        ("struct S { int a; }; struct S { int b; };", "E013", 29),
+        ("struct S { int a; string a; };", "E013", 26),
+        ("interface I { void f(); int f(); };", "E013", 29),
+        ("interface I { void f(int a, string a); };", "E013", 36),
+        ("interface A { void f(); }; interface B extends A { void f(); };", "E013", 57),
+        ("interface I { void i(); };", "E013", 20),
+        ("struct M { int a; };", "E013", 8),
+        ("class A { int a; }; class B extends A { int a; };", "E013", 45),
+        ("exception A { int a; }; exception B extends A { int A; };", "E013", 53),
+        ("class C(5) {}; class D(5) {};", "E013", 24),
+        ("interface A; struct A { int a; };", "E013", 21),
+        ("struct S { int a; }; struct s { int b; };", "E014", 29),
+        ("struct S { int a; }; struct T { s a; };", "E014", 33),
+        ("struct S { int a; int A; };", "E014", 23),
+        ("interface I { void f(int a, int A); };", "E014", 33),
+        ("enum E { a, A };", "E014", 13),
+        ("exception E {}; struct S { E e; };", "E015", 28),
+        ("const int k = 1; sequence<k> S;", "E015", 27),
+        ("struct S { m a; };", "E015", 12),
+        ("interface I {}; class C extends I {};", "E015", 33),
+        ("struct S { int a; }; interface I extends S {};", "E015", 42),
+        ("interface I { void f(out int a, int b); };", "E017", 37),
+        ("dictionary<float, int> D;", "E018", 12),
+        ("class C {}; dictionary<C, int> D;", "E018", 24),
+        ("struct K { double a; }; dictionary<K, int> D;", "E018", 36),
+        ("struct S { int a; }; interface I { void f() throws S; };", "E019", 52),
+        ("exception E {}; interface I { void f() throws E, E; };", "E019", 50),
+        ("class A extends A {};", "E020", 17),
+        ("interface A extends A {};", "E020", 21),
+        ("interface A; interface B extends A {};", "E020", 34),
+        ("interface A { void f(); }; interface B { void F(); }; interface C extends A, B {};", "E021", 65),
+        ("const int i = 1.5;", "E022", 15),
+        ("const string s = 5;", "E022", 18),
+        ("const bool b = 1;", "E022", 16),
+        ("const int i = true;", "E022", 15),
+        ("enum E { a }; const E k = 0;", "E022", 27),
+        ("enum E { a, b }; const E k = c;", "E022", 30),
+        ("enum E { a }; const int k = a;", "E012", 29),
+        ("struct S { int a; }; const S k = 5;", "E022", 28),
+        ("const byte b = 256;", "E023", 16),
+        ("const short s = -32769;", "E023", 17),
+        ("const int i = 2147483648;", "E023", 15),
+        ("const long l = 9223372036854775808;", "E023", 16),
+        ("const int i = 500; const byte b = i;", "E023", 35),
+        ("enum E { a = 1, b = 1 };", "E024", 21),
+        ("enum E { a = 5, b, c = 6 };", "E024", 24),
+        ("enum E { a = -1 };", "E024", 14),
+        ("enum E { a = 2147483647, b };", "E024", 26),
+        ("enum E { a = 1.5 };", "E024", 14),
+        ("struct S { S s; };", "E025", 12),
+        ("struct _S { int a; };", "E026", 8),
+        ("struct S { int a__b; };", "E026", 16),
+        ("struct SPtr { int a; };", "E026", 8),
+        ("interface I { int f(out int returnValue); };", "E026", 29),
+        ("struct T { int a; }; interface I { T f(); void t(); };", "E027", 48),
+        ("class A; struct S { A a; };", "E028", 21),
+        ('["stream"] struct S { int a; };', "E029", 2),
+        ('interface I { ["stream"] void f(); };', "E029", 31),
+        ("interface I {}; struct S { I* i; };", "E031", 29),
+        ("struct S { Object o; };", "E031", 12),
+        ("struct K { int a; }; dictionary<K, int> D;", "E031", 33),
+    ],
+)
+def test_what_breaks_a_rule_is_told_once_with_its_place(
+    tmp_path: Path, text: str, code: str, column: int
+) -> None:
+    compilation, diagnostics = compile_text(tmp_path, in_module(text))
+    assert findings(diagnostics) == [(code, 2, column)], diagnostics.render()
+    assert compilation.files == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "column"),
+    [
+        ('["strem"] struct S { int a; };', "W001", 2),
+        ("struct S { int Value; };", "W002", 16),
+        ("struct S { int a = 5; };", "W004", 20),
+        ('const string s = "\\q";', "W005", 18),
+    ],
+)
+def test_what_is_doubtful_is_a_warning(tmp_path: Path, text: str, code: str, column: int) -> None:
+    compilation, diagnostics = compile_text(tmp_path, in_module(text))
+    assert findings(diagnostics) == [(code, 2, column)], diagnostics.render()
+    assert compilation.files
+
+
+@pytest.mark.parametrize(
+    "text", ["struct S { int a; };", "interface I {};", "const int k = 5;", "enum E { a };"]
+)
+def test_definitions_stand_in_modules(tmp_path: Path, text: str) -> None:
+    _, diagnostics = compile_text(tmp_path, text)
+    assert [found.code for found in diagnostics] == ["E016"]
+
+
+def test_a_note_points_to_the_first_definition(tmp_path: Path) -> None:
+    text = '#include "a.idl"\nmodule m { struct S { int b; }; };'
+    _, diagnostics = compile_text(tmp_path, text, a="module m {\n  struct S { int a; };\n};")
+    assert findings(diagnostics) == [("E013", 2, 19)]
+    assert f"{tmp_path / 'a.idl'}:2:10: note: first defined here" in diagnostics.render()
+
+
+def test_an_error_in_an_included_file_is_told_there_and_once(tmp_path: Path) -> None:
+    text = '#include "a.idl"\n#include "b.idl"\nmodule m { struct T { S s; }; };'
+    bad = "#pragma once\nmodule m { struct S { strng s; }; };"
+    _, diagnostics = compile_text(tmp_path, text, a=bad, b='#include "a.idl"')
+    assert [str(found.location) for found in diagnostics] == [f"{tmp_path / 'a.idl'}:2:23"]
+
+
+def test_a_name_must_be_included_where_it_is_used(tmp_path: Path) -> None:
+    _, diagnostics = compile_text(
+        tmp_path, "module m { struct T { S s; }; };", a="module m { struct S { int a; }; };"
+    )
+    assert findings(diagnostics) == [("E012", 1, 23)]
