@@ -50,7 +50,7 @@ def serving(servant: ClockI, endpoint: str) -> Iterator[None]:
         adapter = communicator.createObjectAdapter("Robot")
         adapter.add(servant, "Clock")
         adapter.activate()
-        thread = threading.Thread(target=publish)
+        thread = threading.Thread(target=publish, daemon=True)
         thread.start()
         try:
             yield
@@ -131,7 +131,7 @@ def test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one(endpoint: s
             clock.sleep_until(90_000.0)
             ended.set()
 
-        sleeper = threading.Thread(target=sleep)
+        sleeper = threading.Thread(target=sleep, daemon=True)
         sleeper.start()
         with serving(ClockI(0.0, 1.0), endpoint):
             assert ended.wait(10.0)
@@ -151,7 +151,7 @@ def test_destroying_the_communicator_ends_sleeps(endpoint: str) -> None:
     with serving(ClockI(0.0, 1.0), endpoint):
         with initialize(connect=[endpoint]) as communicator:
             clock = communicator.clock
-            sleeper = threading.Thread(target=sleep)
+            sleeper = threading.Thread(target=sleep, daemon=True)
             sleeper.start()
         sleeper.join(10.0)
         assert not sleeper.is_alive()

@@ -113,7 +113,7 @@ class Run:
         self.mover = Mover(self.ball, self.clock, self.route, self.log, **options)
         self.loop = loop
         self.error: BaseException | None = None
-        self.thread = threading.Thread(target=self._run)
+        self.thread = threading.Thread(target=self._run, daemon=True)
 
     def _run(self) -> None:
         try:
@@ -234,7 +234,7 @@ def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back() -> None:
         run.ball.here = run.ball.target = HOME
         run.ball.present = True
 
-    helper = threading.Thread(target=restart)
+    helper = threading.Thread(target=restart, daemon=True)
     helper.start()
     run.finish()
     helper.join()

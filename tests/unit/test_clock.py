@@ -13,7 +13,7 @@ from zenoh_ice.clock import Clock, ClockStalledException, VirtualClock, WallCloc
 
 
 def start(function: Callable[[], object], name: str | None = None) -> threading.Thread:
-    thread = threading.Thread(target=function, name=name)
+    thread = threading.Thread(target=function, name=name, daemon=True)
     thread.start()
     return thread
 

@@ -77,6 +77,7 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         ("realm = 'nao@lab'", ["realm"]),
         ("connect = 'tcp/127.0.0.1:7447'", ["connect", "list"]),
         ("connect = ['127.0.0.1:7447']", ["127.0.0.1:7447", "PROTOCOL/ADDRESS"]),
+        ("connect = ['http/127.0.0.1:7447']", ["'http/127.0.0.1:7447'", "PROTOCOL/ADDRESS"]),
         ("connect = ['tcp/127.0.0.1']", ["tcp/HOST:PORT"]),
         ("connect = ['tcp/127.0.0.1:0']", ["port 0"]),
         ("listen = ['tcp/127.0.0.1:70000']", ["port 70000"]),
