@@ -10,8 +10,8 @@ from .names import ModuleNames, python_name
 from .type_writer import TypeWriter
 
 
-def write_interface(interface: ast.Interface, types: TypeWriter, names: ModuleNames) -> list[str]:
-    """Return the lines of an interface: private structs and operations, then the proxy, then the servant."""
+def write_interface(interface: ast.Interface, types: TypeWriter, names: ModuleNames) -> list[list[str]]:
+    """Return the statements of an interface: structs and operations, then the proxy, then the servant."""
     return _InterfaceWriter(interface, types, names).write()
 
 
@@ -27,8 +27,10 @@ class _InterfaceWriter:
             for operation in interface.operations
         }
 
-    def write(self) -> list[str]:
-        chunks = [self._structs_and_operation(operation) for operation in self._interface.operations]
+    def write(self) -> list[list[str]]:
+        chunks: list[list[str]] = []
+        for operation in self._interface.operations:
+            chunks += self._structs_and_operation(operation)
         chunks.append(self._interface_description())
         chunks.append(self._proxy())
         chunks.append(self._servant())
@@ -37,28 +39,25 @@ class _InterfaceWriter:
             for name in (self._name, f"{self._name}Prx")
             if self._names.is_shadowed(name)
         ]
-        lines: list[str] = []
-        for chunk in chunks:
-            lines += ["", "", *chunk] if lines else chunk
-        return lines
+        return chunks
 
     # For the runtime
 
-    def _structs_and_operation(self, operation: ast.Operation) -> list[str]:
+    def _structs_and_operation(self, operation: ast.Operation) -> list[list[str]]:
         private = self._operations[operation.name]
         struct = self._names.runtime("Struct")
-        lines: list[str] = []
+        chunks: list[list[str]] = []
         arguments = result = ""
         if operation.inputs:
             arguments = self._names.private(private.removeprefix("_"), "Arguments")
             fields = self._types.fields(operation.inputs, documented=False)
-            lines += [*self._types.record(arguments, "", struct, fields), "", ""]
+            chunks.append(self._types.record(arguments, "", struct, fields))
         results = self._types.fields(operation.outputs, documented=False)
         if operation.returns is not None:
             results.insert(0, ("returnValue", "returnValue", self._types.annotation(operation.returns), ""))
         if results:
             result = self._names.private(private.removeprefix("_"), "Result")
-            lines += [*self._types.record(result, "", struct, results), "", ""]
+            chunks.append(self._types.record(result, "", struct, results))
         class_ = self._names.runtime("Operation")
         inputs = ", ".join(self._types.annotation(parameter.type) for parameter in operation.inputs)
         kind = f"{class_}[[{inputs}], {self._returned(operation)}]"
@@ -75,7 +74,7 @@ class _InterfaceWriter:
         if operation.streamed:
             items.append("streamed=True")
         final = self._names.imported("typing", "Final")
-        return lines + bracketed(f"{private}: {final}[{kind}] = {class_}(", items, ")")
+        return [*chunks, bracketed(f"{private}: {final}[{kind}] = {class_}(", items, ")")]
 
     def _interface_description(self) -> list[str]:
         definition = canonical_definition(self._interface)

@@ -66,6 +66,19 @@ def multiline_string(text: str) -> str:
     return f'"""\\\n{escaped}"""'
 
 
+def stacked(chunks: Iterable[Sequence[str]]) -> list[str]:
+    """Return the lines of a module's statements: two empty lines around a class, one between others."""
+    lines: list[str] = []
+    class_before = False
+    for chunk in chunks:
+        is_class = any(line.startswith("class ") for line in chunk)
+        if lines:
+            lines += ["", ""] if is_class or class_before else [""]
+        lines += chunk
+        class_before = is_class
+    return lines
+
+
 def source_order(names: Iterable[str]) -> list[str]:
     """Return names as isort orders them: constants, then classes, then the rest."""
 

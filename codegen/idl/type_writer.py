@@ -63,8 +63,8 @@ class TypeWriter:
 
     # Definitions
 
-    def write(self, definition: ast.Definition) -> list[str]:
-        """Return the lines of a data type or a constant."""
+    def write(self, definition: ast.Definition) -> list[list[str]]:
+        """Return the statements of a data type or a constant."""
         match definition:
             case ast.Struct():
                 lines = self._record(definition, self._names.runtime("Struct"), definition.members)
@@ -90,8 +90,8 @@ class TypeWriter:
                 raise AssertionError(f"no Python for {definition}")
         name = python_name(definition)
         if self._names.is_shadowed(name):
-            lines += ["", "", f"{self._names.defined(name)} = {name}"]
-        return lines
+            return [lines, [f"{self._names.defined(name)} = {name}"]]
+        return [lines]
 
     def record(
         self, name: str, doc: str, parent: str, fields: Sequence[tuple[str, str, str, str]], option: str = ""

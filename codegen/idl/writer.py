@@ -7,7 +7,7 @@ from pathlib import Path
 from . import ast
 from .doc_comments import parse_doc_comment
 from .interface_writer import write_interface
-from .layout import bracketed, docstring, source_order
+from .layout import bracketed, docstring, source_order, stacked
 from .names import ModuleNames, exported_names
 from .places import GeneratedModule, Places
 from .type_writer import TypeWriter
@@ -37,26 +37,19 @@ def write_module(module: GeneratedModule, places: Places) -> str:
     types = TypeWriter(names, places, module)
     chunks: list[list[str]] = []
     for definition in types.in_order_of_use():
-        chunk = (
-            write_interface(definition, types, names)
-            if isinstance(definition, ast.Interface)
-            else types.write(definition)
-        )
-        chunks.append(chunk)
-    exported = {name for definition in module.definitions for name in exported_names(definition)}
-    lines = [
-        *docstring(header(module_text(module), module.source.path)),
-        "",
-        *names.import_lines(),
-        "",
-        *bracketed("__all__ = [", [f'"{name}"' for name in source_order(exported)], "]"),
-    ]
+        if isinstance(definition, ast.Interface):
+            chunks += write_interface(definition, types, names)
+        else:
+            chunks += types.write(definition)
     if types.uses_empty_struct:
         chunks.insert(0, types.write_empty_struct())
-    previous_is_short = False
-    for number, chunk in enumerate(chunks):
-        is_short = not any(line.startswith(("class ", "@")) for line in chunk)
-        lines += [""] if (number == 0 and is_short) or (previous_is_short and is_short) else ["", ""]
-        lines += chunk
-        previous_is_short = is_short
+    exported = {name for definition in module.definitions for name in exported_names(definition)}
+    lines = stacked(
+        [
+            docstring(header(module_text(module), module.source.path)),
+            names.import_lines(),
+            bracketed("__all__ = [", [f'"{name}"' for name in source_order(exported)], "]"),
+            *chunks,
+        ]
+    )
     return "\n".join(lines) + "\n"

@@ -237,14 +237,12 @@ _HfsmMonitor_getSnapshot: Final[Operation[[], ComponentSnapshot]] = Operation(
     streamed=True,
 )
 
-
 _HfsmMonitor_pause: Final[Operation[[], None]] = Operation(
     "pause",
     arguments=_Nothing,
     result=_Nothing,
     idempotent=True,
 )
-
 
 _HfsmMonitor_resume: Final[Operation[[], None]] = Operation(
     "resume",
@@ -278,9 +276,7 @@ _HfsmMonitor_forceTransition: Final[Operation[[Int, Int], None]] = Operation(
     exceptions=(NoSuchElement,),
 )
 
-
 _HfsmMonitor_stop: Final[Operation[[], None]] = Operation("stop", arguments=_Nothing, result=_Nothing)
-
 
 _HfsmMonitor: Final = Interface(
     "::hfsm::HfsmMonitor",

@@ -93,16 +93,13 @@ _Camera_startCameraStreaming: Final[Operation[[], str]] = Operation(
     exceptions=(HardwareFailedException,),
 )
 
-
 _Camera_stopCameraStreaming: Final[Operation[[], None]] = Operation(
     "stopCameraStreaming",
     arguments=_Nothing,
     result=_Nothing,
 )
 
-
 _Camera_reset: Final[Operation[[], None]] = Operation("reset", arguments=_Nothing, result=_Nothing)
-
 
 _Camera: Final = Interface(
     "::jderobot::Camera",

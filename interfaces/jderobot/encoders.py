@@ -45,7 +45,6 @@ _Encoders_getEncodersData: Final[Operation[[], EncodersData]] = Operation(
     streamed=True,
 )
 
-
 _Encoders: Final = Interface(
     "::jderobot::Encoders",
     operations=(_Encoders_getEncodersData,),

@@ -104,7 +104,6 @@ _ImageProvider_getImageData: Final[Operation[[str], ImageData]] = Operation(
     streamed=True,
 )
 
-
 _ImageProvider: Final = Interface(
     "::jderobot::ImageProvider",
     operations=(

@@ -103,7 +103,6 @@ _Motors_setL: Final[Operation[[float], Int]] = Operation(
     exceptions=(InvalidValueException,),
 )
 
-
 _Motors: Final = Interface(
     "::jderobot::Motors",
     operations=(_Motors_getV, _Motors_setV, _Motors_getW, _Motors_setW, _Motors_getL, _Motors_setL),

@@ -51,7 +51,6 @@ _Pose3DEncoders_getPose3DEncodersData: Final[Operation[[], Pose3DEncodersData]] 
     streamed=True,
 )
 
-
 _Pose3DEncoders: Final = Interface(
     "::jderobot::Pose3DEncoders",
     operations=(_Pose3DEncoders_getPose3DEncodersData,),

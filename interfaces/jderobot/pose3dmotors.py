@@ -103,7 +103,6 @@ _Pose3DMotors_getPose3DMotorsParams: Final[Operation[[], Pose3DMotorsParams]] = 
     idempotent=True,
 )
 
-
 _Pose3DMotors: Final = Interface(
     "::jderobot::Pose3DMotors",
     operations=(

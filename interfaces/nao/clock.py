@@ -41,7 +41,6 @@ _Clock_getTime: Final[Operation[[], ClockReading]] = Operation(
     streamed=True,
 )
 
-
 _Clock: Final = Interface(
     "::nao::Clock",
     operations=(_Clock_getTime,),

@@ -91,7 +91,6 @@ _Health_getHealth: Final[Operation[[], HealthReport]] = Operation(
     streamed=True,
 )
 
-
 _Health: Final = Interface(
     "::nao::Health",
     operations=(_Health_getHealth,),

@@ -124,14 +124,12 @@ _Joints_setJointPositions: Final[Operation[[JointTargets, float], JointTargets]]
     exceptions=(InvalidValueException,),
 )
 
-
 _Joints_stop: Final[Operation[[], None]] = Operation(
     "stop",
     arguments=_Nothing,
     result=_Nothing,
     idempotent=True,
 )
-
 
 _Joints: Final = Interface(
     "::nao::Joints",

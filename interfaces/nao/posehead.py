@@ -82,7 +82,6 @@ _PoseHead_setSpeed: Final[Operation[[float, float], HeadPose]] = Operation(
     exceptions=(InvalidValueException,),
 )
 
-
 _PoseHead_stop: Final[Operation[[], None]] = Operation(
     "stop",
     arguments=_Nothing,
@@ -114,7 +113,6 @@ _PoseHead_getLimits: Final[Operation[[], HeadLimits]] = Operation(
     result=_PoseHead_getLimits_Result,
     idempotent=True,
 )
-
 
 _PoseHead: Final = Interface(
     "::nao::PoseHead",
