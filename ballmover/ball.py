@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Final
 
 from interfaces.jderobot import Pose3DEncodersPrx, Pose3DMotorsData, Pose3DMotorsPrx
-
 from zenoh_ice import Communicator
 
 from .axes import AxisLimits, AxisPosition

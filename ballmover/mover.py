@@ -22,8 +22,9 @@ from .route import Approach, Line, Move, Route, Stop
 __all__ = ["Carrier", "Mover", "Reporter"]
 
 PERIOD: Final = 0.02
-"""Time between setpoints in s of the component's clock."""
+"""Time between setpoints in s of the component's clock, unless that runs much faster than the wall's."""
 
+_LEAST_WALL_PERIOD: Final = 0.005  # s of wall time between setpoints, however fast a simulation runs
 _RETRY_PERIOD: Final = 0.2  # s of wall time between looks whether a lost server is back
 _LOST: Final = (ConnectionLostException, ObjectNotExistException, TimeoutException)
 
@@ -178,12 +179,13 @@ class Mover:
 
     def _tick(self) -> None:
         """Sleep until the next setpoint is due; one that is overdue is sent at once, missed ones are not."""
-        due = self._last_tick + PERIOD
+        period = max(PERIOD, _LEAST_WALL_PERIOD * self._clock.rate)
+        due = self._last_tick + period
         self._clock.sleep_until(due)
         now = self._clock.now()
         if now < self._last_tick:
             raise _TimeRestartedError
-        self._last_tick = due if now < due + PERIOD else now
+        self._last_tick = due if now < due + period else now
 
     def _wait_for_return(self, error: ZenohIceError) -> None:
         self._away = True

@@ -77,13 +77,14 @@ class VirtualClock:
     began to wait), one at a time: the next is woken, and the time moves on, only when the last one waits on
     the clock again or has ended. So a program runs the same way every time, as fast as the processor.
 
-    `limit` bounds every wait in s of wall time: one that nobody ends raises ClockStalledException.
+    `rate` is only what the clock tells of itself. `limit` bounds every wait in s of wall time: one that
+    nobody ends raises ClockStalledException.
     """
 
-    rate: Final = 1.0
     simulated: Final = True
 
-    def __init__(self, start: float = 0.0, *, limit: float = 10.0) -> None:
+    def __init__(self, start: float = 0.0, *, rate: float = 1.0, limit: float = 10.0) -> None:
+        self.rate = rate
         self._now = _nanoseconds(start)
         self._limit = limit
         self._changed = threading.Condition()

@@ -276,6 +276,13 @@ def test_a_simulation_that_begins_anew_does_not_stop_it() -> None:
     assert run.log.time_of("arrive b") < 5.0
 
 
+def test_a_fast_simulation_does_not_get_more_setpoints_than_it_can_take() -> None:
+    run = Run([A, B], clock=VirtualClock(rate=20.0)).finish()
+    times = [time for time, _ in run.ball.commands]
+    assert all(b - a == pytest.approx(0.1) for a, b in pairwise(times))
+    assert run.log.names[-1] == "arrive b"
+
+
 def test_setpoints_that_come_late_are_skipped_not_sent_in_a_burst() -> None:
     run = Run([A, B]).start()
     run.clock.advance(0.5)
