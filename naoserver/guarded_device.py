@@ -17,7 +17,8 @@ class GuardedDevice:
     """Pass commands through `safety` to `device`, one at a time, and tell `events` what was changed.
 
     Every command of a client goes through `_obey`: a lease that shuts other writers out and an emergency stop
-    belong there. `wall_time` is steady; `wake` is called when `watch` has become due sooner.
+    belong there. `wall_time` is steady; `look_within` is told in how many wall seconds
+    `watch` is due after a command.
     """
 
     def __init__(
@@ -26,7 +27,7 @@ class GuardedDevice:
         safety: Safety,
         events: EventLog,
         wall_time: Callable[[], float],
-        wake: Callable[[], None],
+        look_within: Callable[[float], None],
     ) -> None:
         self.name: Final = device.name
         self.joints: Final = device.joints
@@ -34,7 +35,7 @@ class GuardedDevice:
         self._safety = safety
         self._events = events
         self._wall_time = wall_time
-        self._wake = wake
+        self._look_within = look_within
         self._lock = threading.Lock()
         self._closed = False
         self._index = {joint.name: index for index, joint in enumerate(device.joints)}
@@ -90,9 +91,9 @@ class GuardedDevice:
     def watch(self) -> float | None:
         """Look at the moving joints; return in how many wall seconds to look again, None while all rests."""
         with self._lock:
-            now = self._wall_time()
-            outcome = self._apply(self._safety.watch(self.read(), now))
-            due = self._safety.next_watch(self.read(), self._wall_time())
+            reading, now = self.read(), self._wall_time()
+            outcome = self._apply(self._safety.watch(reading, now))
+            due = self._safety.next_watch(reading, now)
         if outcome.stopped:
             self._events.count_timeout()
         for joint in outcome.stopped:
@@ -112,9 +113,12 @@ class GuardedDevice:
 
     def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
         with self._lock:
-            outcome = self._apply(command(self.read()))
+            reading = self.read()
+            outcome = self._apply(command(reading))
+            due = self._safety.next_watch(reading, self._wall_time())
         self._tell(outcome)
-        self._wake()
+        if due is not None:
+            self._look_within(due)
         return outcome
 
     def _apply(self, outcome: Outcome) -> Outcome:

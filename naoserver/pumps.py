@@ -7,17 +7,20 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Final
 
 from naoserver.guarded_device import GuardedDevice
 from naoserver.servants.camera import CameraI
 from naoserver.servants.streaming import StreamsState
-from zenoh_ice import Clock
+from zenoh_ice import Clock, TimeoutException
 
 _logger = logging.getLogger(__name__)
 
 _IDLE: Final = 0.05
-"""Wall seconds between two looks for listeners while there is none."""
+"""Wall seconds, about, between two looks for listeners while there is none."""
+_RESOLUTION: Final = 1e-6
+"""Seconds that no clock is waited for."""
 _RETRY: Final = 1.0
 """Wall seconds until a pump goes on after a failure."""
 _SLICE: Final = 0.25
@@ -72,10 +75,6 @@ class Schedule:
         self._clock = clock
         self._due = clock.now()
 
-    def restart(self) -> None:
-        """Make the next point due now."""
-        self._due = self._clock.now()
-
     def wait_for_next(self, stopping: threading.Event, period: Callable[[], float]) -> bool:
         """Wait for the next point, also while `period` changes; returns False when `stopping` came first."""
         last = self._due
@@ -84,12 +83,22 @@ class Schedule:
             self._due = last + seconds
             if not now - seconds <= self._due <= now + 2 * seconds:  # far too late, or the clock began anew
                 self._due = now
-            if self._due <= now:
+            if self._due - now < _RESOLUTION:
                 return True
-            self._clock.wait(stopping, min(self._due - now, _SLICE))
+            self._wait(stopping, min(self._due - now, _SLICE))
             if self._clock.now() <= now:
                 stopping.wait(_FASTEST)  # a clock that has ended makes nobody wait
         return False
+
+    def idle(self, stopping: threading.Event) -> None:
+        """Wait a little, and make the next point due then."""
+        self._wait(stopping, _IDLE * (self._clock.rate or 1.0))
+        self._due = self._clock.now()
+
+    def _wait(self, stopping: threading.Event, seconds: float) -> None:
+        # On the robot's clock even while idle: who advances a virtual one waits until its waiters are back.
+        with suppress(TimeoutException):  # nobody advances the virtual clock
+            self._clock.wait(stopping, seconds)
 
 
 class WallPump(Pump):
@@ -130,8 +139,7 @@ class StatePump(Pump):
                 for servant in listened_to:
                     servant.publish(reading)
         if not listening:
-            self._stopping.wait(_IDLE)
-            self._schedule.restart()
+            self._schedule.idle(self._stopping)
         elif self._schedule.wait_for_next(self._stopping, lambda: self._period):
             self._stopping.wait(max(0.0, begun + self._shortest - time.monotonic()))
 
@@ -146,8 +154,7 @@ class CameraPump(Pump):
 
     def _round(self) -> None:
         if not self._camera.wanted:
-            self._stopping.wait(_IDLE)
-            self._schedule.restart()
+            self._schedule.idle(self._stopping)
         elif not self._camera.publish():
             self._stopping.wait(_RETRY)
         else:

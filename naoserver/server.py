@@ -115,7 +115,7 @@ class RobotServer:
             [table for table in H25.anticollision if {table.independent, table.dependent} <= own],
             [pair for pair in H25.couplings if {pair.leader, pair.follower} <= own],
         )
-        return GuardedDevice(device, safety, self.events, time.monotonic, self._watchdog.wake)
+        return GuardedDevice(device, safety, self.events, time.monotonic, self._watchdog.look_within)
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
         self._servants[f"{hinge.name}Motors"] = Pose3DMotorsI(device, hinge)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
+import time
 from collections.abc import Sequence
 from typing import Final
 
@@ -22,7 +24,7 @@ class Watchdog:
     def __init__(self) -> None:
         self._devices: Sequence[GuardedDevice] = ()
         self._condition = threading.Condition()
-        self._woken = False
+        self._next_look = math.inf  # in steady wall time
         self._stopping = False
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
 
@@ -31,11 +33,13 @@ class Watchdog:
         self._devices = tuple(devices)
         self._thread.start()
 
-    def wake(self) -> None:
-        """Look again now: something has been commanded."""
+    def look_within(self, seconds: float) -> None:
+        """Look again in at most `seconds`: something has been commanded."""
+        when = time.monotonic() + seconds
         with self._condition:
-            self._woken = True
-            self._condition.notify()
+            if when < self._next_look:
+                self._next_look = when
+                self._condition.notify()
 
     def close(self) -> None:
         """End the thread."""
@@ -49,10 +53,13 @@ class Watchdog:
 
     def _run(self) -> None:
         while True:
+            with self._condition:
+                self._next_look = math.inf  # so that a command during the look is not missed
             due = min((self._watch(device) for device in self._devices), default=_LONGEST)
             with self._condition:
-                self._condition.wait_for(lambda: self._woken or self._stopping, due)
-                self._woken = False
+                self._next_look = min(self._next_look, time.monotonic() + due)
+                while not self._stopping and (left := self._next_look - time.monotonic()) > 0:
+                    self._condition.wait(left)
                 if self._stopping:
                     return
 

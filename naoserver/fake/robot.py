@@ -47,6 +47,8 @@ class _Motion:
 
         The position q follows the setpoint s by q' = (s - q) / LAG, solved exactly on each linear piece.
         """
+        if self.rate == 0.0 and self.position == self.setpoint:
+            return self  # at rest, as most joints are
         left = max(0.0, time - self.time)
         motion = self
         if self.rate:
@@ -83,7 +85,7 @@ class FakeDevice:
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
         self._closed = False
-        now = clock.now()
+        now = self._time = clock.now()
         start = {joint.name: (posture or {}).get(joint.name, 0.0) for joint in joints}
         self._motions = {
             name: _Motion(now, value, value)
@@ -103,12 +105,13 @@ class FakeDevice:
     def read(self) -> JointReading:
         """Return the state of the joints now."""
         with self._lock:
-            now = self._clock.now()
             if not self._closed:
-                self._motions = {name: motion.at(now) for name, motion in self._motions.items()}
+                self._time = self._clock.now()
+                self._motions = {name: motion.at(self._time) for name, motion in self._motions.items()}
             motions = list(self._motions.values())
+            time = self._time
         return JointReading(
-            time=motions[0].time,
+            time=time,
             positions=tuple(m.position for m in motions),
             velocities=tuple((m.setpoint - m.position) / LAG for m in motions),
             commands=tuple(m.setpoint for m in motions),
@@ -142,7 +145,7 @@ class FakeDevice:
                 facts, motion = self._by_name[name], self._motions[name].at(now)
                 end = min(max(target, facts.lower), facts.upper)
                 rate = math.copysign(speed, end - motion.setpoint) if end != motion.setpoint else 0.0
-                self._motions[name] = replace(motion, rate=rate, end=end)
+                self._motions[name] = replace(motion, time=now, rate=rate, end=end)
 
 
 class FakeRobot(FakeDevice):

@@ -19,14 +19,14 @@ from zenoh_ice import VirtualClock, WallClock
 class Rig:
     def __init__(self, clock, device=None):
         self.wall = 0.0
-        self.woken = 0
+        self.due = None
         self.events = EventLog(clock.now, lambda: self.wall)
         self.device = device or FakeDevice("Nao", H25.joints, clock)
         safety = Safety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
-        self.guarded = GuardedDevice(self.device, safety, self.events, lambda: self.wall, self.wake)
+        self.guarded = GuardedDevice(self.device, safety, self.events, lambda: self.wall, self.look_within)
 
-    def wake(self):
-        self.woken += 1
+    def look_within(self, seconds):
+        self.due = seconds
 
     def commands(self):
         return dict(zip(H25.joint_names, self.device.read().commands, strict=True))
@@ -45,11 +45,16 @@ def rig(clock):
     return Rig(clock)
 
 
-def test_a_command_reaches_the_device_and_wakes_the_watchdog(rig, clock):
+def test_a_command_reaches_the_device(rig, clock):
     rig.guarded.move({"LKneePitch": 0.4}, {})
     clock.advance(2.0)
     assert rig.commands()["LKneePitch"] == pytest.approx(0.4)
-    assert rig.woken == 1
+    assert rig.due is None, "there is nothing to watch over"
+
+
+def test_a_command_that_must_be_watched_says_within_what_time(rig):
+    rig.guarded.drive({"HeadYaw": 0.4}, "client")
+    assert rig.due == pytest.approx(0.02)
 
 
 def test_before_any_command_the_goal_is_where_the_joint_is(rig):

@@ -41,6 +41,24 @@ def test_a_schedule_does_not_drift_when_a_round_is_a_little_late():
     assert times == pytest.approx([0.1, 0.2, 0.33, 0.4, 0.5])
 
 
+def test_a_schedule_keeps_its_pace_whatever_its_points_are_rounded_to():
+    times = run_schedule(VirtualClock(), 0.02, [0.0] * 60, 60)
+    assert times == pytest.approx([0.02 * point for point in range(1, 61)])
+
+
+def test_a_clock_that_has_ended_does_not_keep_a_schedule_from_stopping():
+    class EndedClock(VirtualClock):
+        def wait(self, event, timeout):
+            return event.is_set()
+
+    stopping = threading.Event()
+    waiting = threading.Thread(target=Schedule(EndedClock()).wait_for_next, args=(stopping, lambda: 0.1))
+    waiting.start()
+    stopping.set()
+    waiting.join(5)
+    assert not waiting.is_alive()
+
+
 def test_a_schedule_begins_anew_after_a_long_delay_without_a_burst():
     times = run_schedule(VirtualClock(), 0.1, [0.0, 0.95, 0.0, 0.0, 0.0], 5)
     assert times == pytest.approx([0.1, 0.2, 1.15, 1.25, 1.35])
