@@ -1,4 +1,4 @@
-"""Threads that run servants: a bounded pool, and for each servant a lane that keeps its calls in order."""
+"""Threads that run callbacks and calls within the process: a bounded pool, and lanes that keep an order."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class Dispatcher:
 
 
 class Lane:
-    """The calls of one servant: `width` at a time, in order of arrival, at most `depth` waiting."""
+    """The calls of one servant from this process: `width` at a time, in order, at most `depth` waiting."""
 
     def __init__(self, dispatcher: Dispatcher, name: str, *, width: int = 1, depth: int = 64) -> None:
         self._dispatcher: Final = dispatcher
@@ -144,24 +144,16 @@ class Lane:
             self._running += 1
         self._dispatcher.submit(lambda: self._run(job))
 
-    def is_running_here(self) -> bool:
-        """Return whether the current thread is inside one of the lane's jobs."""
-        return self in getattr(_context, "lanes", ())
-
-    def close(self, timeout: float) -> bool:
-        """Take no more jobs, run those that wait, and return whether all ended within `timeout` s."""
+    def close(self, timeout: float, *, expected: int = 0) -> bool:
+        """Take no more jobs, run those that wait, and return whether all but `expected` ended in time."""
         with self._condition:
             self._closed = True
-            own = 1 if self.is_running_here() else 0
-            return self._condition.wait_for(lambda: self._running <= own, timeout)
+            return self._condition.wait_for(lambda: self._running <= expected, timeout)
 
     def _run(self, job: Job) -> None:
-        lanes: list[Lane] = _context.__dict__.setdefault("lanes", [])
-        lanes.append(self)
         try:
             job()
         finally:
-            lanes.pop()
             with self._condition:
                 following = self._waiting.popleft() if self._waiting else None
                 if following is None:

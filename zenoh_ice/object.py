@@ -103,7 +103,7 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
     ice_concurrent: bool = False
     """Whether calls of this servant may overlap."""
 
-    def ice_ping(self, current: Current) -> None:
+    def ice_ping(self, current: Current) -> None:  # noqa: B027 - it answers, and that is all
         """Do nothing: the answer shows that the servant is there."""
 
     def ice_isA(self, id: str, current: Current) -> bool:  # noqa: ARG002

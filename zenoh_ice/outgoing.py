@@ -18,6 +18,7 @@ from .exceptions import (
     CommunicatorDestroyedException,
     ConnectionLostException,
     MarshalException,
+    OverloadedException,
     TimeoutException,
 )
 from .operation import Operation
@@ -93,10 +94,7 @@ class OutgoingCall:
         except Exception as error:  # noqa: BLE001 - it is told by the future
             fail(future, error)
             return
-        servant = self._local.get(self._target)
-        if servant is not None:
-            dispatcher.submit(partial(settle, future, partial(self._invoke_local, servant, payload)))
-            return
+        # A servant of this process is called by way of the session, too: its timer ends the call in time.
         started = time.monotonic()
         replies: list[zenoh.Reply] = []
 
@@ -179,7 +177,7 @@ class OutgoingCall:
             )
         left = self._timeout - (time.monotonic() - started)
         lost_now = presence.wait_for_loss(self._target, started, min(_LOSS_NOTICE, left))
-        if retry and (lost_now or presence.interfaces(self._target)):
+        if retry and lost_now:
             left = self._timeout - (time.monotonic() - started)
             if presence.wait_for_return(self._target, min(_RETRY_WAIT, left)):
                 left = self._timeout - (time.monotonic() - started)
@@ -187,9 +185,11 @@ class OutgoingCall:
                     _logger.debug("%s: sent once more after the connection was lost", self.what)
                     return self._interpret(self._exchange_again(payload, left), payload, started, retry=False)
         if presence.interfaces(self._target):
-            raise ConnectionLostException(
-                f"{self.what}: {self._target} is there but gave no answer: its server restarted during the "
-                "call, or access control denies it"
+            if lost_now:
+                raise ConnectionLostException(f"{self.what}: the server restarted during the call")
+            raise OverloadedException(
+                f"{self.what} was not executed: too many calls wait for {self._target}, or access control "
+                "denies it"
             )
         raise presence.explain_absence(self._target)
 
