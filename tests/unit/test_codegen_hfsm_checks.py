@@ -1,0 +1,226 @@
+"""What keeps a component from being generated is told with its line, all of it in one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.documents import document, problems, state, sub, transition
+
+A = state(1, "a", initial=True)
+B = state(2, "b")
+HEAD = (
+    "<iceinterface><nameinterface>{name}</nameinterface><nameproxy>{identity}</nameproxy>"
+    "<interface>{type}</interface></iceinterface>\n"
+)
+
+
+def head(name: str = "head", identity: str = "Head", type: str = "PoseHead") -> str:
+    return HEAD.format(name=name, identity=identity, type=type)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "behavior.xml"
+
+
+def one(found: list[str]) -> str:
+    assert len(found) == 1, found
+    return found[0]
+
+
+def test_a_complete_document_has_no_problem(path: Path) -> None:
+    text = document(
+        sub(1, 0, state(1, "a", "x = 1", initial=True, child=2), B, transition(1, 1, 2, "x > 0")),
+        sub(2, 1, state(1, "c", initial=True), period="50"),
+        libraries=("math", "numpy as np", "from math import pi"),
+        config=head(),
+        head="<onerror>continue</onerror>",
+    )
+    assert problems(path, text) == []
+
+
+@pytest.mark.parametrize(
+    ("parts", "expected"),
+    [
+        ((), "1:1: E511: there is no automaton"),
+        ((sub(1, 0, A), sub(2, 0, A)), "8:1: E511: automaton 2 is a second root"),
+        ((sub(1, 0, A), sub(1, 0, A)), "E517: a second automaton has the id 1"),
+        ((sub(1, 0, A), sub(2, 1, A)), "8:1: E512: no state owns automaton 2"),
+        ((sub(1, 0, state(1, "a", initial=True, child=7)),), "3:1: E512: state `a` owns automaton 7, which"),
+        (
+            (sub(1, 0, state(1, "a", initial=True, child=2), state(2, "b", child=2)), sub(2, 1, A)),
+            "4:1: E512: automaton 2 already has an owner",
+        ),
+        (
+            (sub(1, 0, state(1, "a", initial=True, child=2)), sub(2, 3, A)),
+            "8:1: E512: automaton 2 says that its father is 3",
+        ),
+        (
+            (
+                sub(1, 0, A),
+                sub(2, 3, state(1, "a", initial=True, child=3)),
+                sub(3, 2, state(1, "a", initial=True, child=2)),
+            ),
+            "E512: automaton 2 is its own ancestor",
+        ),
+        ((sub(1, 0),), "2:1: E513: automaton 1 has no state"),
+        ((sub(1, 0, B),), "2:1: E513: automaton 1 has no initial state"),
+        ((sub(1, 0, A, state(2, "b", initial=True)),), "4:1: E513: `b` is a second initial state"),
+        ((sub(1, 0, A, state(1, "b")),), "4:1: E517: a second state has the id 1"),
+        ((sub(1, 0, A, state(0, "b")),), "4:1: E517: the id of a state is at least 1"),
+        ((sub(1, 0, A, B, transition(1, 1, 9, "True")),), "5:1: E514: transition 1 enters state 9, which"),
+        ((sub(1, 0, A, B, transition(1, 8, 2, "True")),), "5:1: E514: transition 1 leaves state 8, which"),
+        ((sub(1, 0, A, B, transition(1, 1, 2, "1", type="never")),), "E515: transition 1 has the type `never`"),
+        ((sub(1, 0, A, period="soon"),), "E516: `iteration_time` is a positive number of milliseconds, not `soon`"),
+        ((sub(1, 0, A, period="0"),), "E516: `iteration_time`"),
+        ((sub(1, 0, A, period="nan"),), "E516: `iteration_time`"),
+    ],
+)  # fmt: skip
+def test_faults_of_the_structure(path: Path, parts: tuple[str, ...], expected: str) -> None:
+    found = problems(path, document(*parts))
+    assert any(expected in problem for problem in found), found
+
+
+@pytest.mark.parametrize("time", ["", "soon", "0", "-5", "inf", "nan", "1_000", "1e300"])
+def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
+    text = document(sub(1, 0, A, B, transition(1, 1, 2, time, type="time", name="tired")))
+    assert "E515: the time of transition `tired` is a positive number of milliseconds" in one(
+        problems(path, text)
+    )
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        ("x = = 1", "3:"),
+        ("x = 1\n\ty = 2", "4:"),
+        ("print 'x'", "E520: not valid Python: Missing parentheses in call to 'print'"),
+        ("int x = 3;", "E520: this is C++, and only Python runs here"),
+        ("motors->setV(3);", "E520: this is C++"),
+        ("std::cout << x;", "E520: this is C++"),
+        ("// nothing\nx", "E520: this is C++"),
+        ("break", "E520: not valid Python: 'break' outside loop"),
+        ("yield 3", "E520: `yield` has no place here"),
+        ("await x", "E520: `await` has no place here"),
+        ("from math import *", "E520: `import *` has no place here"),
+        ("self = 3", "E520: `self` is the component"),
+        ("x: int = 3", "E520: `x` is shared by all code of its automaton: annotate it in the variables"),
+        ("State = 3", "E521: `State` is a name that the component needs"),
+        ("(" * 300 + ")" * 300, "E520"),
+    ],
+)
+def test_code_of_a_state_that_cannot_run(path: Path, code: str, expected: str) -> None:
+    text = document(sub(1, 0, state(1, "a", code, initial=True)))
+    assert expected in one(problems(path, text))
+
+
+@pytest.mark.parametrize(
+    ("condition", "expected"),
+    [
+        ("", "E520: the condition is empty"),
+        ("x = 1", "E520: not valid Python"),
+        ("a, b", "E520: a condition is one expression that is true or false"),
+        ("a) or (b", "E520: a condition is one expression"),
+        ("return True", "E520: not valid Python"),
+        ("a && b", "E520: this is C++"),
+        ("# only a remark", "E520: a condition is one expression"),
+        ("(yield)", "E520: `yield` has no place here"),
+        ("(self := 1)", "E520: `self` is the component"),
+    ],
+)
+def test_conditions_that_are_none(path: Path, condition: str, expected: str) -> None:
+    assert expected in one(problems(path, document(sub(1, 0, A, B, transition(1, 1, 2, condition)))))
+
+
+def test_the_place_of_an_error_in_code_is_that_in_the_document(path: Path) -> None:
+    code = "\n      first = 1\n      second = = 2\n    "
+    found = one(problems(path, document(sub(1, 0, state(1, "a", code, initial=True)))))
+    assert found.startswith("5:16: E520: not valid Python")
+
+
+def test_variables_and_functions_are_checked(path: Path) -> None:
+    text = document(
+        sub(1, 0, state(1, "a", initial=True, child=2), variables="return 3", functions="def f(self):\npass"),
+        sub(2, 1, A, functions="def sleep(self): pass\ndef g(self): pass\ndef g(self): pass"),
+    )
+    found = problems(path, text)
+    assert [problem.split(": ", 1)[1] for problem in found] == [
+        "E520: `return` has no place in the variables",
+        "E520: not valid Python: expected an indented block after function definition on line 1",
+        "E520: the function `g` is defined twice, first in line 14",
+    ]
+
+
+def test_functions_that_collide(path: Path) -> None:
+    text = document(
+        sub(1, 0, state(1, "a", initial=True, child=2), functions="def f(self): pass\ndef clock(self): pass"),
+        sub(2, 1, A, functions="def f(self): pass\ndef head(self): pass"),
+        config=head(),
+    )
+    found = problems(path, text)
+    assert any("`self.clock` belongs to every component: rename the function" in problem for problem in found)
+    assert any(problem.startswith("13:1: E523: a second function is called `f`") for problem in found)
+    assert any("`head` is both an interface and a function" in problem for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("interface", "expected"),
+    [
+        (head(type="PoseHed"), "E532: there is no proxy for an interface `PoseHed`"),
+        (head(type="jderobot::PoseHead"), "E532: there is no proxy"),
+        (head(name="the head"), "E530: `the head` cannot be an attribute"),
+        (head(name="class"), "E530: `class` cannot be an attribute"),
+        (head(name="sleep"), "E530: `self.sleep` belongs to every component"),
+        (head() + head(), "E530: a second interface is called `head`"),
+        (head(identity="He/ad"), "E531: `He/ad` cannot be the identity of a servant"),
+    ],
+)
+def test_interfaces_that_cannot_be_connected(path: Path, interface: str, expected: str) -> None:
+    assert expected in one(problems(path, document(sub(1, 0, A), config=interface)))
+
+
+@pytest.mark.parametrize("type", ["PoseHead", "nao::PoseHead", "::nao::PoseHead", "nao.PoseHead"])
+def test_an_interface_may_be_named_with_its_scope(path: Path, type: str) -> None:
+    assert problems(path, document(sub(1, 0, A), config=head(type=type))) == []
+
+
+def test_an_interface_that_two_packages_have_needs_its_scope(path: Path, tmp_path: Path) -> None:
+    (tmp_path / "lab").mkdir()
+    (tmp_path / "lab" / "__init__.py").write_text("class PoseHeadPrx(object):\n    pass\n")
+    found = one(problems(path, document(sub(1, 0, A), config=head()), include=(tmp_path,)))
+    assert "`PoseHead` may be `nao::PoseHead`, `lab::PoseHead`: write which" in found
+
+
+def test_libraries_that_are_none(path: Path) -> None:
+    text = document(sub(1, 0, A), libraries=("import", "a; b", "State", "numpy as np"))
+    found = problems(path, text)
+    assert [problem.split(": ", 1)[1][:30] for problem in found] == [
+        "E520: `import` is no library: ", "E520: `a; b` is no library: wr", "E521: `State` is a name that t",
+    ]  # fmt: skip
+
+
+def test_an_unknown_policy(path: Path) -> None:
+    found = one(problems(path, document(sub(1, 0, A), head="<onerror>explode</onerror>")))
+    assert found.startswith("1:22: E510: `onerror` is `stop` or `continue`, not `explode`")
+
+
+def test_names_that_are_empty_or_repeated_are_warned_of(path: Path) -> None:
+    found = problems(path, document(sub(1, 0, A, state(2, "a"), state(3, " "))))
+    assert [problem.split(": ")[1] for problem in found] == ["W511", "W510"]
+
+
+def test_everything_is_told_in_one_run(path: Path) -> None:
+    text = document(
+        sub(1, 0, state(1, "a", "x = (", initial=True), transition(1, 1, 9, "1 +"), period="x"),
+        config=head(type="Nothing"),
+    )
+    assert [problem.split(": ")[1] for problem in problems(path, text)] == [
+        "E520", "E514", "E520", "E516", "E532"
+    ]  # fmt: skip
+
+
+def test_a_file_that_a_person_wrote_is_not_overwritten(path: Path) -> None:
+    path.with_suffix(".py").write_text("print('mine')\n")
+    assert "behavior.py was not made by codegen" in one(problems(path, document(sub(1, 0, A))))
