@@ -18,6 +18,7 @@ from .route import Route, Stop
 
 __all__ = ["Progress"]
 
+_BAR_WIDTH: Final = 12
 _REFRESH_PERIOD: Final = 0.1  # s of wall time
 
 
@@ -68,9 +69,11 @@ class Progress:
             return
         self._drawn_at = now
         line = Table.grid(padding=(0, 1))
-        line.add_row(
-            Text(self._heading), ProgressBar(total=1.0, completed=fraction, width=20), Text(str(target))
-        )
+        line.add_column(no_wrap=True, overflow="ellipsis")
+        line.add_column(min_width=_BAR_WIDTH, max_width=_BAR_WIDTH)
+        line.add_column(no_wrap=True, min_width=len(str(target)))
+        bar = ProgressBar(total=1.0, completed=fraction, width=_BAR_WIDTH)
+        line.add_row(Text(self._heading), bar, Text(str(target)))
         self._live.update(line, refresh=True)
 
     def arrived(self, stop: Stop, error: float) -> None:
