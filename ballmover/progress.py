@@ -68,12 +68,10 @@ class Progress:
         if not self._live.is_started or now - self._drawn_at < _REFRESH_PERIOD:
             return
         self._drawn_at = now
+        heading, place = Text(self._heading), Text(str(target))
+        heading.truncate(max(0, self._console.width - _BAR_WIDTH - len(place) - 3), overflow="ellipsis")
         line = Table.grid(padding=(0, 1))
-        line.add_column(no_wrap=True, overflow="ellipsis")
-        line.add_column(min_width=_BAR_WIDTH, max_width=_BAR_WIDTH)
-        line.add_column(no_wrap=True, min_width=len(str(target)))
-        bar = ProgressBar(total=1.0, completed=fraction, width=_BAR_WIDTH)
-        line.add_row(Text(self._heading), bar, Text(str(target)))
+        line.add_row(heading, ProgressBar(total=1.0, completed=fraction, width=_BAR_WIDTH), place)
         self._live.update(line, refresh=True)
 
     def arrived(self, stop: Stop, error: float) -> None:
