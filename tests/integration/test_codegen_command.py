@@ -1,0 +1,216 @@
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+LAMP = "module home { struct Light { float power; }; interface Lamp { Light get(); }; };\n"
+ROOM = '#include "lamp.idl"\nmodule home { interface Room { Light lightOf(string lamp); }; };\n'
+
+
+def codegen(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
+    command = [sys.executable, "-m", "codegen", *map(str, arguments)]
+    return subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def files_in(directory: Path) -> dict[str, str]:
+    paths = (path for path in directory.rglob("*") if path.is_file())
+    return {str(path.relative_to(directory)): path.read_text() for path in paths}
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """A directory with two IDL files, one of which includes the other."""
+    (tmp_path / "lamp.idl").write_text(LAMP)
+    (tmp_path / "room.idl").write_text(ROOM)
+    return tmp_path
+
+
+def test_the_packages_of_the_project_are_current() -> None:
+    interfaces = sorted(path.relative_to(ROOT) for path in ROOT.glob("interfaces/*.idl"))
+    done = codegen("--check", *interfaces, cwd=ROOT)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_package_goes_beside_its_files_and_can_be_imported(home: Path) -> None:
+    done = codegen("lamp.idl", "room.idl", cwd=home)
+    assert done.returncode == 0, done.stderr
+    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "room.py", "py.typed"}
+    script = "from home import LampPrx, RoomPrx, Light; print(Light(1.5), RoomPrx.lightOf.__name__)"
+    ran = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=home,
+        env={**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{ROOT}"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ran.stdout == "Light(power=1.5) lightOf\n", ran.stderr
+
+
+def test_an_included_file_is_generated_too_and_the_package_stays_complete(home: Path) -> None:
+    (home / "fan.idl").write_text("module home { interface Fan { void spin(); }; };")
+    assert codegen("room.idl", cwd=home).returncode == 0
+    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "room.py", "py.typed"}
+    assert codegen("fan.idl", cwd=home).returncode == 0
+    one_by_one = files_in(home / "home")
+    assert "from .lamp import Lamp, LampPrx, Light" in one_by_one["__init__.py"]
+    done = codegen("--check", "fan.idl", "lamp.idl", "room.idl", cwd=home)
+    assert done.returncode == 0, done.stdout
+    shutil.rmtree(home / "home")
+    assert codegen("room.idl", "fan.idl", cwd=home).returncode == 0
+    assert files_in(home / "home") == one_by_one
+
+
+def test_a_second_run_touches_nothing(home: Path) -> None:
+    assert codegen("lamp.idl", cwd=home).returncode == 0
+    before = {path: path.stat().st_mtime_ns for path in (home / "home").iterdir()}
+    done = codegen("lamp.idl", cwd=home)
+    assert done.stdout == "3 files up to date\n"
+    assert {path: path.stat().st_mtime_ns for path in (home / "home").iterdir()} == before
+
+
+def test_check_shows_what_is_stale_and_writes_nothing(home: Path) -> None:
+    assert codegen("lamp.idl", "room.idl", cwd=home).returncode == 0
+    (home / "lamp.idl").write_text(LAMP.replace("float power", "double brightness"))
+    (home / "room.idl").unlink()
+    before = files_in(home)
+    done = codegen("--check", "lamp.idl", cwd=home)
+    assert done.returncode == 1
+    assert "-    power: float\n+    brightness: float\n" in done.stdout
+    assert "--- home/room.py\n+++ /dev/null\n" in done.stdout
+    assert "-from .room import Room, RoomPrx\n" in done.stdout
+    assert "stale" in done.stderr
+    assert files_in(home) == before
+    assert codegen("lamp.idl", cwd=home).returncode == 0
+    assert "room.py" not in files_in(home / "home")
+    assert codegen("--check", "lamp.idl", cwd=home).returncode == 0
+
+
+def test_a_package_without_any_source_left_goes(home: Path) -> None:
+    (home / "shed.idl").write_text("module shed { interface Fan { void spin(); }; };")
+    assert codegen("shed.idl", "lamp.idl", cwd=home).returncode == 0
+    (home / "shed" / "notes.txt").write_text("mine")
+    (home / "shed.idl").unlink()
+    assert codegen("lamp.idl", cwd=home).returncode == 0
+    assert files_in(home / "shed") == {"notes.txt": "mine"}
+
+
+def test_a_module_whose_file_now_opens_another_module_goes(home: Path) -> None:
+    assert codegen("lamp.idl", "room.idl", cwd=home).returncode == 0
+    (home / "room.idl").write_text(
+        ROOM.replace("module home", "module house").replace("Light", "home::Light")
+    )
+    assert codegen("room.idl", cwd=home).returncode == 0
+    assert "room.py" not in files_in(home / "home")
+    assert "Room" not in files_in(home / "home")["__init__.py"]
+    assert "from ..home.lamp import Light" in files_in(home / "house")["room.py"]
+
+
+def test_output_and_include_directories(home: Path) -> None:
+    (home / "own").mkdir()
+    (home / "room.idl").rename(home / "own" / "room.idl")
+    assert codegen("own/room.idl", "-o", "api", cwd=home).returncode == 1
+    done = codegen("own/room.idl", "-I", ".", "-o", "api", cwd=home)
+    assert done.returncode == 0, done.stderr
+    assert set(files_in(home / "api")) == {
+        "__init__.py",
+        "py.typed",
+        "home/__init__.py",
+        "home/lamp.py",
+        "home/room.py",
+        "home/py.typed",
+    }
+    done = codegen("--check", "own/room.idl", "-I", ".", "-o", "api", cwd=home)
+    assert done.returncode == 0, done.stdout
+
+
+def test_errors_are_told_together_and_nothing_is_written(home: Path) -> None:
+    (home / "room.idl").write_text(ROOM.replace("Light lightOf", "Lihgt lightOf"))
+    (home / "bad.idl").write_text("module bad { struct S { int a };\n  interface I { void f(flot x); }; };")
+    done = codegen("lamp.idl", "room.idl", "bad.idl", "absent.idl", cwd=home)
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert "room.idl:2:32: error[E012]: `Lihgt` is not defined\n" in done.stderr
+    assert "    module home { interface Room { Lihgt lightOf(string lamp); }; };\n" in done.stderr
+    assert " " * 35 + "^~~~~\n  note: did you mean `Light`?\n" in done.stderr
+    assert "bad.idl:1:31: error[E010]: expected `;` behind a member, found `}`" in done.stderr
+    assert "bad.idl:2:24: error[E012]: `flot` is not defined" in done.stderr
+    assert "absent.idl: error[E001]" in done.stderr
+    assert done.stderr.endswith("4 errors; nothing was written\n")
+    assert not (home / "home").exists()
+
+
+def test_an_error_leaves_what_is_there_as_it_is(home: Path) -> None:
+    assert codegen("lamp.idl", cwd=home).returncode == 0
+    before = files_in(home / "home")
+    (home / "lamp.idl").write_text(LAMP.replace("float power", "flot power"))
+    assert codegen("lamp.idl", cwd=home).returncode == 1
+    assert files_in(home / "home") == before
+
+
+def test_a_file_that_codegen_did_not_make_is_kept(home: Path) -> None:
+    (home / "home").mkdir()
+    (home / "home" / "lamp.py").write_text("print('mine')\n")
+    done = codegen("lamp.idl", cwd=home)
+    assert done.returncode == 1
+    assert "home/lamp.py was not made by codegen" in done.stderr
+    assert files_in(home / "home") == {"lamp.py": "print('mine')\n"}
+
+
+def test_names_that_two_files_define_are_an_error(home: Path) -> None:
+    (home / "other.idl").write_text("module home { struct Light { int a; }; };")
+    done = codegen("lamp.idl", "other.idl", cwd=home)
+    assert done.returncode == 1
+    assert "other.idl:1:22: error[E013]: `Light` is defined in two files" in done.stderr
+    assert "lamp.idl:1:22: note: first defined here" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "Missing argument"),
+        (["lamp.txt"], "lamp.txt"),
+        (["lamp.idl", "-I", "absent"], "absent"),
+        (["lamp.idl", "-o", "room.idl"], "room.idl"),
+        (["lamp.idl", "--unknown"], "--unknown"),
+    ],
+)
+def test_wrong_usage_exits_with_2(home: Path, arguments: list[str], message: str) -> None:
+    done = codegen(*arguments, cwd=home)
+    assert done.returncode == 2
+    assert message in done.stderr
+
+
+def test_help_has_examples(home: Path) -> None:
+    done = codegen("--help", cwd=home)
+    assert done.returncode == 0
+    assert "codegen interfaces/*.idl " in done.stdout
+    assert "\n    codegen --check interfaces/*.idl " in done.stdout
+
+
+def test_help_imports_nothing_heavy(home: Path) -> None:
+    script = (
+        "import sys; import codegen.cli; "
+        "print([name for name in ('zenoh', 'msgspec', 'numpy', 'rich', 'codegen.idl', 'codegen.hfsm') "
+        "if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=home,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stdout == "[]\n", done.stderr

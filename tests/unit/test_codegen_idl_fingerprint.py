@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.slice_compiler import compile_text
+
+BEGIN = """
+module m {
+  enum Color { red, green };
+  struct Light { float power; Color color; };
+  sequence<Light> Lights;
+  exception Broken { string what; };
+  interface Switch { void off(); };
+  interface Lamp extends Switch {
+    ["stream"] idempotent Lights get(string which, out Color color) throws Broken;
+  };
+};
+"""
+
+
+def description(directory: Path, text: str, **others: str) -> tuple[str, str]:
+    """Return fingerprint and definition of the interface Lamp."""
+    compilation, diagnostics = compile_text(directory, text, **others)
+    assert not diagnostics.has_errors, diagnostics.render()
+    for file in compilation.files:
+        match = re.search(
+            r'"::m::Lamp",.*?fingerprint="(\w+)",\n\s*definition="""\\\n(.*?)"""', file.text, re.DOTALL
+        )
+        if match:
+            return match[1], match[2]
+    raise AssertionError("no interface Lamp")
+
+
+@pytest.mark.parametrize(
+    "same",
+    [
+        "// comments\n" + BEGIN.replace("float", "/** docs */ float"),
+        BEGIN.replace("float power; Color color;", "Color color; float power;"),
+        BEGIN.replace("Lights", "LightSeq"),
+        BEGIN.replace("Color color)", "m::Color color)").replace("throws Broken", "throws ::m::Broken"),
+        BEGIN.replace("{ red, green }", "{ green = 1, red = 0 }"),
+        BEGIN + "module m { struct Other { int a; }; };",
+        BEGIN.replace("interface Switch { void off(); };\n", "").replace(
+            "  enum", "  interface Switch { void off(); };\n  enum"
+        ),
+    ],
+)
+def test_what_does_not_show_on_the_wire_does_not_count(tmp_path: Path, same: str) -> None:
+    assert same != BEGIN
+    assert description(tmp_path, same) == description(tmp_path, BEGIN)
+
+
+def test_files_do_not_count(tmp_path: Path) -> None:
+    head, mark, tail = BEGIN.partition("  interface Switch")
+    split = f'#include "types.idl"\nmodule m {{\n{mark}{tail}'
+    assert description(tmp_path, split, types=f"{head}}};") == description(tmp_path, BEGIN)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("float power", "double power", "::m::Light::power: double"),
+        ("power", "candela", "::m::Light::candela: float"),
+        ("green", "blue", "::m::Color::blue = 1"),
+        ("green", "green = 2", "::m::Color::green = 2"),
+        ("string what", "long what", "::m::Broken::what: long"),
+        ("void off()", "void off(int a)", "::m::Switch::off(int a): void"),
+        ("void off()", "idempotent void off()", "::m::Switch::off(): void idempotent"),
+        (" extends Switch", "", "interface ::m::Lamp\n"),
+        ("string which", "string name", "::m::Lamp::get(string name)"),
+        ("out Color color", "out int color", "int color throws"),
+        (" throws Broken", "", "::m::Lamp::get(string which): sequence<::m::Light>, ::m::Color color idem"),
+        ('["stream"] ', "", "throws ::m::Broken idempotent\n"),
+        ("sequence<Light> Lights", "dictionary<int, Light> Lights", "dictionary<int, ::m::Light>"),
+    ],
+)
+def test_what_shows_on_the_wire_counts_and_is_named(tmp_path: Path, old: str, new: str, line: str) -> None:
+    before, after = description(tmp_path, BEGIN), description(tmp_path, BEGIN.replace(old, new, 1))
+    assert before[0] != after[0]
+    assert re.fullmatch("[0-9a-f]{16}", after[0])
+    assert line in after[1]
+    assert line not in before[1]
