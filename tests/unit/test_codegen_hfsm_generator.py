@@ -58,7 +58,7 @@ from hfsm_runtime import Automaton, Component, State, Transition, main
 class MyCounter(Component, document="my_counter.xml", on_error="stop"):
     """The component my_counter."""
 
-    # my_counter.xml:10
+    # my_counter.xml:11
     def limit(self):
         return 6
 

@@ -1,0 +1,145 @@
+"""A generated component as a process, with a server of the robot as another."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from interfaces.nao import PoseHeadPrx
+from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.processes import ComponentProcess, module
+from zenoh_ice import initialize
+
+HEAD = (
+    "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
+    "<interface>PoseHead</interface></iceinterface>"
+)
+
+
+def serve(endpoint: str) -> ComponentProcess:
+    return ComponentProcess(module("naoserver.fake", "--listen", endpoint))
+
+
+def turning(tmp_path: Path, code: str = "self.head.setSpeed(0.2, 0.0)\nprint('turning', flush=True)") -> Path:
+    return compile_to(
+        tmp_path, document(sub(1, 0, state(1, "turn", code, initial=True)), config=HEAD), "turner"
+    )
+
+
+def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
+    command = [sys.executable, str(file), "--connect", endpoint, "--clock", "wall", *arguments]
+    return ComponentProcess(command, {"PYTHONPATH": str(Path(__file__).resolve().parents[2])})
+
+
+def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path: Path, endpoint: str) -> None:
+    started = time.monotonic()
+    with start(turning(tmp_path), endpoint) as component:
+        assert component.wait(10.0) == 1
+        assert time.monotonic() - started < 5.0  # the interpreter's start included
+        assert component.output.count("\n") == 1
+        assert endpoint in component.output
+        assert "naoserver-sim" in component.output
+
+
+def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint: str) -> None:
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(turning(tmp_path), endpoint, "--seconds", "1") as component:
+            assert component.wait(15.0) == 0
+            assert "turning" in component.output
+        with initialize(connect=[endpoint], clock="wall") as communicator:
+            pose = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose()
+        assert abs(pose.panSpeed) < 0.05
+        assert pose.pan > 0.02
+
+
+def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> None:
+    config = HEAD + HEAD.replace(">Head<", ">Tail<").replace(">head<", ">tail<")
+    file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(file, endpoint) as component:
+            assert component.wait(15.0) == 1
+            assert "the component cannot start: self.tail:" in component.output
+            assert "Traceback" not in component.output
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_stops_the_robot_and_ends_it(
+    tmp_path: Path, endpoint: str, number: signal.Signals, code: int
+) -> None:
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(turning(tmp_path), endpoint) as component:
+            component.wait_for("turning")
+            component.process.send_signal(number)
+            assert component.wait(10.0) == code
+            assert "Traceback" not in component.output
+            with initialize(connect=[endpoint], clock="wall") as communicator:
+                pose = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose()
+            assert abs(pose.panSpeed) < 0.05
+
+
+def test_an_error_in_user_code_ends_it_with_the_documents_line(tmp_path: Path, endpoint: str) -> None:
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\nself.nothing()"), endpoint) as component:
+            assert component.wait(15.0) == 1
+            assert "AttributeError" in component.output
+            assert "(turner.xml:4)" in component.output
+
+
+def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
+    file = turning(tmp_path, "print('again', flush=True)\n1 / 0")
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(file, endpoint, "--on-error", "continue", "--seconds", "0.5") as component:
+            assert component.wait(15.0) == 0
+            assert component.output.count("again") > 2
+            assert component.output.count("Traceback") == 1
+
+
+def test_a_killed_server_is_told_once_and_it_goes_on_when_the_server_is_back(
+    tmp_path: Path, endpoint: str
+) -> None:
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(turning(tmp_path), endpoint) as component:
+            component.wait_for("turning")
+            server.process.kill()
+            component.wait_for("waiting for the server", 5.0)
+            with serve(endpoint) as second:
+                second.wait_for("ready")
+                component.wait_for("the server is back", 10.0)
+                count = component.output.count("turning")
+                deadline = time.monotonic() + 5.0
+                while component.output.count("turning") <= count:
+                    assert time.monotonic() < deadline, component.output
+                    time.sleep(0.02)
+            assert component.output.count("waiting for the server") == 1
+
+
+def test_a_component_without_proxies_needs_no_server(tmp_path: Path, endpoint: str) -> None:
+    text = document(
+        sub(
+            1,
+            0,
+            state(1, "a", initial=True),
+            state(2, "b", "import sys\nsys.exit()"),
+            transition(1, 1, 2, "100", type="time"),
+        )
+    )
+    with start(compile_to(tmp_path, text, "alone"), endpoint) as component:
+        assert component.wait(10.0) == 0
+
+
+def test_help_shows_the_description_and_examples(tmp_path: Path, endpoint: str) -> None:
+    with start(turning(tmp_path), endpoint, "--help") as component:
+        assert component.wait(10.0) == 0
+        assert "The component turner." in component.output
+        assert "--on-error" in component.output
+        assert "python turner.py --seconds 60" in component.output

@@ -1,0 +1,84 @@
+"""Component time goes on whatever the clock below it does."""
+
+from __future__ import annotations
+
+import threading
+
+from hfsm_runtime.schedule import slot_after, slot_at, slot_from
+from hfsm_runtime.timeline import Timeline
+from zenoh_ice import VirtualClock
+
+
+class SettableClock(VirtualClock):
+    """A clock that a test may put back, as a simulation does that is started anew."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.time = 100.0
+
+    def now(self) -> float:
+        return self.time
+
+
+def test_time_counts_from_the_start() -> None:
+    clock = SettableClock()
+    timeline = Timeline(clock)
+    clock.time = 105.0
+    timeline.restart()
+    clock.time = 107.5
+    assert timeline.now() == 2_500_000_000
+
+
+def test_time_stands_still_while_paused_and_steps() -> None:
+    clock = SettableClock()
+    timeline = Timeline(clock)
+    clock.time = 101.0
+    timeline.pause()
+    clock.time = 150.0
+    assert timeline.now() == 1_000_000_000
+    timeline.step(500_000_000)
+    assert timeline.now() == 1_500_000_000
+    timeline.resume()
+    clock.time = 151.0
+    assert timeline.now() == 2_500_000_000
+    timeline.step(1)
+    assert timeline.now() == 2_500_000_000
+
+
+def test_time_goes_on_when_the_simulation_is_started_anew() -> None:
+    clock = SettableClock()
+    timeline = Timeline(clock)
+    clock.time = 160.0
+    assert timeline.now() == 60_000_000_000
+    clock.time = 0.0
+    assert timeline.now() == 60_000_000_000
+    clock.time = 2.0
+    assert timeline.now() == 62_000_000_000
+
+
+def test_time_goes_on_when_the_simulation_is_started_anew_during_a_pause() -> None:
+    clock = SettableClock()
+    timeline = Timeline(clock)
+    clock.time = 160.0
+    timeline.pause()
+    clock.time = 0.0
+    timeline.resume()
+    clock.time = 1.0
+    assert timeline.now() == 61_000_000_000
+
+
+def test_waiting_ends_at_once_when_the_time_is_over_or_the_event_set() -> None:
+    clock = SettableClock()
+    timeline = Timeline(clock)
+    wake = threading.Event()
+    timeline.wait_until(0, wake)
+    wake.set()
+    timeline.wait_until(10_000_000_000, wake)
+    timeline.pause()
+    timeline.wait_until(10_000_000_000, wake)
+
+
+def test_slots_are_multiples_of_the_period() -> None:
+    assert [slot_at(now, 10) for now in (0, 9, 10, 25)] == [0, 0, 10, 20]
+    assert [slot_after(now, 10) for now in (0, 9, 10, 25)] == [10, 10, 20, 30]
+    assert [slot_from(now, 10) for now in (0, 9, 10, 25)] == [0, 10, 10, 30]
