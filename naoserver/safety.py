@@ -16,13 +16,12 @@ Every change is told in the `Outcome`. Callers serialise the calls (`naoserver.g
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from naoserver.body import Coupling
-from naoserver.errors import InvalidCommand
+from naoserver.joint_rules import JointRules, clamp
 from naoserver.options import SafetyOptions
 from naoserver.outcome import Limitation, Outcome
 from naoserver.range_table import RangeTable
@@ -32,10 +31,6 @@ _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
 _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a joint's load may keep it; beyond it the joint lags behind."""
-_LONGEST_NAME: Final = 64
-"""Characters of a client's text that are told back."""
-_ROUNDING: Final = 1e-9
-"""Change in rad (or m) by which a value that only went through arithmetic is not called limited."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +63,10 @@ class Safety:
         couplings: Iterable[Coupling] = (),
     ) -> None:
         self.options: Final = options or SafetyOptions()
-        self._facts = {joint.name: joint for joint in joints}
+        self._rules = JointRules(joints, self.options, couplings)
         self._index = {joint.name: index for index, joint in enumerate(joints)}
         self._tables = tuple(tables)
         self._table_of = {table.dependent: table for table in self._tables}
-        self._couplings = tuple(couplings)
         # A joint is in at most one of the two; in neither before its first command.
         self._drives: dict[str, _Drive] = {}
         self._goals: dict[str, Goal] = {}
@@ -92,8 +86,7 @@ class Safety:
 
     def speed_cap(self, joint: str) -> float:
         """Return the highest speed that a command gets, in rad/s or m/s."""
-        options = self.options
-        return options.speed_fractions.get(joint, options.speed_fraction) * self._facts[joint].max_velocity
+        return self._rules.speed_cap(joint)
 
     def move(
         self, targets: Mapping[str, float], speeds: Mapping[str, float], reading: JointReading
@@ -102,24 +95,18 @@ class Safety:
 
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self._checked(targets, "target")
-        limits = self._checked({joint: speed for joint, speed in speeds.items() if joint in wanted}, "speed")
-        for joint, speed in limits.items():
-            if speed < 0:
-                raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
+        rules = self._rules
+        wanted = rules.check(targets, "target")
+        limits = rules.check_speeds({joint: speed for joint, speed in speeds.items() if joint in wanted})
         outcome = Outcome()
         self._wake(reading)
-        self._couple(wanted, outcome)
-        self._couple(limits, outcome)
+        rules.couple(wanted, outcome)
+        rules.couple(limits, outcome)
         for joint, target in wanted.items():
-            facts = self._facts[joint]
-            safe = _clamped(target, facts.lower, facts.upper)
-            if safe != target:
-                outcome.limitations.append(
-                    Limitation(joint, f"{target:.4g} is out of range, taken {safe:.4g}")
-                )
-            speed = limits.get(joint, 0.0) or self.options.default_fraction * facts.max_velocity
-            self._set_goal(joint, Goal(safe, self._capped(joint, speed, outcome)))
+            facts = rules.facts[joint]
+            safe = rules.clamp_target(joint, target, (facts.lower, facts.upper), "is out of range", outcome)
+            speed = limits.get(joint, 0.0) or rules.default_speed(joint)
+            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, outcome)))
         self._clear_tables(wanted, reading, outcome)
         self._command(wanted, reading, outcome)
         outcome.accepted = {joint: self._goals[joint].target for joint in targets}
@@ -132,16 +119,16 @@ class Safety:
 
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self._checked(velocities, "velocity")
+        wanted = self._rules.check(velocities, "velocity")
         outcome = Outcome()
         self._wake(reading)
-        self._couple(wanted, outcome)
+        self._rules.couple(wanted, outcome)
         for joint, velocity in wanted.items():
             before = self._drives.get(joint)
             self._set_drive(
                 joint,
                 _Drive(
-                    target=self._capped(joint, velocity, outcome),
+                    target=self._rules.cap_speed(joint, velocity, outcome),
                     velocity=before.velocity if before else 0.0,
                     deadline=now + self.options.velocity_timeout,
                     client=client,
@@ -186,35 +173,6 @@ class Safety:
             return min(self.options.period, max(0.0, first - now))
         return self.options.period if self._at_work(reading) else None
 
-    # -- checks ------------------------------------------------------------------------------------------
-
-    def _checked(self, values: Mapping[str, float], what: str) -> dict[str, float]:
-        for joint, value in values.items():
-            if joint not in self._facts:
-                name = joint[:_LONGEST_NAME]
-                raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
-            if not math.isfinite(value):
-                raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
-        return dict(values)
-
-    def _couple(self, values: dict[str, float], outcome: Outcome) -> None:
-        """Give joints of one motor the same value: the leader's, or the follower's if it alone has one."""
-        for pair in self._couplings:
-            leader, follower = values.get(pair.leader), values.get(pair.follower)
-            if leader is None and follower is None:
-                continue
-            values[pair.leader] = values[pair.follower] = leader if leader is not None else follower or 0.0
-            if leader is not None and follower is not None and leader != follower:
-                reason = f"shares its motor with {pair.leader}, whose {leader:.4g} it takes"
-                outcome.limitations.append(Limitation(pair.follower, reason))
-
-    def _capped(self, joint: str, speed: float, outcome: Outcome) -> float:
-        cap = self.speed_cap(joint)
-        safe = _clamped(speed, -cap, cap)
-        if abs(safe - speed) > _ROUNDING:
-            outcome.limitations.append(Limitation(joint, f"speed {speed:.4g} is too fast, taken {safe:.4g}"))
-        return safe
-
     def _clear_tables(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
         """Clamp goals to what the other joint's goal leaves, also those of joints that were not named."""
         for table in self._tables:
@@ -224,11 +182,10 @@ class Safety:
             if joint not in self._goals:
                 self._stay(joint, reading)
             goal, other = self._goals[joint], self._goals.get(table.independent)
-            lower, upper = table.at(other.target if other else self._setpoint(table.independent, reading))
-            safe = _clamped(goal.target, lower, upper)
-            if abs(safe - goal.target) > _ROUNDING:
-                reason = f"{goal.target:.4g} would hit at this {table.independent}, taken {safe:.4g}"
-                outcome.limitations.append(Limitation(joint, reason))
+            limits = table.at(other.target if other else self._setpoint(table.independent, reading))
+            why = f"would hit at this {table.independent}"
+            safe = self._rules.clamp_target(joint, goal.target, limits, why, outcome)
+            if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed))
 
     # -- what the joints are told ------------------------------------------------------------------------
@@ -248,20 +205,19 @@ class Safety:
 
     def _stay(self, joint: str, reading: JointReading) -> None:
         """Make where the joint is its goal, without telling the device."""
-        goal = Goal(
-            self._setpoint(joint, reading), self.options.default_fraction * self._facts[joint].max_velocity
-        )
+        goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint))
         self._set_goal(joint, goal)
         self._issued[joint] = (goal.target, goal.speed)
         self._resting.add(joint)
 
     def _hold(self, joint: str, reading: JointReading, outcome: Outcome) -> None:
         self._stay(joint, reading)
+        outcome.positions.pop(joint, None)
         outcome.velocities[joint] = 0.0
         for table in self._tables:
             goal = self._goals.get(table.dependent)
             if table.independent == joint and goal is not None:
-                safe = _clamped(goal.target, *table.at(self._setpoint(joint, reading)))
+                safe = clamp(goal.target, *table.at(self._setpoint(joint, reading)))
                 self._goals[table.dependent] = Goal(safe, goal.speed)
 
     def _stop(self, joints: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
@@ -284,7 +240,7 @@ class Safety:
         for joint in dict.fromkeys((*named, *self._table_of)):
             goal = self._goals.get(joint)
             if goal is not None:
-                safe = _clamped(goal.target, *self._range(joint, horizon, reading))
+                safe = clamp(goal.target, *self._range(joint, horizon, reading))
                 if safe == goal.target:
                     self._held_back.discard(joint)
                     self._issue_position(joint, safe, goal.speed, outcome)
@@ -295,10 +251,10 @@ class Safety:
                 self._issue_position(joint, safe, self.speed_cap(joint), outcome)
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
-        step = self._facts[joint].max_velocity / self.options.ramp_time * elapsed
+        step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
         if joint in self._held_back and drive.velocity * drive.target < 0.0:
             drive.velocity = 0.0  # it stands at its limit: the way back begins from rest
-        drive.velocity += _clamped(drive.target - drive.velocity, -step, step)
+        drive.velocity += clamp(drive.target - drive.velocity, -step, step)
 
     def _command_drive(
         self, joint: str, velocity: float, horizon: float, reading: JointReading, outcome: Outcome
@@ -307,9 +263,10 @@ class Safety:
         setpoint = self._setpoint(joint, reading)
         ahead = setpoint + velocity * horizon
         inside = lower - _REACHED <= setpoint <= upper + _REACHED
-        end = _clamped(ahead if inside else setpoint, lower, upper)
+        end = clamp(ahead if inside else setpoint, lower, upper)
         if not inside or end != ahead:
-            self._tell_once(joint, f"stopped at its limit {end:.4g}", outcome)
+            if not inside or abs(end - setpoint) <= _REACHED:
+                self._tell_once(joint, f"stopped at its limit {end:.4g}", outcome)
             self._issue_position(joint, end, abs(velocity) if inside else self.speed_cap(joint), outcome)
             return
         self._held_back.discard(joint)
@@ -320,6 +277,7 @@ class Safety:
     def _issue_position(self, joint: str, target: float, speed: float, outcome: Outcome) -> None:
         if self._issued.get(joint) != (target, speed):
             self._issued[joint] = (target, speed)
+            outcome.velocities.pop(joint, None)
             outcome.positions[joint] = target
             outcome.max_speeds[joint] = speed
 
@@ -335,7 +293,7 @@ class Safety:
 
     def _range(self, joint: str, horizon: float, reading: JointReading) -> tuple[float, float]:
         """Return the range in which the joint may be until `horizon` robot seconds from now."""
-        facts = self._facts[joint]
+        facts = self._rules.facts[joint]
         table = self._table_of.get(joint)
         if table is None:
             return facts.lower, facts.upper
@@ -344,7 +302,7 @@ class Safety:
         if (drive := self._drives.get(other)) is not None:
             step = drive.velocity * horizon
         elif (goal := self._goals.get(other)) is not None:
-            step = _clamped(goal.target - setpoint, -goal.speed * horizon, goal.speed * horizon)
+            step = clamp(goal.target - setpoint, -goal.speed * horizon, goal.speed * horizon)
         else:
             step = 0.0
         angles = [setpoint, setpoint + step]
@@ -365,7 +323,3 @@ class Safety:
     def _moving(self, joint: str, reading: JointReading) -> bool:
         goal = self.goal(joint)
         return goal is not None and abs(self._setpoint(joint, reading) - goal.target) > _REACHED
-
-
-def _clamped(value: float, lower: float, upper: float) -> float:
-    return min(max(value, lower), upper)

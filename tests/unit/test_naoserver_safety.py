@@ -259,6 +259,24 @@ def test_a_head_that_lags_far_behind_keeps_clear_of_where_it_is():
     assert rig.safety.watch(blocked, rig.wall).positions["HeadPitch"] == pytest.approx(0.200015)
 
 
+def test_a_joint_that_stops_where_it_would_hit_is_moved_clear_not_held():
+    rig = Rig()
+    reading = rig.device.read()
+    rig.safety.drive({"HeadYaw": 1.0, "HeadPitch": 0.1}, reading, "c1", 0.0)
+    there = (1.526988, 0.4, *reading.commands[2:])
+    outcome = rig.safety.watch(replace(reading, commands=there, positions=there), 0.5)
+    assert outcome.velocities == {"HeadYaw": 0.0}
+    assert outcome.positions == {"HeadPitch": pytest.approx(0.200015)}
+
+
+def test_a_limit_that_is_only_near_is_not_told():
+    rig = Rig({"HeadYaw": 2.0})
+    rig.run(0.08, renew={"HeadYaw": 1.0})
+    rig.run(0.2, renew={"HeadYaw": -1.0})
+    assert 2.06 < max(setpoints["HeadYaw"] for setpoints in rig.trace) < LIMITS["HeadYaw"].upper - 0.001
+    assert rig.limitations == []
+
+
 def test_a_lost_client_stops_what_it_drove_and_nothing_else():
     rig = Rig()
     rig.drive({"HeadYaw": 1.0}, client="lost")
