@@ -40,7 +40,17 @@ _MAX_WAITING: Final = 64  # calls of one servant
 _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
 
 _logger = logging.getLogger(__name__)
-_context = threading.local()
+
+
+class _Context(threading.local):
+    """What the current thread is doing."""
+
+    def __init__(self) -> None:
+        self.running: list[Incoming] = []
+        """The servants whose calls it runs, the innermost last."""
+
+
+_context: Final = _Context()
 
 
 class Incoming:
@@ -158,8 +168,8 @@ class Incoming:
 
     def _answer(self, query: zenoh.Query, waiting_since: float) -> None:
         with query:  # dropped in any case: a held query hangs its client until the timeout
-            key = str(query.key_expr)
-            name = key.removeprefix(self._prefix)
+            key = query.key_expr
+            name = str(key).removeprefix(self._prefix)
             ok, answer = self._execute_query(query, name, waiting_since)
             try:
                 if ok:
@@ -207,7 +217,7 @@ class Incoming:
         except ZenohIceError as error:
             return False, encode_error(error)
         current = Current(self.target.identity, name, about.client, about.call_id, self._communicator)
-        running: list[Incoming] = _context.__dict__.setdefault("running", [])
+        running = _context.running
         running.append(self)
         try:
             result = method(*arguments, current)
@@ -225,7 +235,7 @@ class Incoming:
             return False, encode_error(error)
 
     def _is_running_here(self) -> bool:
-        return self in getattr(_context, "running", ())
+        return self in _context.running
 
     def _check_fingerprint(self, fingerprint: str, name: str) -> None:
         if fingerprint and fingerprint not in self._accepted and not name.startswith("ice_"):
