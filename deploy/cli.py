@@ -14,10 +14,18 @@ from deploy.stack import StackError, load_stack
 
 __all__ = ["app", "main"]
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+_EPILOG = """Examples:
+
+python -m deploy deploy/demo.toml
+
+python -m deploy deploy/demo.toml --seconds 60
+
+python -m deploy deploy/demo.toml --set speed=5"""
 
 
-@app.command()
+@app.command(epilog=_EPILOG)
 def run(
     stack: Annotated[Path, typer.Argument(help="Stack file (TOML).", metavar="STACK.toml")],
     seconds: Annotated[
@@ -35,13 +43,7 @@ def run(
 
     Each writes a log file of its own; the foreground process, if the stack has one, gets the terminal.
     Ctrl-C ends everything in reverse order; a second Ctrl-C at once.
-
-    \b
-    Examples:
-      python -m deploy deploy/demo.toml
-      python -m deploy deploy/demo.toml --seconds 60
-      python -m deploy deploy/demo.toml --set speed=5
-    """  # noqa: D301 - the escape is the one with which click keeps lines apart
+    """
     description = load_stack(stack)
     changes = dict(_parse(setting) for setting in settings or [])
     # A stack whose foreground process counts the seconds itself says so by having that variable.

@@ -59,10 +59,14 @@ class Launcher:
         """Run the stack to its end.
 
         Returns the exit code of the foreground process, 0 when `seconds` have passed, 128 and the number of
-        the signal that ended the stack, or 1 when a process failed.
+        the signal that ended the stack, or 1 when a process failed. Raises StackError when there is no place
+        for the logs.
         """
         self._launched_at = time.monotonic()
-        self._log_dir.mkdir(parents=True, exist_ok=True)
+        try:
+            self._log_dir.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StackError(f"{self._log_dir}: logs cannot be written there: {error.strerror}") from error
         self._processes = {
             spec.name: StackProcess(spec, self._log_dir / f"{spec.name}.log", self._launched_at)
             for spec in self._specs

@@ -19,6 +19,7 @@ __all__ = ["StackProcess", "describe_exit"]
 _TETHER = str(Path(__file__).with_name("tether.py"))
 _TAIL_LINES = 15
 _LONGEST_LINE = 8192
+_CHUNK = 65536
 _KILL_LIMIT = 2.0
 """Seconds in which a process must be gone after SIGKILL; only one stuck in the kernel takes longer."""
 
@@ -57,17 +58,16 @@ class StackProcess:
             **({"process_group": 0} if foreground else {"start_new_session": True}),
         )
         if self._child.stdout is not None:
-            self._output = asyncio.create_task(self._copy_output(self._child.stdout))
+            log = self.log.open("w", encoding="utf-8")
+            self._output = asyncio.create_task(self._copy_output(self._child.stdout, log))
         if self.spec.ready is None:
             self.ready.set()
 
-    @property
-    def exit_code(self) -> int | None:
-        """The exit code, minus the signal's number when one ended it, or None while it runs."""
-        return None if self._child is None else self._child.returncode
-
     async def wait(self) -> int:
-        """Wait for the end of the process and of its output; return its exit code."""
+        """Wait for the end of the process and of its output.
+
+        Returns its exit code, which is minus the number of the signal that ended it, if one did.
+        """
         assert self._child is not None
         code = await self._child.wait()
         if self._output is not None:
@@ -105,22 +105,30 @@ class StackProcess:
         for end in ends:
             end.cancel()
 
-    async def _copy_output(self, output: asyncio.StreamReader) -> None:
-        with self.log.open("w", encoding="utf-8") as file:
-            rest = b""
-            while chunk := await output.read(65536):
-                *lines, rest = (rest + chunk).split(b"\n")
-                if len(rest) > _LONGEST_LINE:
-                    lines, rest = [*lines, rest], b""
-                for line in lines:
-                    self._note(line, file)
-                file.flush()
-            if rest:
-                self._note(rest, file)
+    async def _copy_output(self, output: asyncio.StreamReader, log: TextIO) -> None:
+        try:
+            with log:
+                await self._copy_lines(output, log)
+        except OSError as error:
+            self.tail.append(f"(its log ends here: {error})")
+            while await output.read(_CHUNK):  # otherwise it would stand still once the pipe is full
+                pass
 
-    def _note(self, raw: bytes, file: TextIO) -> None:
+    async def _copy_lines(self, output: asyncio.StreamReader, log: TextIO) -> None:
+        rest = b""
+        while chunk := await output.read(_CHUNK):
+            *lines, rest = (rest + chunk).split(b"\n")
+            if len(rest) > _LONGEST_LINE:
+                lines, rest = [*lines, rest], b""
+            for line in lines:
+                self._note(line, log)
+            log.flush()
+        if rest:
+            self._note(rest, log)
+
+    def _note(self, raw: bytes, log: TextIO) -> None:
         line = raw.decode(errors="replace").rstrip("\r")
-        file.write(f"{time.monotonic() - self._launched_at:9.3f} {line}\n")
+        log.write(f"{time.monotonic() - self._launched_at:9.3f} {line}\n")
         self.tail.append(line)
         if self.spec.ready is not None and self.spec.ready.search(line):
             self.ready.set()

@@ -31,7 +31,7 @@ def demo(tmp_path: Path) -> Iterator[ComponentProcess]:
 def components(demo: ComponentProcess) -> list[psutil.Process]:
     """Return the processes of the demo once all of them run."""
     demo.wait_for(r"images/s", LIMIT)
-    running = psutil.Process(demo.process.pid).children(recursive=True)
+    running = list(psutil.Process(demo.process.pid).children(recursive=True))
     assert len(running) == 5
     return running
 

@@ -57,18 +57,18 @@ class Bench:
         for key, value in keys.items():
             self._stack += f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}\n"
 
-    def start(self, *options: str, **streams: object) -> subprocess.Popen[str]:
+    def start(self, *options: str, terminal: int | None = None) -> subprocess.Popen[str]:
         path = self.directory / "stack.toml"
         path.write_text(self._stack)
-        streams = {
-            "stdin": subprocess.DEVNULL,
-            "stdout": subprocess.PIPE,
-            "stderr": subprocess.STDOUT,
-            **streams,
-        }
-        prefix = ["setsid", "--ctty"] if streams["stdin"] is not subprocess.DEVNULL else []
-        command = [*prefix, sys.executable, "-m", "deploy", str(path), *options]
-        self.launcher = subprocess.Popen(command, text=True, **streams)
+        command = [sys.executable, "-m", "deploy", str(path), *options]
+        if terminal is None:
+            self.launcher = subprocess.Popen(
+                command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+            )
+        else:
+            self.launcher = subprocess.Popen(
+                ["setsid", "--ctty", *command], text=True, stdin=terminal, stdout=terminal, stderr=terminal
+            )
         return self.launcher
 
     def run(self, *options: str) -> tuple[int, str]:
@@ -100,7 +100,7 @@ def wait(condition, what: str) -> None:
 
 def is_alive(pid: int) -> bool:
     try:
-        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+        return bool(psutil.Process(pid).status() != psutil.STATUS_ZOMBIE)
     except psutil.NoSuchProcess:
         return False
 
@@ -247,7 +247,7 @@ def test_ctrl_c_reaches_the_foreground_process_alone_and_the_terminal_comes_back
     bench.add("view", view, foreground=True)
     main, terminal = os.openpty()
     try:
-        launcher = bench.start(stdin=terminal, stdout=terminal, stderr=terminal)
+        launcher = bench.start(terminal=terminal)
         bench.wait_for("server.pid", "view.pid")
         wait(lambda: os.tcgetpgrp(main) == int(bench.text("view.pid")), "the view to own the terminal")
         os.write(main, b"\x03")
@@ -288,3 +288,26 @@ def test_a_wrong_stack_file_is_one_line_on_stderr(tmp_path):
     )
     assert done.returncode == 1
     assert done.stderr == f"error: {path}: process 1: name must be a str, not None\n"
+
+
+def test_a_place_where_no_logs_can_be_written_is_named(bench):
+    bench.add("first", SERVICE)
+    bench.path("file").write_text("")
+    code, output = bench.run("--log-dir", str(bench.path("file") / "logs"))
+    assert code == 1
+    assert (
+        output.splitlines()[-1]
+        == f"error: {bench.path('file')}/logs: logs cannot be written there: Not a directory"
+    )
+
+
+def test_a_log_that_cannot_be_written_does_not_hold_its_process_up(bench):
+    """A full disk, here Linux's device for it, must not stop the robot's server."""
+    talker = "import time\nfor n in range(40): print('x' * 8000, flush=True)\nprint('done'); open(__file__ + '.up', 'w').write('1'); time.sleep(60)"
+    bench.add("talker", talker)
+    bench.path("logs").mkdir()
+    bench.path("logs/talker.log").symlink_to("/dev/full")
+    launcher = bench.start()
+    bench.wait_for("talker.py.up")
+    launcher.send_signal(signal.SIGINT)
+    assert launcher.wait(LIMIT) == 130

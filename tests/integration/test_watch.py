@@ -187,7 +187,7 @@ def test_ctrl_c_in_a_terminal_leaves_the_screen_and_sums_up(robot: ServedRobot) 
                 watcher.wait(LIMIT)
             os.close(main)
     entered, left = output.index("\x1b[?1049h"), output.index("\x1b[?1049l")
-    assert entered < left < output.index("watched")
+    assert entered < left < output.index("changes of state")
 
 
 def read_until(terminal: int, text: str) -> str:

@@ -47,7 +47,6 @@ def scene(time: float = 9.5) -> Scene:
         joints=Aged(recording.rows[-1].robot.joints, 0.01),
         limits={"HeadYaw": (-2.0, 2.0), "LShoulderPitch": (-2.0, 2.0)},
         health=Aged(health, 0.3, STALE_HEALTH),
-        camera_rate=Aged(10.0, 0.05),
     )
 
 

@@ -44,6 +44,7 @@ def image(width: int, height: int, size: int) -> ImageData:
 
 def test_a_picture_has_the_pixels_of_its_image():
     picture = picture_from(image(4, 2, 24), 1.5, "here", (1.0, 0.5))
+    assert picture is not None
     assert (picture.width, picture.height, len(picture.pixels), picture.mark) == (4, 2, 24, (1.0, 0.5))
 
 

@@ -2,14 +2,21 @@
 
 import pytest
 
+from interfaces.hfsm import ComponentSnapshot
 from tests.support.component import ball_variables, dance_and_follow, snapshot
 from visualhfsm.watch.automata import Automata
-from visualhfsm.watch.recording import Recording, RobotReading, read_ball
+from visualhfsm.watch.recording import Ball, Recording, RobotReading, read_ball
 
 
 @pytest.fixture
 def automata():
     return Automata(dance_and_follow())
+
+
+def ball_of(automata: Automata, seen: ComponentSnapshot) -> Ball:
+    ball = read_ball(automata, seen)
+    assert ball is not None
+    return ball
 
 
 def record(automata: Automata, until: float, beginning: float = 0.0) -> Recording:
@@ -20,7 +27,7 @@ def record(automata: Automata, until: float, beginning: float = 0.0) -> Recordin
 
 
 def test_the_ball_is_that_of_the_automaton_that_runs(automata):
-    ball = read_ball(automata, snapshot(9.5, ball_variables(-7.5, 2.0)))
+    ball = ball_of(automata, snapshot(9.5, ball_variables(-7.5, 2.0)))
     assert (ball.name, ball.error_u, ball.error_v, ball.seen, ball.following_since) == (
         "green",
         -7.5,
@@ -35,12 +42,12 @@ def test_a_ghost_has_no_ball(automata):
 
 
 def test_a_ball_out_of_sight_is_not_seen(automata):
-    assert not read_ball(automata, snapshot(1.0, ball_variables(0.0, 0.0, seen=False))).seen
+    assert not ball_of(automata, snapshot(1.0, ball_variables(0.0, 0.0, seen=False))).seen
 
 
 @pytest.mark.parametrize(("text", "number"), [("np.float64(1.5)", 1.5), ("-2", -2.0), ("1e3", 1000.0)])
 def test_numbers_are_read_as_python_shows_them(automata, text, number):
-    assert read_ball(automata, snapshot(1.0, {**ball_variables(0, 0), "error_u": text})).error_u == number
+    assert ball_of(automata, snapshot(1.0, {**ball_variables(0, 0), "error_u": text})).error_u == number
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "None", "", "np.float64(", "__import__('os')"])
@@ -97,3 +104,21 @@ def test_the_first_entry_of_an_automaton_that_was_a_ghost_is_no_change(automata)
     first.automata[4].enteredAt = 1.1
     recording.add(first, RobotReading())
     assert not recording.changes
+
+
+def test_a_component_that_is_paused_adds_no_rows(automata):
+    recording = record(automata, 1)
+    for _ in range(3):
+        recording.add(snapshot(1.0), RobotReading())
+    assert len(recording.rows) == 11
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf")])
+def test_a_time_that_is_no_number_does_not_belong_to_a_run(automata, number):
+    recording = record(automata, 1)
+    late = snapshot(1.0)
+    late.time = number
+    assert not recording.follows(late)
+    late = snapshot(1.0)
+    late.automata[0].enteredAt = number
+    assert not recording.follows(late)

@@ -1,6 +1,7 @@
 """The live view: what it shows, at which sizes, and how it tells what it does not know."""
 
 import io
+import re
 from dataclasses import replace
 
 import pytest
@@ -9,15 +10,19 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from interfaces.hfsm import ComponentStatus, ErrorReport
+from interfaces.nao import HeadPose
+from tests.support.component import dance_and_follow
 from tests.support.scenes import aged, scene
-from visualhfsm.watch.scene import Scene
+from visualhfsm.watch.automata import Automata
+from visualhfsm.watch.recording import Ball
+from visualhfsm.watch.scene import Aged, Scene
 from visualhfsm.watch.view import View, status_line
 
 
 def draw(shown: Scene, width: int = 80, height: int = 24) -> list[str]:
-    console = Console(width=width, height=height, file=io.StringIO(), legacy_windows=False)
-    console.print(View(shown), end="")
-    return console.file.getvalue().splitlines()
+    output = io.StringIO()
+    Console(width=width, height=height, file=output, legacy_windows=False).print(View(shown), end="")
+    return output.getvalue().splitlines()
 
 
 def line_with(lines: list[str], text: str) -> str:
@@ -63,14 +68,14 @@ def test_the_ball_is_told_in_pixels_and_drawn_in_its_place():
     assert "u  +12.5 px" in line_with(lines, "u  +")
     assert "v   -3.2 px" in line_with(lines, "v  ")
     centered = next(row for row, line in enumerate(lines) if "●" in line.split("Camera")[-1][40:])
-    right = replace(scene(), ball=replace(scene().ball, error_u=150.0, error_v=100.0))
+    right = replace(scene(), ball=Ball("green", 150.0, 100.0, seen=True, following_since=8.0))
     lines = draw(right)
     below = next(row for row, line in enumerate(lines) if "●" in line[40:])
     assert below > centered
 
 
 def test_a_ball_out_of_sight_is_told():
-    lost = replace(scene(), ball=replace(scene().ball, seen=False))
+    lost = replace(scene(), ball=Ball("green", 0.0, 0.0, seen=False, following_since=8.0))
     assert any("out of sight" in line for line in draw(lost))
 
 
@@ -91,7 +96,7 @@ def test_changes_of_state_are_told_with_their_time():
 
 
 def test_a_lost_server_is_a_banner_and_its_values_are_told_to_be_old():
-    lines = draw(aged(scene(), 3.2, "head", "joints", "health", "camera_rate"))
+    lines = draw(aged(scene(), 3.2, "head", "joints", "health"))
     assert "Robot server lost 3 s ago" in lines[1]
     assert "tcp/127.0.0.1:7447" in lines[1]
     assert len(lines) == 24
@@ -114,6 +119,7 @@ def test_before_anything_is_heard_the_view_tells_what_it_waits_for():
 
 def test_errors_of_the_component_are_shown():
     shown = scene()
+    assert shown.snapshot is not None
     shown.snapshot.value.errors.append(ErrorReport(3.2, 1, 1, "x.py:3", "no such joint HeadRoll"))
     shown.snapshot.value.status = ComponentStatus.Halted
     lines = draw(shown)
@@ -123,9 +129,42 @@ def test_errors_of_the_component_are_shown():
 
 
 def test_what_other_processes_send_is_not_taken_for_markup():
+    structure = dance_and_follow()
+    structure.automata[0].states[0].name = "[red]x[/]"
+    lines = draw(replace(scene(), automata=Automata(structure)))
+    assert "● [red]x[/]" in line_with(lines, "x[/]")
+
+
+def test_what_other_processes_send_does_not_command_the_terminal():
+    structure = dance_and_follow()
+    structure.automata[0].states[0].name = "\x1b[2Jx\n"
+    shown = replace(scene(), automata=Automata(structure))
+    assert shown.snapshot is not None
+    assert shown.health is not None
+    shown.snapshot.value.errors.append(ErrorReport(1.0, 1, 1, "", "\x1b]0;title\x07"))
+    shown.snapshot.value.automata[3].variables["name"] = "\x1b[31m"
+    shown.health.value.events[0].message = "\x9b31m"
+    lines = draw(shown, 140, 40)
+    assert len(lines) == 40
+    assert not re.search("[\x00-\x1f\x7f-\x9f]", "".join(lines))
+
+
+@given(st.floats(), st.floats(), st.floats())
+def test_no_number_that_arrives_breaks_the_view(first, second, third):
     shown = scene()
-    shown.automata.automaton(1).states[0].name = "[red]x[/]"
-    assert "[red]x[/]" in line_with(draw(shown), "x[/]")
+    assert shown.snapshot is not None
+    assert shown.health is not None
+    snapshot, health = shown.snapshot.value, shown.health.value
+    snapshot.time = health.time = first
+    snapshot.automata[0].timers[0].remaining = snapshot.automata[0].enteredAt = second
+    health.realTimeFactor = health.lag = health.torsoTilt = health.cameraRates["Camera"] = third
+    shown = replace(
+        shown,
+        head=Aged(HeadPose(first, second, third, 0.0, 0.0), 0.01),
+        joints=Aged({"LShoulderPitch": first}, 0.01),
+        limits={"HeadYaw": (second, third), "LShoulderPitch": (second, third)},
+    )
+    assert len(draw(shown)) == 24
 
 
 def test_states_that_do_not_fit_are_counted():

@@ -14,7 +14,7 @@ from interfaces.hfsm import (
     TransitionStructure,
 )
 
-__all__ = ["Automata", "StateRow"]
+__all__ = ["Automata", "StateRow", "by_id", "printable"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +30,7 @@ class Automata:
     """Find automata, states and transitions by id; unknown ids get a name that shows them."""
 
     def __init__(self, structure: ComponentStructure) -> None:
+        _clean(structure)
         self.name = structure.name
         self.all: Sequence[AutomatonStructure] = tuple(structure.automata)
         self._by_id = {automaton.id: automaton for automaton in self.all}
@@ -117,6 +118,23 @@ class Automata:
         """
         entered = {other.id: other.enteredAt for other in snapshot.automata}
         return max((entered.get(ancestor, 0.0) for ancestor in self.ancestors(automaton)), default=0.0)
+
+
+def printable(text: str) -> str:
+    """Replace what is no visible character: a terminal would obey it, a line break would break the view."""
+    return "".join(
+        character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text
+    )
+
+
+def _clean(structure: ComponentStructure) -> None:
+    structure.name = printable(structure.name)
+    for automaton in structure.automata:
+        automaton.name = printable(automaton.name)
+        for state in automaton.states:
+            state.name = printable(state.name)
+        for transition in automaton.transitions:
+            transition.name = printable(transition.name)
 
 
 def by_id(snapshot: ComponentSnapshot) -> dict[int, AutomatonSnapshot]:

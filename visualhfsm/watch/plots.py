@@ -28,6 +28,10 @@ _WIDTH: Final = 9.6
 _DPI: Final = 130
 _ROOM_FOR_LETTER: Final = 0.013
 """Share of the width of a plot that a letter takes."""
+_SHORTEST_BAR: Final = 0.02
+"""Seconds that a bar is drawn long at least, so that it is seen."""
+_ROOM_FOR_LABEL: Final = 0.05
+"""Share of the width of a plot below which a label at the end is left out."""
 _GAP: Final = 0.6
 """Seconds without a row after which a line is broken."""
 
@@ -101,11 +105,13 @@ def states(recording: Recording, theme: Theme) -> bytes:
         room = _ROOM_FOR_LETTER * max(recording.duration, 1.0)
         for row, automaton in enumerate(automata.all):
             names.append(_path(recording, automaton.id))
-            for span in recording.spans:
-                if span.automaton == automaton.id:
-                    name = automata.state_name(automaton.id, span.state)
-                    color = _state_color(automaton, span.state, name, theme)
-                    _draw_span(axis, span, row, name=name, color=color, room=room, theme=theme)
+            for (state, ghost), spans in _spans_by_state(recording, automaton.id).items():
+                name = automata.state_name(automaton.id, state)
+                color = _state_color(automaton, state, name, theme)
+                _draw_bars(axis, spans, row, color=color, ghost=ghost)
+                for span in spans:
+                    if span.end - span.start > room * len(name):
+                        _label_span(axis, span, row, name, theme)
         axis.set_yticks(range(len(names)), names)
         axis.set_ylim(len(names) - 0.4, -0.6)
         axis.grid(visible=False, axis="y")
@@ -221,30 +227,37 @@ def _draw_lines(
         )
 
 
-def _draw_span(axis: Axes, span: Span, row: int, *, name: str, color: str, room: float, theme: Theme) -> None:
-    """Draw a state, with its name where it is at least `room` seconds a letter long."""
-    bar = [(span.start, max(span.end - span.start, 0.02))]
-    if span.ghost:
+def _spans_by_state(recording: Recording, automaton: int) -> dict[tuple[int, bool], list[Span]]:
+    spans: dict[tuple[int, bool], list[Span]] = {}
+    for span in recording.spans:
+        if span.automaton == automaton:
+            spans.setdefault((span.state, span.ghost), []).append(span)
+    return spans
+
+
+def _draw_bars(axis: Axes, spans: Sequence[Span], row: int, *, color: str, ghost: bool) -> None:
+    bars = [(span.start, max(span.end - span.start, _SHORTEST_BAR)) for span in spans]
+    place = (row - 0.32, 0.64)
+    if ghost:
         axis.broken_barh(
-            bar, (row - 0.32, 0.64), facecolor="none", edgecolor=color, hatch="////", alpha=0.45, linewidth=0
+            bars, place, facecolor="none", edgecolor=color, hatch="////", alpha=0.45, linewidth=0
         )
     else:
-        axis.broken_barh(bar, (row - 0.32, 0.64), facecolor=color, linewidth=0)
-    if span.end - span.start > room * len(name):
-        middle = (span.start + span.end) / 2
-        box = {"facecolor": theme.page, "edgecolor": "none", "pad": 1.5} if span.ghost else None
-        text_color = theme.ink if span.ghost else theme.page
-        axis.text(
-            middle,
-            row,
-            name,
-            ha="center",
-            va="center",
-            fontsize=8.5,
-            color=text_color,
-            bbox=box,
-            clip_on=True,
-        )
+        axis.broken_barh(bars, place, facecolor=color, linewidth=0)
+
+
+def _label_span(axis: Axes, span: Span, row: int, name: str, theme: Theme) -> None:
+    axis.text(
+        (span.start + span.end) / 2,
+        row,
+        name,
+        ha="center",
+        va="center",
+        fontsize=8.5,
+        color=theme.ink if span.ghost else theme.page,
+        bbox={"facecolor": theme.page, "edgecolor": "none", "pad": 1.5} if span.ghost else None,
+        clip_on=True,
+    )
 
 
 def _ball_lines(recording: Recording, axis: str) -> Iterator[tuple[Ball, list[float], list[float]]]:
@@ -275,6 +288,8 @@ def _label_balls(axis: Axes, recording: Recording, theme: Theme) -> None:
         key = (row.ball.name, row.ball.following_since)
         if key != last:
             last = key
+            if row.time > recording.rows[-1].time - _ROOM_FOR_LABEL * recording.duration:
+                continue
             axis.annotate(
                 row.ball.name, (row.time, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
                 textcoords="offset points", fontsize=9, color=_ball_color(row.ball, theme),

@@ -105,13 +105,17 @@ class Recording:
         return self.knows(snapshot)
 
     def knows(self, snapshot: ComponentSnapshot) -> bool:
-        """Whether every automaton of a snapshot is one of the component's."""
-        return all(automaton.id in self.automata for automaton in snapshot.automata)
+        """Whether every automaton of a snapshot is one of the component's, with times that are numbers."""
+        return math.isfinite(snapshot.time) and all(
+            automaton.id in self.automata and math.isfinite(automaton.enteredAt)
+            for automaton in snapshot.automata
+        )
 
     def add(self, snapshot: ComponentSnapshot, robot: RobotReading) -> None:
         """Append a snapshot and what was known of the robot when it arrived."""
         before = self.newest.time if self.newest else math.inf
-        self.rows.append(Row(snapshot.time, read_ball(self.automata, snapshot), robot))
+        if snapshot.time != before:  # a component that is paused tells the same time again and again
+            self.rows.append(Row(snapshot.time, read_ball(self.automata, snapshot), robot))
         for automaton in snapshot.automata:
             self._note_change(automaton)
             self._note_span(automaton, before, snapshot.time)

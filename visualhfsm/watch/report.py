@@ -100,7 +100,7 @@ def _figures(summary: Summary) -> Iterable[str]:
     if summary.typical_lag is not None and summary.largest_lag is not None:
         yield _figure(
             f"{1000 * summary.typical_lag:.0f} ms",
-            f"behind schedule is robot time as a rule, {1000 * summary.largest_lag:.0f} ms at most",
+            f"typical lag of robot time behind its schedule; {1000 * summary.largest_lag:.0f} ms at most",
         )
     late = 100 * summary.overruns / summary.cycles if summary.cycles else 0.0
     yield _figure(f"{late:.1f} %", f"of {summary.cycles} cycles took longer than their period")

@@ -20,6 +20,7 @@ _JOINT_LABELS = {"ShoulderPitch": "shoulder pitch", "ShoulderRoll": "shoulder ro
 _HEAD_LIMITS = {"HeadYaw": (-2.09, 2.09), "HeadPitch": (-0.67, 0.51)}
 """Ranges in rad of the scales until the robot has told its own."""
 _LABEL_WIDTH = 14
+_WIDEST_FRAME = 48
 
 
 def camera_lines(scene: Scene, width: int, height: int) -> list[Text]:
@@ -41,7 +42,7 @@ def _view_finder(ball: Ball | None, image_size: tuple[int, int], height: int) ->
     rows = height - 2
     if rows < 3:
         return []
-    columns = round(rows * 2 * image_size[0] / max(image_size[1], 1))
+    columns = min(round(rows * 2 * image_size[0] / image_size[1]), _WIDEST_FRAME)
     cells = [[" "] * columns for _ in range(rows)]
     for row in range(rows):
         cells[row][columns // 3] = cells[row][columns - 1 - columns // 3] = "┊"
@@ -74,14 +75,9 @@ def _ball_facts(scene: Scene) -> list[Text]:
             facts.append(Text("centered", "green") if centered else Text("off center", "yellow"))
         else:
             facts += [Text("out of sight", "yellow"), Text(), Text()]
-    rate = scene.camera_rate
-    facts.append(Text())
-    if rate is None:
-        facts.append(Text("no image yet", _FAINT))
-    elif rate.stale:
-        facts.append(Text(f"{rate.age:.0f} s old", "yellow"))
-    else:
-        facts.append(Text(f"{rate.value:.1f} images/s"))
+    if scene.health is not None:
+        rate = scene.health.value.cameraRates.get("Camera", 0.0)
+        facts += [Text(), Text(f"{rate:.1f} images/s", _FAINT if scene.health.stale else "")]
     return facts
 
 

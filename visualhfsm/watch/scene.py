@@ -39,8 +39,8 @@ class Aged(Generic[T_co]):
 class Scene:
     """A component and its robot at one moment; what has not arrived yet is None or empty.
 
-    `joints` and `limits` are in rad by joint name, `camera_rate` in images a second of robot time,
-    `image_size` in pixels. `elapsed` counts the wall seconds of watching, `seconds` is its end, 0 for never.
+    `joints` and `limits` are in rad by joint name, `image_size` is in pixels. `elapsed` counts the wall
+    seconds of watching, `seconds` is its end, 0 for never.
     """
 
     component: str
@@ -55,7 +55,6 @@ class Scene:
     joints: Aged[Mapping[str, float]] | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     health: Aged[HealthReport] | None = None
-    camera_rate: Aged[float] | None = None
     image_size: tuple[int, int] = (320, 240)
 
     @property

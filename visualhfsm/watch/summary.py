@@ -50,6 +50,7 @@ def summarize(recording: Recording, width: int, height: int) -> Summary:
     settled = [row.ball for row in rows if row.ball and row.time - row.ball.following_since >= SETTLING]
     centered = sum(in_middle_third(ball, width, height) for ball in settled)
     lags = _known(row.robot.lag for row in rows)
+    rates = _known(row.robot.camera_rate for row in rows)
     newest = recording.newest
     automata = newest.automata if newest else []
     return Summary(
@@ -60,7 +61,7 @@ def summarize(recording: Recording, width: int, height: int) -> Summary:
         centered_of=len(settled),
         changes=len(recording.changes),
         torso_tilt=max(_known(row.robot.torso_tilt for row in rows), default=None),
-        camera_rate=_mean(_known(row.robot.camera_rate for row in rows)),
+        camera_rate=statistics.median(rates) if rates else None,
         real_time_factor=_mean(_known(row.robot.real_time_factor for row in rows)),
         typical_lag=statistics.median(lags) if lags else None,
         largest_lag=max(lags, default=None),

@@ -5,14 +5,12 @@ from __future__ import annotations
 import logging
 import math
 import threading
-import time
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Final, Self, TypeVar
 
 from interfaces.hfsm import ComponentSnapshot, HfsmMonitorPrx
-from interfaces.jderobot import CameraPrx, ImageData
+from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx
 from visualhfsm.watch.album import Album, picture_from
 from visualhfsm.watch.automata import Automata
@@ -26,7 +24,8 @@ __all__ = ["Telemetry"]
 
 _logger = logging.getLogger(__name__)
 
-_IMAGES_FOR_RATE: Final = 21
+_CAMERA: Final = "Camera"
+_IMAGE_SIZE: Final = (320, 240)
 _RGB8: Final = "RGB8"
 
 T = TypeVar("T")
@@ -49,10 +48,11 @@ class Telemetry:
         self._head = PoseHeadPrx.uncheckedCast(proxy("Head"))
         self._body = JointsPrx.uncheckedCast(proxy("Body"))
         self._health = HealthPrx.uncheckedCast(proxy("Health"))
-        self._camera = CameraPrx.uncheckedCast(proxy("Camera"))
+        self._camera = CameraPrx.uncheckedCast(proxy(_CAMERA))
         self._outside = CameraPrx.uncheckedCast(proxy("CameraOutside"))
 
         self._structure = Fact(self._monitor.getStructureAsync)
+        self._image = Fact(self._camera.getImageDescriptionAsync)
         self._joint_names = Fact(self._body.getJointNamesAsync)
         self._joint_limits = Fact(self._body.getJointLimitsAsync)
         self._outside_image = Fact(lambda: self._outside.getImageDataAsync(_RGB8))
@@ -60,16 +60,10 @@ class Telemetry:
         self._lock = threading.Lock()
         self._recording: Recording | None = None
         self._outdated = False
-        self._image_times: deque[float] = deque(maxlen=_IMAGES_FOR_RATE)
-        self._image_arrived = -math.inf
-        self._image_size = (320, 240)
         self._pictures = pictures
         self.camera_album = Album()
         self.outside_album = Album()
-        self._subscriptions = (
-            self._monitor.getSnapshot.subscribe(self._on_snapshot),
-            self._camera.getImageData.subscribe(self._on_image),
-        )
+        self._subscription = self._monitor.getSnapshot.subscribe(self._on_snapshot)
 
     def __enter__(self) -> Self:
         return self
@@ -81,8 +75,7 @@ class Telemetry:
 
     def close(self) -> None:
         """Stop listening; what was recorded stays."""
-        for subscription in self._subscriptions:
-            subscription.close()
+        self._subscription.close()
 
     @property
     def recording(self) -> Recording | None:
@@ -91,8 +84,9 @@ class Telemetry:
 
     @property
     def image_size(self) -> tuple[int, int]:
-        """Width and height in pixels of the robot's camera image."""
-        return self._image_size
+        """Width and height in pixels of the robot's camera image; those of a Nao until the robot has told."""
+        image = self._image.value
+        return (image.width, image.height) if image and image.width > 0 < image.height else _IMAGE_SIZE
 
     @property
     def outside_trouble(self) -> str:
@@ -103,6 +97,7 @@ class Telemetry:
         """Ask for what is missing and return what is known now."""
         self._update_structure()
         self._update_outside()
+        self._image.poll()
         names, limits = self._joint_names.poll(), self._joint_limits.poll()
         head, body = _latest(self._head.getPose.latest), _latest(self._body.getJointState.latest)
         health = _latest(self._health.getHealth.latest)
@@ -110,7 +105,6 @@ class Telemetry:
         with self._lock:
             recording = self._recording
             changes = list(recording.changes)[-100:] if recording else []
-            rate = self._rate()
         fits = recording is not None and snapshot is not None and recording.knows(snapshot.value)
         return Scene(
             component=self._component,
@@ -125,8 +119,7 @@ class Telemetry:
             joints=Aged(_joints(names, body.value.positions), body.age) if body else None,
             limits={one.name: (one.lower, one.upper) for one in limits or ()},
             health=Aged(health.value, health.age, STALE_HEALTH) if health else None,
-            camera_rate=rate,
-            image_size=self._image_size,
+            image_size=self.image_size,
         )
 
     def _update_structure(self) -> None:
@@ -187,44 +180,30 @@ class Telemetry:
         if picture is not None:
             self.camera_album.add(picture)
 
-    def _on_image(self, sample: Sample[ImageData]) -> None:
-        taken = sample.time if math.isfinite(sample.time) else time.monotonic()
-        width, height = sample.value.description.width, sample.value.description.height
-        with self._lock:
-            if self._image_times and taken <= self._image_times[-1]:
-                self._image_times.clear()
-            self._image_times.append(taken)
-            self._image_arrived = time.monotonic()
-            if width > 0 and height > 0:
-                self._image_size = (width, height)
-
-    def _rate(self) -> Aged[float] | None:
-        """Return the images a second of robot time over the last few."""
-        times = self._image_times
-        if len(times) < 2:
-            return None
-        return Aged((len(times) - 1) / (times[-1] - times[0]), time.monotonic() - self._image_arrived)
-
     def _read_robot(self) -> RobotReading:
         head, body = _latest(self._head.getPose.latest), _latest(self._body.getJointState.latest)
         health = _latest(self._health.getHealth.latest)
         head = head if head and head.age <= STALE else None
         body = body if body and body.age <= STALE else None
         health = health if health and health.age <= STALE_HEALTH else None
-        rate = self._rate()
         return RobotReading(
-            pan=head.value.pan if head else None,
-            tilt=head.value.tilt if head else None,
+            pan=_finite(head.value.pan) if head else None,
+            tilt=_finite(head.value.tilt) if head else None,
             joints=_joints(self._joint_names.value, body.value.positions) if body else {},
-            real_time_factor=health.value.realTimeFactor if health else None,
-            lag=health.value.lag if health else None,
-            torso_tilt=health.value.torsoTilt if health else None,
-            camera_rate=rate.value if rate and not rate.stale else None,
+            real_time_factor=_finite(health.value.realTimeFactor) if health else None,
+            lag=_finite(health.value.lag) if health else None,
+            torso_tilt=_finite(health.value.torsoTilt) if health else None,
+            camera_rate=_finite(health.value.cameraRates.get(_CAMERA)) if health else None,
         )
 
 
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
 def _joints(names: Sequence[str] | None, positions: Sequence[float]) -> Mapping[str, float]:
-    return dict(zip(names or (), positions, strict=False))
+    pairs = zip(names or (), positions, strict=False)
+    return {name: position for name, position in pairs if math.isfinite(position)}
 
 
 def _latest(read: Callable[[], Sample[T] | None]) -> Sample[T] | None:

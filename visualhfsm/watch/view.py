@@ -12,7 +12,7 @@ from rich.text import Text
 
 from interfaces.hfsm import ComponentStatus
 from interfaces.nao import Severity
-from visualhfsm.watch.automata import by_id
+from visualhfsm.watch.automata import by_id, printable
 from visualhfsm.watch.robot_view import camera_lines, robot_lines
 from visualhfsm.watch.scene import STALE, Scene
 from visualhfsm.watch.tree_view import legend, tree_lines
@@ -138,7 +138,8 @@ class View:
             f"{error.time:.1f} s  {automata.state_name(error.automaton, error.state)}: {error.message}"
             for error in scene.snapshot.value.errors
         )
-        return [Text(line) for text in texts for line in textwrap.wrap(text, width, subsequent_indent="  ")]
+        wrapped = (textwrap.wrap(printable(text), width, subsequent_indent="  ") for text in texts)
+        return [Text(line) for lines in wrapped for line in lines]
 
     def _camera(self, width: int, height: int) -> Layout:
         return _panel("Camera", camera_lines(self._scene, width - 4, height - _BORDERS), height)
@@ -157,17 +158,14 @@ class View:
         if scene.health is not None:
             for event in scene.health.value.events[-(height - _BORDERS) // 2 :]:
                 style = {Severity.Info: "", Severity.Warning: "yellow", Severity.Error: "red"}[event.level]
-                lines.append(
-                    Text(f"{event.time:7.1f} s  {event.source}: {event.message}", style, no_wrap=True)
-                )
+                lines.append(Text(printable(f"{event.time:7.1f} s  {event.source}: {event.message}"), style))
         if scene.automata is not None and scene.snapshot is not None:
             running = by_id(scene.snapshot.value).values()
             for automaton in (automaton for automaton in running if not automaton.ghost):
                 for name, value in sorted(automaton.variables.items()):
                     owner = scene.automata.automaton_name(automaton.id)
-                    lines.append(
-                        Text.assemble((f"{owner}.", _FAINT), f"{name} = ", (value, "cyan"), no_wrap=True)
-                    )
+                    parts = ((f"{owner}.", _FAINT), f"{printable(name)} = ", (printable(value), "cyan"))
+                    lines.append(Text.assemble(*parts))
         for line in lines:
             line.truncate(width - 4, overflow="ellipsis")
         return _panel("Events and variables", lines, height)
@@ -215,8 +213,7 @@ def status_line(scene: Scene) -> str:
         parts.append(f"{scene.ball.name} ball {error}")
     if scene.head is not None and not scene.head.stale:
         parts.append(f"head {scene.head.value.pan:+.2f} {scene.head.value.tilt:+.2f} rad")
-    if scene.camera_rate is not None and not scene.camera_rate.stale:
-        parts.append(f"{scene.camera_rate.value:.1f} images/s")
     if scene.health is not None:
+        parts.append(f"{scene.health.value.cameraRates.get('Camera', 0.0):.1f} images/s")
         parts.append(f"real time x {scene.health.value.realTimeFactor:.2f}")
     return "  ".join(parts)

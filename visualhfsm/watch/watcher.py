@@ -62,16 +62,17 @@ def watch(communicator: Communicator, options: WatchOptions, console: Console) -
     if options.report is not None:
         check_packages()
     began = datetime.now().astimezone()
-    plain = options.plain or not console.is_terminal
-    with Telemetry(communicator, options.component, pictures=options.report is not None) as telemetry:
-        try:
-            with _plain_display(console) if plain else _live_display(console) as display:
-                _follow(communicator, telemetry, options, display)
-        except SystemExit as stop:
-            if stop.code == _INTERRUPTED:
-                _conclude(telemetry, options, began, console)
-            raise
-        _conclude(telemetry, options, began, console)
+    live = console.is_terminal and not options.plain
+    telemetry = Telemetry(communicator, options.component, pictures=options.report is not None)
+    try:
+        # Listening ends first, so that what is summed up stands still.
+        with telemetry, _live_display(console) if live else _plain_display(console) as display:
+            _follow(communicator, telemetry, options, display)
+    except SystemExit as stop:
+        if stop.code == _INTERRUPTED:
+            _conclude(telemetry, options, began, console)
+        raise
+    _conclude(telemetry, options, began, console)
 
 
 def _follow(
@@ -156,6 +157,9 @@ def _live_display(console: Console) -> Iterator[_Display]:
 def _stderr_set_aside() -> Iterator[None]:
     """Keep what is written to stderr, by Zenoh's own logger too, from the screen, and print it at the end."""
     stderr = 2
+    if not os.isatty(stderr):
+        yield
+        return
     sys.stderr.flush()
     with tempfile.TemporaryFile() as kept:
         before = os.dup(stderr)
