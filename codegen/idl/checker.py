@@ -6,7 +6,7 @@ those of the reference compiler; names may have underscores and may begin with `
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
@@ -17,6 +17,7 @@ from .lexer import Token
 from .symbols import Symbols
 
 BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "string")
+_DEEPEST_TYPE = 100
 _INTEGRAL_KEYS = frozenset({"bool", "byte", "short", "int", "long", "string"})
 _RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
 _KNOWN_METADATA = frozenset({"stream", "amd", "nonmutating", "protected", "delegate", "format", "deprecate"})
@@ -35,6 +36,7 @@ class _Checker:
         self.symbols = Symbols()
         self._diagnostics = diagnostics
         self._constants = ConstantChecker(self.symbols, diagnostics)
+        self._depths: dict[str, int] = {}
         self._compact_ids: dict[str, ast.Class] = {}
         self._named_types: list[ast.NamedType] = []
 
@@ -150,6 +152,7 @@ class _Checker:
             case ast.Constant():
                 self._data_type(definition.type, scope)
                 self._constants.check(definition.literal, definition.type, definition.name, scope)
+        self._limit_depth(definition)
 
     # Types
 
@@ -220,6 +223,7 @@ class _Checker:
             if isinstance(member.type, ast.NamedType) and member.type.definition is struct:
                 message = f"struct `{struct.name}` contains itself"
                 self._error(Code.CONTAINS_ITSELF, message, member.type.token)
+                member.type.definition = None
 
     def _dictionary_key(self, dictionary: ast.Dictionary) -> None:
         reason = _why_not_a_key(dictionary.key)
@@ -231,6 +235,23 @@ class _Checker:
         elif isinstance(dictionary.key, ast.NamedType) and isinstance(dictionary.key.definition, ast.Struct):
             message = "structs as keys of a dictionary are not supported"
             self._error(Code.NOT_SUPPORTED, message, dictionary.key.token)
+
+    def _limit_depth(self, definition: ast.Definition) -> None:
+        """Report types that contain or extend others too deeply for those that walk them, here and later."""
+        depth = 0
+        for named in _parts(definition):
+            part = named.definition
+            if part is None or isinstance(part, ast.ForwardDeclaration):
+                continue
+            if self._depths.get(part.scoped, 0) >= _DEEPEST_TYPE:
+                message = (
+                    f"`{named.name}` is nested too deeply: more than {_DEEPEST_TYPE} types in each other"
+                )
+                self._error(Code.TOO_DEEP, message, named.token)
+                named.definition = None
+            else:
+                depth = max(depth, self._depths.get(part.scoped, 0))
+        self._depths[definition.scoped] = depth + 1
 
     def _compact_id(self, definition: ast.Class, token: Token) -> None:
         other = self._compact_ids.setdefault(token.text, definition)
@@ -368,6 +389,25 @@ class _Checker:
         if operation.streamed and operation.returns is None and not operation.outputs:
             message = f"operation `{operation.name}` is streamed but returns nothing"
             self._error(Code.BAD_STREAM, message, token)
+
+
+def _parts(definition: ast.Definition) -> Iterator[ast.NamedType]:
+    """Yield the types that a definition is made of: members, elements, bases, but not members of classes."""
+    types: list[ast.Type | None] = []
+    match definition:
+        case ast.Struct():
+            types = [member.type for member in definition.members]
+        case ast.Class():
+            types = [definition.base]
+        case ast.ExceptionType():
+            types = [definition.base, *(member.type for member in definition.members)]
+        case ast.Interface():
+            types = [*definition.bases]
+        case ast.Sequence():
+            types = [definition.element]
+        case ast.Dictionary():
+            types = [definition.key, definition.value]
+    yield from (kind for kind in types if isinstance(kind, ast.NamedType))
 
 
 def _first_name(kind: ast.Type) -> str:

@@ -39,6 +39,7 @@ class Code(StrEnum):
     NOT_SUPPORTED = "E031"
     FOREIGN_FILE = "E032"
     NO_MEMBER = "E033"
+    TOO_DEEP = "E034"
 
     UNKNOWN_METADATA = "W001"
     TOLERATED_KEYWORD = "W002"

@@ -25,6 +25,7 @@ def canonical_definition(interface: ast.Interface) -> str:
     """
     form = _CanonicalForm()
     form.add(interface)
+    form.describe_all()
     return "\n".join(sorted(form.lines)) + "\n"
 
 
@@ -32,12 +33,20 @@ class _CanonicalForm:
     def __init__(self) -> None:
         self.lines: list[str] = []
         self._seen: set[str] = set()
+        self._waiting: list[ast.Definition] = []
 
     def add(self, definition: ast.Definition | None) -> None:
-        """Add the lines of a definition and of what it uses, once."""
-        if definition is None or definition.scoped in self._seen:
-            return
-        self._seen.add(definition.scoped)
+        """Remember a definition that is used, once."""
+        if definition is not None and definition.scoped not in self._seen:
+            self._seen.add(definition.scoped)
+            self._waiting.append(definition)
+
+    def describe_all(self) -> None:
+        """Write the lines of every definition remembered and of those that turn up meanwhile."""
+        while self._waiting:
+            self._describe(self._waiting.pop())
+
+    def _describe(self, definition: ast.Definition) -> None:
         name = definition.scoped
         match definition:
             case ast.Interface():

@@ -157,3 +157,24 @@ def test_a_name_must_be_included_where_it_is_used(tmp_path: Path) -> None:
         tmp_path, "module m { struct T { S s; }; };", a="module m { struct S { int a; }; };"
     )
     assert findings(diagnostics) == [("E012", 1, 23)]
+
+
+@pytest.mark.parametrize(
+    ("first", "pattern"),
+    [
+        ("struct T0 { int a; };", "struct T{} {{ T{} a; }};"),
+        ("struct T0 { int a; };", "sequence<T{1}> T{0};"),
+        ("class T0 {};", "class T{} extends T{} {{}};"),
+        ("interface T0 {};", "interface T{} extends T{} {{}};"),
+    ],
+)
+def test_types_nested_without_end_are_refused(tmp_path: Path, first: str, pattern: str) -> None:
+    chain = [first, *(pattern.format(number, number - 1) for number in range(1, 3000))]
+    text = in_module(" ".join(chain) + " dictionary<T2999, int> D;")
+    _, diagnostics = compile_text(tmp_path, text)
+    assert "E034" in {found.code for found in diagnostics}
+
+
+def test_a_struct_in_itself_as_a_key_is_told(tmp_path: Path) -> None:
+    _, diagnostics = compile_text(tmp_path, in_module("struct S { S s; }; dictionary<S, int> D;"))
+    assert diagnostics.errors[0].code == "E025"
