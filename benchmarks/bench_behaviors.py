@@ -1,7 +1,8 @@
-"""Measure the paper's experiments end to end: every component a process, the ball seen by the robot's own camera.
+"""Measure the paper's experiments end to end: every component a process, the robot's own camera the judge.
 
-`follow_ball`: share of the images, from the third second on, whose green ball lies in the middle third of both axes, on the
-default waypoints and on three random files. `dance_and_follow`: when the states change, and how far the torso tilts.
+`follow_ball`: share of the images, from the third second on, whose green ball lies in the middle third of
+both axes, on the default waypoints and on three random files. `dance_and_follow`: when the states change,
+and how far the torso tilts.
 
     python benchmarks/bench_behaviors.py [--seconds 60] [--only follow|dance]
 """
@@ -83,7 +84,7 @@ def measure_following(communicator: Communicator, seconds: float) -> Following:
 
 
 def random_waypoints(seed: int, path: Path) -> Path:
-    """Write waypoints in front of the robot: 0.7 to 1.2 m away, within 35 degrees of yaw, 0.3 to 0.7 m high."""
+    """Write waypoints 0.7 to 1.2 m away, within 0.6 rad of straight ahead, 0.3 to 0.7 m high."""
     generator = random.Random(seed)
     lines = ["x,y,z"]
     for _ in range(12):
@@ -168,7 +169,8 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.only != "dance":
         print(
-            "follow_ball                frames centered    seen  median px  worst px   (centered: at least 95%)"
+            f"{'follow_ball':<22} {'frames':>6} {'centered':>8} {'seen':>7} {'median':>8} {'worst':>8}"
+            "  (centered: at least 95 %; errors in pixels)"
         )
         follow("default waypoints", arguments.seconds, None)
         with tempfile.TemporaryDirectory() as folder:
@@ -176,9 +178,7 @@ def main() -> None:
                 path = random_waypoints(seed, Path(folder) / f"random{seed}.csv")
                 follow(f"random waypoints {seed}", arguments.seconds, path)
     if arguments.only != "follow":
-        print(
-            "dance_and_follow: changes of state (root at 10, 20, 30, 40, 50 s within 0.2 s; red again at 26 s)"
-        )
+        print("dance_and_follow (root at 10, 20, 30, 40, 50 s within 0.2 s; green at 8 s, red at 26 s)")
         dance(arguments.seconds)
 
 

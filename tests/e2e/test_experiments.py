@@ -56,7 +56,7 @@ def test_follow_ball_keeps_the_green_ball_in_the_middle_of_the_image(stack: Exit
     started = monitor.getSnapshot.wait(timeout=20)
     camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
 
-    centered = []
+    centered: list[bool] = []
     sample: Sample[ImageData] | None = None
     while len(centered) < 80:
         sample = camera.getImageData.wait(after=sample, timeout=5)
