@@ -41,8 +41,9 @@ def run(
 ) -> None:
     """Start the processes of a stack file and end them all together.
 
-    Each writes a log file of its own; the foreground process, if the stack has one, gets the terminal.
-    Ctrl-C ends everything in reverse order; a second Ctrl-C at once.
+    Each writes a log file of its own; the foreground process, if the stack
+    has one, gets the terminal. Ctrl-C ends everything in reverse order; a
+    second Ctrl-C at once.
     """
     description = load_stack(stack)
     changes = dict(_parse(setting) for setting in settings or [])

@@ -43,7 +43,7 @@ def visualhfsm() -> None:
 def watch(
     *,
     component: Annotated[
-        str, typer.Argument(metavar="[COMPONENT]", help="Name of a running component; needed if several run.")
+        str, typer.Argument(metavar="COMPONENT", help="Name of a running component; needed if several run.")
     ] = "",
     seconds: Annotated[
         float, typer.Option(metavar="S", min=0.0, help="End by itself after so many seconds; 0 is never.")
@@ -69,9 +69,10 @@ def watch(
 ) -> None:
     """Show a component and its robot in the terminal.
 
-    Automata stand as a tree of states with their timers, beside the ball in the robot's image, the angles
-    of head and arms, and how well the robot's server keeps up. Ctrl-C ends with a summary. A component or a
-    robot that goes away is waited for.
+    Automata stand as a tree of states with their timers, beside the ball in
+    the robot's image, the angles of head and arms, and how well the robot's
+    server keeps up. Ctrl-C ends with a summary. A component or a robot that
+    goes away is waited for.
     """
     settings = configure(
         realm=realm,

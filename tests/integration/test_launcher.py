@@ -260,6 +260,18 @@ def test_ctrl_c_reaches_the_foreground_process_alone_and_the_terminal_comes_back
         os.close(terminal)
 
 
+def test_closing_the_terminal_ends_everything(bench):
+    bench.add("server", SERVICE)
+    bench.add("view", SERVICE, foreground=True)
+    main, terminal = os.openpty()
+    launcher = bench.start(terminal=terminal)
+    os.close(terminal)
+    bench.wait_for("server.pid", "view.pid")
+    os.close(main)
+    assert launcher.wait(LIMIT) in (128 + signal.SIGHUP, 1)
+    assert bench.alive() == []
+
+
 def test_a_taken_endpoint_is_replaced_and_told(bench):
     with socket.create_server(("127.0.0.1", 0)) as server:
         taken = f"tcp/127.0.0.1:{server.getsockname()[1]}"

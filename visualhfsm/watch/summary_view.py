@@ -31,7 +31,7 @@ def summary_table(recording: Recording, summary: Summary) -> RenderableType:
         add(
             "ball in the middle third",
             f"{100 * summary.centered:.1f} %",
-            f"of {summary.centered_of} moments from {SETTLING:g} s after each change of ball",
+            f"of {summary.centered_of} moments from {SETTLING:g} s after a new ball",
         )
     if summary.torso_tilt is not None:
         add("largest torso tilt", f"{math.degrees(summary.torso_tilt):.1f}°")
