@@ -116,16 +116,23 @@ def _run(
             runtime.start()
             _wait(runtime, seconds)
             if runtime.failed and stay_halted:
-                runtime.stop()
-                stop_robot(component)
+                _end(runtime, component)
                 typer.echo("halted; Ctrl-C ends the component", err=True)
                 while True:
                     time.sleep(_LOOK)
         finally:
-            runtime.stop()
-            stop_robot(component)
+            _end(runtime, component)
     if runtime.failed:
         raise typer.Exit(1)
+
+
+def _end(runtime: Runtime, component: Component) -> None:
+    """End the automata and stop the robot: at once, and again when the last cycle has ended."""
+    runtime.request_stop()
+    if runtime.in_cycle:
+        stop_robot(component)
+    runtime.stop()
+    stop_robot(component)
 
 
 def _wait(runtime: Runtime, seconds: float | None) -> None:

@@ -9,12 +9,14 @@ from pathlib import PurePath
 from typing import Any, ClassVar, Generic, TypeVar, overload
 
 from zenoh_ice.clock import Clock, WallClock
+from zenoh_ice.exceptions import ZenohIceError
 
 from .automaton import Automaton
-from .errors import MissingLibraryError, NotConnectedError
+from .errors import ComponentError, MissingLibraryError, NotConnectedError, VariablesError
+from .source_map import locate
 from .supervision import OnError
 
-__all__ = ["Component", "Proxy", "libraries", "proxies_of"]
+__all__ = ["Component", "Proxy", "libraries", "make_automata", "proxies_of", "source_of"]
 
 P = TypeVar("P")
 
@@ -80,6 +82,27 @@ def proxies_of(component: Component) -> dict[str, Proxy[Any]]:
     for base in reversed(type(component).__mro__):
         found.update({name: value for name, value in vars(base).items() if isinstance(value, Proxy)})
     return found
+
+
+def source_of(component: Component) -> str:
+    """Return the file of a generated component."""
+    return type(component).automaton.__code__.co_filename
+
+
+def make_automata(component: Component) -> Automaton:
+    """Return the automata of a component, which runs the variables of its document.
+
+    Raises DefinitionError, ZenohIceError when they need a server that is not there, and VariablesError for
+    any other exception in them.
+    """
+    try:
+        return component.automaton()
+    except (ComponentError, ZenohIceError):
+        raise
+    except Exception as error:
+        place = locate(error, source_of(component), component._hfsm_document)
+        message = f"the variables of the component failed: {type(error).__name__}: {error}"
+        raise VariablesError(f"{message} at {place}" if place else message) from error
 
 
 @contextmanager

@@ -8,6 +8,7 @@ __all__ = [
     "DefinitionError",
     "MissingLibraryError",
     "NotConnectedError",
+    "VariablesError",
 ]
 
 
@@ -32,3 +33,7 @@ class ComponentStoppedError(BaseException):
 
 class NotConnectedError(ComponentError, AttributeError):
     """A proxy was used before the component was connected."""
+
+
+class VariablesError(ComponentError):
+    """The variables of a document could not be given their first values."""

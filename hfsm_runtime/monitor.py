@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from interfaces.hfsm import ComponentSnapshot, ComponentStructure, HfsmMonitor, NoSuchElement
-from zenoh_ice import Communicator, Current, ZenohIceError
+from zenoh_ice import Communicator, Current
 
 from .runtime import Runtime, UnknownElementError
 from .snapshot import structure_of, take_snapshot
@@ -104,11 +104,14 @@ class Monitor:
 
     def _publish(self) -> None:
         publisher = self._servant.getSnapshotPublisher
-        while not self._closing:
-            self._changed.wait(_INTERVAL)
-            self._changed.clear()
+        last = False
+        while not last:
+            last = self._closing
             if publisher.listening:
                 try:
                     publisher.publish(take_snapshot(self._runtime), self._runtime.component.clock.now())
-                except ZenohIceError:
+                except Exception:  # variables are user objects, and a watcher must not end the watching
                     _logger.exception("a snapshot could not be published")
+            if not last:
+                self._changed.wait(_INTERVAL)
+                self._changed.clear()

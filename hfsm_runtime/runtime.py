@@ -10,7 +10,7 @@ from typing import Final
 from zenoh_ice.clock import Clock
 
 from .automaton import Transition
-from .component import Component
+from .component import Component, make_automata, source_of
 from .errors import ComponentError, ComponentStoppedError
 from .supervision import ErrorRecord, OnError, Supervision
 from .threads import Threads
@@ -38,7 +38,7 @@ class UnknownElementError(ComponentError):
 class Runtime:
     """The life of a component: made, started, perhaps paused and resumed, and stopped once.
 
-    Making it runs the variables of the document, whose errors come out unchanged. `ended` is set when the
+    Making it runs the variables of the document; raises what `make_automata` does. `ended` is set when the
     component is to end: by an error, by `request_stop`, or by its own code. `servers_present` tells whether
     the servants of the component's proxies can be reached, as far as is known.
     """
@@ -56,14 +56,14 @@ class Runtime:
         """Whether an error ended the component."""
         component.clock = clock
         vars(component)["sleep"] = self._sleep
-        self.tree = Tree(component.automaton())
+        self.tree = Tree(make_automata(component))
         self.timeline = Timeline(clock)
         self._supervision = Supervision(
             self.tree,
             self.timeline,
             component.log,
             on_error=on_error or component._hfsm_on_error,
-            file=type(component).automaton.__code__.co_filename,
+            file=source_of(component),
             document=component._hfsm_document,
             halt=self._halt,
             servers_present=servers_present,
@@ -86,6 +86,11 @@ class Runtime:
     def errors(self) -> tuple[ErrorRecord, ...]:
         """The newest errors, oldest first."""
         return self._supervision.records
+
+    @property
+    def in_cycle(self) -> bool:
+        """Whether a cycle is running at this moment."""
+        return any(run.in_cycle for run in self.tree.runs)
 
     def start(self) -> None:
         """Start the automata."""

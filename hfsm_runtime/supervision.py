@@ -12,6 +12,7 @@ from enum import StrEnum
 from typing import Final
 
 from zenoh_ice.exceptions import (
+    CommunicatorDestroyedException,
     ConnectionLostException,
     ObjectNotExistException,
     OverloadedException,
@@ -26,6 +27,7 @@ from .tree import Run, Tree
 __all__ = ["ErrorRecord", "OnError", "Supervision"]
 
 _KEPT: Final = 20
+_LONGEST_MESSAGE: Final = 1000
 _QUIET: Final = 10.0
 """Wall seconds in which an error that repeats itself is logged once."""
 
@@ -104,10 +106,10 @@ class Supervision:
 
     def failed(self, run: Run, error: Exception) -> None:
         """Take an exception of user code; raises CycleEnded when the cycle is not to go on."""
-        if isinstance(error, CycleEnded):
-            raise error
+        if isinstance(error, CommunicatorDestroyedException):
+            raise CycleEnded from error  # the component has ended without this cycle
         location = locate(error, self._file, self._document)
-        message = f"{type(error).__name__}: {error}"
+        message = _describe(error)
         if isinstance(error, UNAVAILABLE):
             self._server_away(run, location, message)
             raise CycleEnded from error
@@ -167,6 +169,15 @@ class Supervision:
             self._logged[key] = (now, 0)
         again = f" ({repeated} times more since it was last told)" if repeated else ""
         self._log.error("%s%s", text, again, exc_info=error)
+
+
+def _describe(error: Exception) -> str:
+    """Return the name and the text of an exception, whose text is user code and may fail or have no end."""
+    try:
+        text = str(error)
+    except Exception:  # noqa: BLE001
+        text = "its text cannot be had"
+    return f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE]
 
 
 def _place(run: Run) -> str:

@@ -6,6 +6,7 @@ stopping it.
 
 from __future__ import annotations
 
+import itertools
 import reprlib
 from collections.abc import Callable, Iterator
 from types import CellType, ModuleType
@@ -74,6 +75,14 @@ class _BoundedRepr(reprlib.Repr):
         self.maxlist = self.maxtuple = self.maxset = self.maxfrozenset = self.maxdeque = _LONGEST // 3 + 1
         self.maxdict = self.maxarray = _LONGEST // 3 + 1
         self.maxstring = self.maxother = self.maxlong = 4 * _LONGEST
+
+    def repr_dict(self, value: dict[object, object], level: int) -> str:
+        # reprlib's own sorts the keys, which is not how Python shows a dict.
+        if value and level <= 0:
+            return "{...}"
+        shown = list(itertools.islice(value.items(), self.maxdict))
+        items = [f"{self.repr1(key, level - 1)}: {self.repr1(item, level - 1)}" for key, item in shown]
+        return "{" + ", ".join(items + ["..."] * (len(value) > len(shown))) + "}"
 
     def repr_bytes(self, value: bytes, level: int) -> str:  # noqa: ARG002 - reprlib calls it so
         return repr(value[:_LONGEST])

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 
 from zenoh_ice.clock import VirtualClock
 
-from .component import Component
+from .component import Component, make_automata, source_of
 from .cycle import run_cycle
 from .schedule import slot_after, slot_at
 from .supervision import ErrorRecord, OnError, Supervision
@@ -49,7 +49,7 @@ class VirtualRun:
         vars(component)["sleep"] = self._sleep
         self.trace: list[Change] = []
         self.halted = False
-        self.tree = Tree(component.automaton())
+        self.tree = Tree(make_automata(component))
         self.tree.on_change.append(self._changed)
         self._timeline = Timeline(self.clock)
         self._supervision = Supervision(
@@ -57,7 +57,7 @@ class VirtualRun:
             self._timeline,
             component.log,
             on_error=component._hfsm_on_error if on_error is None else OnError(on_error),
-            file=type(component).automaton.__code__.co_filename,
+            file=source_of(component),
             document=component._hfsm_document,
             halt=self._halt,
         )

@@ -42,7 +42,7 @@ def compile_document(
     if program is None:
         return None
     target = (output or path.parent) / f"{identifier(path.stem, 'component')}.py"
-    if target.exists() and GENERATED_BY not in target.read_text(encoding="utf-8", errors="replace")[:4000]:
+    if target.is_file() and GENERATED_BY not in target.read_text(encoding="utf-8", errors="replace")[:4000]:
         message = f"{target.name} was not made by codegen: move it away, or rename the document"
         diagnostics.error("E540", message, Location(path))
         return None

@@ -181,12 +181,12 @@ class _Checker:
         self._error("E532", f"there is no proxy for an interface `{interface.type}`", interface, notes)
 
     def _is_its_own_ancestor(self, automaton: Automaton) -> bool:
-        current: Automaton | None = automaton
+        current = self._document.automaton(automaton.father)
         for _ in self._document.automata:
-            current = None if current is None else self._document.automaton(current.father)
-            if current is automaton:
-                return True
-        return False
+            if current is None or current is automaton:
+                return current is automaton
+            current = self._document.automaton(current.father)
+        return False  # a ring above it, of which it is no part
 
     def _unique_ids(self, items: Iterable[_Item], kind: str) -> None:
         first: dict[int, _Item] = {}

@@ -31,7 +31,8 @@ def generate(program: Program) -> str:
 def _header(program: Program) -> Iterator[str]:
     yield f'"""{_docstring(program.description)}'
     yield ""
-    yield f"{GENERATED_BY} {program.document_name}. Do not edit: change the document and run codegen."
+    document = _docstring(program.document_name)
+    yield f"{GENERATED_BY} {document}. Do not edit: change the document and run codegen."
     yield '"""'
     yield ""
     yield "# ruff: noqa"

@@ -95,7 +95,7 @@ def understand(
     description = " ".join(document.description.text.split())
     return Program(
         document=document,
-        document_name=path.name,
+        document_name="".join(character if character.isprintable() else "_" for character in path.name),
         name=name,
         class_name=camel_case(name),
         description=description or f"The component {name}.",

@@ -374,3 +374,22 @@ def test_any_text_is_code_or_a_fault_with_a_place(text: str) -> None:
         else:
             place = (3, 1)
         assert place >= (3, 1)
+
+
+def test_variables_that_fail_are_told_with_their_line(tmp_path: Path) -> None:
+    text = document(sub(1, 0, state(1, "a", initial=True), variables="x = 1\ny = x / 0"))
+    with pytest.raises(ComponentError, match=r"the variables .* ZeroDivisionError: .*\(behavior.xml:6\)"):
+        VirtualRun(component(tmp_path, text))
+
+
+def test_an_exception_whose_text_fails_is_told(tmp_path: Path) -> None:
+    code = "class Odd(Exception):\n    def __str__(self): return 1 / 0\nraise Odd"
+    (error,) = run(component(tmp_path, document(sub(1, 0, state(1, "a", code, initial=True)))), 0).errors
+    assert error.message == "Odd: its text cannot be had"
+
+
+def test_the_name_of_a_file_cannot_break_out_of_a_comment(tmp_path: Path) -> None:
+    text = document(sub(1, 0, state(1, "a", "x = 1 / 0", initial=True)))
+    file = compile_to(tmp_path, text, 'a\nraise SystemExit\n"""')
+    (error,) = run(load(file), 0).errors
+    assert error.location.endswith("""(a_raise SystemExit_\"\"\".xml:3)""")
