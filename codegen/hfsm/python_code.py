@@ -94,10 +94,10 @@ def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: 
         return None
     tree = _parse(code, code.lines)
     _refuse_out_of_place(tree, code, returns=returns)
-    declared = {name for node in ast.walk(tree) if isinstance(node, ast.Nonlocal) for name in node.names}
-    table = _scope(code, shared | declared)
-    bound = frozenset(symbol.get_name() for symbol in table.get_symbols() if symbol.is_local())
-    bound |= frozenset(declared & set(table.get_identifiers()))
+    declared = frozenset(
+        name for node in _own_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names
+    )
+    bound = _bound(_scope(code, shared | declared), tree) | declared
     if _SELF in bound:
         raise code.error("`self` is the component: no code can assign it")
     if returns:
@@ -117,8 +117,7 @@ def analyze_condition(text: Text) -> Code:
     if len(tree.body) != 1 or not isinstance(statement, ast.Expr) or statement.value.lineno == 1:
         raise code.error("a condition is one expression that is true or false")
     _refuse_out_of_place(tree, code, returns=False, header=1)
-    table = _scope(code, frozenset(), expression=True)
-    bound = frozenset(symbol.get_name() for symbol in table.get_symbols() if symbol.is_local())
+    bound = _bound(_scope(code, frozenset(), expression=True), tree)
     if _SELF in bound:
         raise code.error("`self` is the component: no code can assign it")
     return replace(code, bound=bound, used=_names(tree))
@@ -232,6 +231,39 @@ def _scope(code: Code, outer: frozenset[str], *, expression: bool = False) -> sy
     with _without_warnings():
         table = symtable.symtable(source, "<document>", "exec")
     return table.get_children()[0].get_children()[0]
+
+
+def _bound(table: symtable.SymbolTable, tree: ast.Module) -> frozenset[str]:
+    """Return the names that the scope binds.
+
+    From Python 3.12 on its table holds the targets of comprehensions, too, which are no names of the scope.
+    """
+    targets = [
+        name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.comprehension)
+        for name in ast.walk(node.target)
+        if isinstance(name, ast.Name)
+    ]
+    inside = {id(name) for name in targets}
+    outside = {name for node in _own_nodes(tree) if id(node) not in inside for name in _binds(node)}
+    local = {symbol.get_name() for symbol in table.get_symbols() if symbol.is_local()}
+    return frozenset(local - ({name.id for name in targets} - outside))
+
+
+def _binds(node: ast.AST) -> Iterator[str]:
+    """Yield the names that a node binds by itself."""
+    match node:
+        case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
+            yield name
+        case ast.alias(name=name, asname=alias):
+            yield alias or name.split(".")[0]
+        case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+            yield name
+        case ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
+            yield name
+        case ast.MatchMapping(rest=str(name)):
+            yield name
 
 
 def _compile(source: str, code: Code, header: int = 0, columns: int = 0) -> None:

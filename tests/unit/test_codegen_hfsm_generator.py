@@ -205,13 +205,13 @@ def test_every_way_to_bind_a_name_is_seen() -> None:
         Text(
             "a = b, (c, *d) = 1, (2, 3)\ne += 1\nfor f in g: pass\nwith h as i: pass\nimport j.k\n"
             "from l import m as n\ndef o(p): q = 1\nclass r: s = 1\nif (t := u): pass\n[v for w in x]\n"
-            "try: pass\nexcept y as z: pass\nmatch aa:\n  case [bb, *cc]: pass\ndel dd\n[(ee := 1) for ff in x]",
+            "try: pass\nexcept y as z: pass\nmatch aa:\n  case [bb, *cc]: pass\ndel dd\n[(ee := 1) for ff in x]\n[gg for gg in x]\ngg = 1",
             1,
             1,
         )
     )
     assert code is not None
-    assert code.bound == set("abcdefijnort") - {"b"} | {"b", "z", "bb", "cc", "dd", "ee"}
+    assert code.bound == set("abcdefijnort") - {"b"} | {"b", "z", "bb", "cc", "dd", "ee", "gg"}
 
 
 def test_states_of_one_name_and_names_that_are_no_identifiers(tmp_path: Path) -> None:
