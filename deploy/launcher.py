@@ -72,27 +72,26 @@ class Launcher:
             for spec in self._specs
         }
         force = asyncio.Event()
-        ended: asyncio.Future[_End] = asyncio.get_running_loop().create_future()
-        with self._signals(ended, force), _terminal_kept():
-            tasks = [
-                asyncio.create_task(self._supervise(process, ended)) for process in self._processes.values()
-            ]
+        interrupted: asyncio.Future[_End] = asyncio.get_running_loop().create_future()
+        with _signals(interrupted, force), _terminal_kept():
+            tasks = [asyncio.create_task(self._supervise(process)) for process in self._processes.values()]
             try:
-                with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(asyncio.shield(ended), self._seconds)
+                ends, _ = await asyncio.wait(
+                    {*tasks, interrupted}, timeout=self._seconds, return_when=asyncio.FIRST_COMPLETED
+                )
             finally:
                 for task in tasks:
                     task.cancel()
                 await asyncio.gather(*tasks, return_exceptions=True)
                 for process in reversed(self._processes.values()):
                     await process.stop(force)
-        end = ended.result() if ended.done() else _End(0)
+        end = ends.pop().result() if ends else _End(0)
         if end.message:
             self._tell(end.message)
         return end.code
 
-    async def _supervise(self, process: StackProcess, ended: asyncio.Future[_End]) -> None:
-        """Start a process in its turn, wait until it is ready, and report its end."""
+    async def _supervise(self, process: StackProcess) -> _End:
+        """Start a process in its turn, wait until it is ready, then until it ends."""
         spec = process.spec
         try:
             for name in spec.after:
@@ -106,15 +105,12 @@ class Launcher:
             ready.cancel()
             if not done:
                 watch.cancel()
-                end = _End(1, self._failure(process, f"was not ready within {spec.ready_timeout:g} s"))
-            else:
-                if not watch.done() and spec.ready is not None and not self._has_foreground:
-                    self._tell(f"  {spec.name} is ready after {self._elapsed():.1f} s")
-                end = self._end_of(process, await watch)
+                return _End(1, self._failure(process, f"was not ready within {spec.ready_timeout:g} s"))
+            if not watch.done() and spec.ready is not None and not self._has_foreground:
+                self._tell(f"  {spec.name} is ready after {self._elapsed():.1f} s")
+            return self._end_of(process, await watch)
         except OSError as error:
-            end = _End(1, f"{spec.name} cannot be started: {error}")
-        if not ended.done():
-            ended.set_result(end)
+            return _End(1, f"{spec.name} cannot be started: {error}")
 
     def _end_of(self, process: StackProcess, code: int) -> _End:
         if process.spec.foreground:
@@ -135,23 +131,25 @@ class Launcher:
         with contextlib.suppress(OSError):
             self._write(message)
 
-    @contextlib.contextmanager
-    def _signals(self, ended: asyncio.Future[_End], force: asyncio.Event) -> Iterator[None]:
-        loop = asyncio.get_running_loop()
 
-        def end(number: signal.Signals) -> None:
-            if ended.done():
-                force.set()
-            else:
-                ended.set_result(_End(128 + number))
+@contextlib.contextmanager
+def _signals(interrupted: asyncio.Future[_End], force: asyncio.Event) -> Iterator[None]:
+    """Let the first signal end the stack and every further one set `force`."""
+    loop = asyncio.get_running_loop()
 
+    def end(number: signal.Signals) -> None:
+        if interrupted.done():
+            force.set()
+        else:
+            interrupted.set_result(_End(128 + number))
+
+    for number in _SIGNALS:
+        loop.add_signal_handler(number, end, number)
+    try:
+        yield
+    finally:
         for number in _SIGNALS:
-            loop.add_signal_handler(number, end, number)
-        try:
-            yield
-        finally:
-            for number in _SIGNALS:
-                loop.remove_signal_handler(number)
+            loop.remove_signal_handler(number)
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ from tests.support.scenes import recorded
 from visualhfsm.errors import MissingPackageError, VisualHfsmError
 from visualhfsm.watch import report
 from visualhfsm.watch.album import Picture
-from visualhfsm.watch.plots import picture_png
+from visualhfsm.watch.pictures import picture_png
 from visualhfsm.watch.report import ReportContents, write_report
 
 BEGAN = datetime(2026, 3, 1, 12, 30, tzinfo=UTC)

@@ -149,6 +149,14 @@ def test_what_other_processes_send_does_not_command_the_terminal():
     assert not re.search("[\x00-\x1f\x7f-\x9f]", "".join(lines))
 
 
+@settings(deadline=None)
+@given(st.integers(1, 10**6), st.integers(1, 10**6), st.integers(20, 200), st.integers(10, 60))
+def test_an_image_of_any_shape_fits(image_width, image_height, width, height):
+    lines = draw(replace(scene(), image_size=(image_width, image_height)), width, height)
+    assert max(len(line) for line in lines) <= width
+
+
+@settings(deadline=None)
 @given(st.floats(), st.floats(), st.floats())
 def test_no_number_that_arrives_breaks_the_view(first, second, third):
     shown = scene()

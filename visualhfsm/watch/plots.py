@@ -1,7 +1,4 @@
-"""The report's plots, each drawn for light and dark pages, and its pictures, as PNG.
-
-Needs Matplotlib and the Pillow that comes with it (the extra `demo`).
-"""
+"""The report's plots as PNG, each for light and for dark pages; needs Matplotlib (the extra `demo`)."""
 
 from __future__ import annotations
 
@@ -16,13 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from PIL import Image, ImageDraw
 
 from interfaces.hfsm import AutomatonStructure
-from visualhfsm.watch.album import Picture
 from visualhfsm.watch.recording import ARM_JOINTS, Ball, Recording, Row, Span
 
-__all__ = ["DARK", "LIGHT", "Theme", "angles", "ball_error", "picture_png", "server", "states"]
+__all__ = ["DARK", "LIGHT", "Theme", "angles", "ball_error", "server", "states"]
 
 _WIDTH: Final = 9.6
 _DPI: Final = 130
@@ -62,21 +57,6 @@ DARK: Final = Theme(
     ("#6ea8e8", "#f0995c", "#6cc795", "#c391dc", "#dcbf6a", "#79c9d2"),
 )
 _NAMED_COLORS: Final = {"red": "#d64541", "green": "#3d9a50", "blue": "#3f7fd0", "yellow": "#c9a227"}
-
-
-def picture_png(picture: Picture) -> bytes:
-    """Encode a picture, with a cross hair at its mark."""
-    image = Image.frombytes("RGB", (picture.width, picture.height), picture.pixels)
-    if picture.mark is not None:
-        draw = ImageDraw.Draw(image)
-        u, v = picture.mark
-        arm = max(picture.width // 20, 6)
-        for width, color in ((3, "black"), (1, "white")):
-            draw.line([(u - arm, v), (u + arm, v)], fill=color, width=width)
-            draw.line([(u, v - arm), (u, v + arm)], fill=color, width=width)
-    buffer = io.BytesIO()
-    image.save(buffer, "PNG", optimize=True)
-    return buffer.getvalue()
 
 
 def ball_error(recording: Recording, size: tuple[int, int], theme: Theme) -> bytes:

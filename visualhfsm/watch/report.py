@@ -164,7 +164,7 @@ def _sections(contents: ReportContents) -> Iterable[str]:
 
 
 def _film(pictures: Sequence[Picture]) -> str:
-    from visualhfsm.watch.plots import picture_png
+    from visualhfsm.watch.pictures import picture_png
 
     def frame(picture: Picture) -> str:
         caption = html.escape(picture.caption)

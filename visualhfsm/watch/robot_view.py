@@ -20,12 +20,13 @@ _JOINT_LABELS = {"ShoulderPitch": "shoulder pitch", "ShoulderRoll": "shoulder ro
 _HEAD_LIMITS = {"HeadYaw": (-2.09, 2.09), "HeadPitch": (-0.67, 0.51)}
 """Ranges in rad of the scales until the robot has told its own."""
 _LABEL_WIDTH = 14
-_WIDEST_FRAME = 48
+_FACTS_WIDTH = 17
+"""Columns that the ball's error takes beside the frame."""
 
 
 def camera_lines(scene: Scene, width: int, height: int) -> list[Text]:
     """Draw the image's frame with the ball in it, and beside it the ball's error and the camera's rate."""
-    finder = _view_finder(scene.ball, scene.image_size, min(height, (width - 16) * 3 // 8))
+    finder = _view_finder(scene.ball, scene.image_size, width - _FACTS_WIDTH, height)
     beside = _ball_facts(scene)
     lines = []
     for number in range(height):
@@ -37,12 +38,16 @@ def camera_lines(scene: Scene, width: int, height: int) -> list[Text]:
     return lines
 
 
-def _view_finder(ball: Ball | None, image_size: tuple[int, int], height: int) -> list[Text]:
-    """Draw a frame of `height` lines, twice as high as wide each, with lines at the thirds."""
-    rows = height - 2
-    if rows < 3:
+def _view_finder(ball: Ball | None, image_size: tuple[int, int], width: int, height: int) -> list[Text]:
+    """Draw the image's frame, with lines at the thirds, as large as it fits; nothing where that is too small.
+
+    A cell of a terminal is about twice as high as wide.
+    """
+    shape = 2 * image_size[0] / image_size[1]
+    rows = min(height - 2, int((width - 2) / shape))
+    columns = min(round(rows * shape), width - 2)
+    if rows < 3 or columns < 3:
         return []
-    columns = min(round(rows * 2 * image_size[0] / image_size[1]), _WIDEST_FRAME)
     cells = [[" "] * columns for _ in range(rows)]
     for row in range(rows):
         cells[row][columns // 3] = cells[row][columns - 1 - columns // 3] = "┊"

@@ -16,7 +16,7 @@ from visualhfsm.watch.album import Album, picture_from
 from visualhfsm.watch.automata import Automata
 from visualhfsm.watch.discovery import MONITOR_PREFIX
 from visualhfsm.watch.fact import Fact
-from visualhfsm.watch.recording import Ball, Recording, RobotReading, read_ball
+from visualhfsm.watch.recording import ARM_JOINTS, Ball, Recording, RobotReading, read_ball
 from visualhfsm.watch.scene import STALE, STALE_HEALTH, Aged, Scene
 from zenoh_ice import Communicator, MarshalException, ObjectPrx, Sample
 
@@ -24,9 +24,11 @@ __all__ = ["Telemetry"]
 
 _logger = logging.getLogger(__name__)
 
+_CHANGES_SHOWN: Final = 100
 _CAMERA: Final = "Camera"
 _IMAGE_SIZE: Final = (320, 240)
 _RGB8: Final = "RGB8"
+_ARMS: Final = frozenset(side + name for side in "LR" for name in ARM_JOINTS)
 
 T = TypeVar("T")
 
@@ -104,7 +106,7 @@ class Telemetry:
         snapshot = _latest(self._monitor.getSnapshot.latest)
         with self._lock:
             recording = self._recording
-            changes = list(recording.changes)[-100:] if recording else []
+            changes = list(recording.changes)[-_CHANGES_SHOWN:] if recording else []
         fits = recording is not None and snapshot is not None and recording.knows(snapshot.value)
         return Scene(
             component=self._component,
@@ -202,8 +204,9 @@ def _finite(value: float | None) -> float | None:
 
 
 def _joints(names: Sequence[str] | None, positions: Sequence[float]) -> Mapping[str, float]:
+    """Return the angles of the arms, which are all that is shown and recorded."""
     pairs = zip(names or (), positions, strict=False)
-    return {name: position for name, position in pairs if math.isfinite(position)}
+    return {name: angle for name, angle in pairs if name in _ARMS and math.isfinite(angle)}
 
 
 def _latest(read: Callable[[], Sample[T] | None]) -> Sample[T] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rich.cells import cell_len
 from rich.text import Text
 
 from interfaces.hfsm import AutomatonSnapshot, ComponentSnapshot
@@ -19,7 +20,7 @@ def tree_lines(automata: Automata, snapshot: ComponentSnapshot, width: int, heig
     """Draw at most `height` lines of `width` cells; what matters least is left out when there are more."""
     states = by_id(snapshot)
     rows, hidden = _fit(list(automata.rows()), states, height)
-    name_width = max((3 * (len(row.last) - 1) + 2 + len(row.state.name) for row in rows), default=0)
+    name_width = max((3 * (len(row.last) - 1) + 2 + cell_len(row.state.name) for row in rows), default=0)
     name_width = min(name_width, max(width // 2, width - 22))
     lines = [
         _line(automata, row, states.get(row.automaton.id), snapshot.time, name_width=name_width, width=width)
