@@ -16,7 +16,7 @@ from typing import Any, Final, Self, TypeVar
 from .adapter import ObjectAdapter
 from .clock import Clock, WallClock
 from .codec import Codec
-from .dispatch import Dispatcher
+from .dispatch import Dispatcher, is_marked_thread
 from .exceptions import CommunicatorDestroyedException, ConfigurationException
 from .incoming import Incoming
 from .operation import Operation
@@ -25,7 +25,7 @@ from .presence import Presence, Target, client_token
 from .proxy import ObjectPrx
 from .session import open_session
 from .settings import Settings, load_settings
-from .stream import Sample, StreamReader, Subscription
+from .stream_reader import Sample, StreamReader, Subscription
 
 __all__ = ["Communicator", "initialize"]
 
@@ -71,6 +71,7 @@ class Communicator:
         self._subscriptions: set[Subscription] = set()
         self._futures: set[Future[Any]] = set()
         self._clock: Clock | None = None
+        self._clock_lock = threading.Lock()
         self._shutdown = threading.Event()
         self._destroyed = threading.Event()
         self.session: Final = open_session(settings)
@@ -134,7 +135,7 @@ class Communicator:
     @property
     def clock(self) -> Clock:
         """The component's clock, chosen by the setting `clock`; choosing may wait for the robot's server."""
-        with self._lock:
+        with self._clock_lock:  # of its own: choosing calls the robot's server
             self._check()
             if self._clock is None:
                 self._clock = self._choose_clock()
@@ -177,7 +178,7 @@ class Communicator:
             readers = list(self._readers.values())
             subscriptions = list(self._subscriptions)
         if not first:
-            if not self.dispatcher.is_own_thread():
+            if not is_marked_thread():  # such a thread may be what the first caller waits for
                 self._destroyed.wait(3 * _DESTROY_LIMIT)
             return
         self._shutdown.set()
@@ -291,9 +292,13 @@ class Communicator:
             raise CommunicatorDestroyedException("the communicator was destroyed, or inherited by a fork")
 
     def _close_clock(self) -> None:
-        close = getattr(self._clock, "close", None)
-        if close is not None:
-            close()
+        if self._clock_lock.acquire(timeout=_DESTROY_LIMIT):
+            try:
+                close = getattr(self._clock, "close", None)
+                if close is not None:
+                    close()
+            finally:
+                self._clock_lock.release()
 
     def _fail_futures(self) -> None:
         for future in tuple(self._futures):

@@ -13,12 +13,31 @@ from typing import Final
 
 from .exceptions import ObjectNotExistException, OverloadedException
 
-__all__ = ["Dispatcher", "Lane"]
+__all__ = ["Dispatcher", "Lane", "is_marked_thread", "mark_thread"]
 
 Job = Callable[[], None]
 
 _logger = logging.getLogger(__name__)
-_context = threading.local()
+
+
+class _Context(threading.local):
+    """What the current thread is."""
+
+    dispatcher: Dispatcher | None = None
+    runs_user_code = False
+
+
+_context: Final = _Context()
+
+
+def mark_thread() -> None:
+    """Note that the current thread is one of a communicator's that runs user code."""
+    _context.runs_user_code = True
+
+
+def is_marked_thread() -> bool:
+    """Return whether the current thread is one of a communicator's that runs user code."""
+    return _context.runs_user_code
 
 
 class Dispatcher:
@@ -56,7 +75,7 @@ class Dispatcher:
 
     def is_own_thread(self) -> bool:
         """Return whether the current thread belongs to the pool."""
-        return getattr(_context, "dispatcher", None) is self
+        return _context.dispatcher is self
 
     def close(self, timeout: float) -> bool:
         """End the threads once their current jobs are done; return whether all ended within `timeout` s.
@@ -88,6 +107,7 @@ class Dispatcher:
 
     def _work(self) -> None:
         _context.dispatcher = self
+        mark_thread()
         try:
             while True:
                 job = self._jobs.get()
@@ -101,7 +121,7 @@ class Dispatcher:
                     self._grow()
                 try:
                     job()
-                except Exception:
+                except BaseException:
                     _logger.exception("internal error in %s", threading.current_thread().name)
                 job = None  # frees what it holds, a query for instance, before the next wait
                 with self._lock:

@@ -15,7 +15,7 @@ import zenoh
 from zenoh.handlers import RingChannel
 
 from .attachment import NO_ATTACHMENT, Attachment, decode_attachment
-from .dispatch import Lane
+from .dispatch import Lane, mark_thread
 from .exceptions import (
     InterfaceMismatchException,
     MarshalException,
@@ -151,6 +151,7 @@ class Incoming:
                 ) from None
 
     def _serve(self, handler: zenoh.Handler[zenoh.Query]) -> None:
+        mark_thread()
         waiting_since = time.monotonic()
         while True:
             try:
@@ -224,7 +225,7 @@ class Incoming:
         except (Exception, SystemExit) as error:
             if isinstance(error, UserException) and isinstance(error, operation.exceptions):
                 return False, encode_error(error)
-            _logger.exception("%s failed, called by %s", what, about.client or "a stranger")
+            _logger.exception("%s failed, called by %r", what, about.client or "a stranger")
             return False, encode_error(unknown_exception(error))
         finally:
             running.pop()

@@ -23,6 +23,7 @@ from .exceptions import (
 )
 from .operation import Operation
 from .presence import Target
+from .session import send_limit
 from .wire_errors import ERROR_ENCODING, decode_error
 
 if TYPE_CHECKING:
@@ -64,13 +65,16 @@ class OutgoingCall:
         self._pack: Final = operation.arguments.pack
         self._unpack: Final = operation.result.unpack_result
         bulk = operation.result.holds_bytes or operation.arguments.holds_bytes
+        # Sending may wait for a while where that leaves time for the answer; more hurried calls rather fail.
+        patient = timeout >= 2 * send_limit(communicator.settings)
+        self._congestion: Final = zenoh.CongestionControl.BLOCK if patient else zenoh.CongestionControl.DROP
         # The reply travels as the request does. No express: it halves the calls in flight.
         self._priority: Final = zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH
         self._querier: Final = communicator.session.declare_querier(
             f"{target.realm}/{target.identity}/{operation.name}",
             timeout=timeout,
             consolidation=zenoh.ConsolidationMode.NONE,
-            congestion_control=zenoh.CongestionControl.BLOCK,
+            congestion_control=self._congestion,
             priority=self._priority,
         )
         self._get: Final = self._querier.get
@@ -114,10 +118,6 @@ class OutgoingCall:
         except zenoh.ZError as error:
             fail(future, self._closed(error))
 
-    def close(self) -> None:
-        """Give the key back."""
-        self._querier.undeclare()
-
     def _encode(self, arguments: tuple[Any, ...]) -> bytes:
         payload = self._pack(arguments, self.what)
         if len(payload) > self._request_limit:
@@ -145,7 +145,7 @@ class OutgoingCall:
                 attachment=self._attachment(),
                 timeout=timeout,
                 consolidation=zenoh.ConsolidationMode.NONE,
-                congestion_control=zenoh.CongestionControl.BLOCK,
+                congestion_control=self._congestion,
                 priority=self._priority,
             )
         except zenoh.ZError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -30,6 +31,8 @@ _SAME_MOMENT: Final = 0.5
 
 # s to wait for word of the end of a link after the end of a token that came over it; measured 1 ms.
 _LINK_NOTICE: Final = 0.1
+
+_MAX_SERVANTS: Final = 4096
 
 _logger = logging.getLogger(__name__)
 
@@ -62,8 +65,8 @@ def client_token(realm: str, client: str) -> str:
 class Presence:
     """Follow the servants of some realms and, on demand, the clients of one.
 
-    Zenoh's threads run the handlers here: they only note what they are told. `notify` hands a function to a
-    thread on which user code may run.
+    Zenoh's threads run the handlers here, so they only note what they are told, and nothing asks Zenoh for
+    anything while it holds the lock that they take. `notify` hands a function to another thread.
     """
 
     def __init__(
@@ -77,12 +80,13 @@ class Presence:
         self._lost: dict[Target, float] = {}
         self._listeners: list[Callable[[], None]] = []
         self._client_callbacks: list[Callable[[str], Any]] = []
-        self._last_link_made = self._last_link_lost = -_SAME_MOMENT
+        self._linked: set[str] = set()
         self._last_link_made = time.monotonic()
+        self._last_link_lost = -math.inf
         self._closed = False
         self._watched: dict[str, Any] = {}
         self._links: Final = session.info.declare_transport_events_listener(
-            Callback(self._on_link, indirect=False)
+            Callback(self._on_link, indirect=False), history=True
         )
 
     # What others ask.
@@ -150,10 +154,7 @@ class Presence:
 
     def linked(self) -> bool:
         """Return whether any link to another process stands."""
-        try:
-            return bool(self._session.info.transports())
-        except zenoh.ZError:
-            return False
+        return bool(self._linked)
 
     def explain_absence(self, target: Target) -> SystemException:
         """Return the exception that says why a servant cannot be called."""
@@ -201,7 +202,7 @@ class Presence:
         )
 
     def add_listener(self, listener: Callable[[], None]) -> None:
-        """Call a function of ours, which must not wait, whenever a servant comes or goes."""
+        """Call a function of ours whenever a servant comes or goes."""
         with self._changed:
             self._listeners.append(listener)
 
@@ -240,6 +241,8 @@ class Presence:
         _, realm, identity, type_id, fingerprint = chunks
         target = Target(realm, identity)
         with self._changed:
+            if target not in self._servants and len(self._servants) >= _MAX_SERVANTS:
+                return  # no robot has so many: somebody floods the realm
             # Replaced rather than changed: readers take no lock.
             known = dict(self._servants.get(target, ABSENT))
             if sample.kind == zenoh.SampleKind.PUT:
@@ -253,12 +256,15 @@ class Presence:
                     self._servants[target] = known
                 else:
                     self._servants.pop(target, None)
+                    while len(self._lost) >= _MAX_SERVANTS:
+                        del self._lost[next(iter(self._lost))]
+                    self._lost.pop(target, None)  # so that it becomes the newest
                     self._lost[target] = time.monotonic()
                     _logger.info("%s is gone", target)
             self._changed.notify_all()
             listeners = list(self._listeners)
         for listener in listeners:
-            listener()
+            self._notify(listener)
 
     def _on_client(self, sample: zenoh.Sample) -> None:
         if sample.kind != zenoh.SampleKind.DELETE:
@@ -268,11 +274,16 @@ class Presence:
             self._notify(lambda callback=callback: callback(client))  # type: ignore[misc]
 
     def _on_link(self, event: zenoh.TransportEvent) -> None:
+        peer = str(event.transport.zid)
         with self._changed:
             if event.kind == zenoh.SampleKind.PUT:
+                self._linked.add(peer)
                 self._last_link_made = time.monotonic()
             else:
+                self._linked.discard(peer)
                 self._last_link_lost = time.monotonic()
-                if self._endpoints and not self._closed:
-                    _logger.warning("lost the link to a process; connecting again")
+                if self._endpoints and not self._linked and not self._closed:
+                    _logger.warning(
+                        "no process is linked any more; connecting again to %s", ", ".join(self._endpoints)
+                    )
             self._changed.notify_all()

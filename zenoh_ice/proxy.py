@@ -7,12 +7,12 @@ from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar, cast
 
-from .exceptions import InterfaceMismatchException, ZenohIceError
+from .exceptions import CommunicatorDestroyedException, InterfaceMismatchException, ZenohIceError
 from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
 from .operation import Interface, Operation, first_difference
 from .outgoing import OutgoingCall, fail
 from .presence import Target
-from .stream import Sample, StreamReader, Subscription
+from .stream_reader import Sample, StreamReader, Subscription
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -132,6 +132,8 @@ class ObjectPrx:
             self._prepare_and_begin(operation, args, future)
         else:  # finding the servant may take a while
             self._communicator.dispatcher.submit(partial(self._prepare_and_begin, operation, args, future))
+            if self._communicator.destroyed:  # meanwhile, and the job may have come too late
+                fail(future, CommunicatorDestroyedException("the communicator was destroyed"))
         return future
 
     def ice_stream(self, operation: Operation[..., V]) -> StreamReader[V]:
@@ -188,7 +190,7 @@ class ObjectPrx:
                 f"{self._target} is a {', '.join(sorted(found))}, not a {wanted.type_id}",
                 expected=wanted.fingerprint,
             )
-        if fingerprint != wanted.fingerprint:
+        if wanted.fingerprint and fingerprint != wanted.fingerprint:
             difference = self._describe_difference()
             raise InterfaceMismatchException(
                 f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "

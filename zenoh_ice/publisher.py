@@ -6,6 +6,7 @@ import itertools
 import logging
 import math
 import threading
+from time import monotonic
 from typing import Any, Final, Generic, TypeVar
 
 import zenoh
@@ -34,6 +35,7 @@ class Publisher(Generic[V]):
         self._numbers = itertools.count(1)
         self._channels: tuple[Channel, ...] = ()
         self._changed = threading.Condition()
+        self._changes = 0
 
     @property
     def listening(self) -> bool:
@@ -61,14 +63,23 @@ class Publisher(Generic[V]):
 
     def wait_for_listener(self, timeout: float) -> bool:
         """Wait for at most `timeout` s until somebody listens; return whether that is so."""
-        with self._changed:
-            return self._changed.wait_for(lambda: self.listening, timeout)
+        deadline = monotonic() + timeout
+        while True:
+            seen = self._changes
+            if self.listening:  # asks Zenoh: not while we hold the lock that its thread takes in `wake`
+                return True
+            with self._changed:
+                while self._changes == seen:
+                    left = deadline - monotonic()
+                    if left <= 0:
+                        return False
+                    self._changed.wait(left)
 
     def attach(self, channel: Channel) -> None:
         """Publish on a channel, too."""
         with self._changed:
             self._channels += (channel,)
-            self._changed.notify_all()
+        self.wake()
 
     def detach(self, channel: Channel) -> None:
         """Publish on a channel no longer."""
@@ -78,6 +89,7 @@ class Publisher(Generic[V]):
     def wake(self) -> None:
         """Let those who wait for a listener look again."""
         with self._changed:
+            self._changes += 1
             self._changed.notify_all()
 
 

@@ -11,7 +11,7 @@ import zenoh
 from .exceptions import ConfigurationException, EndpointInUseException
 from .settings import Settings
 
-__all__ = ["open_session"]
+__all__ = ["open_session", "send_limit"]
 
 _RETRY_FIRST: Final = 50  # ms; with the longest, a restarted server is found again within some 0.2 s
 _RETRY_LONGEST: Final = 200  # ms
@@ -51,8 +51,9 @@ def open_session(settings: Settings) -> zenoh.Session:
         },
         "transport/link/tx/lease": lease,
         "transport/link/tx/keep_alive": _KEEP_ALIVES,
-        # A call must not hang in sending longer than the lease of a peer that takes nothing.
-        "transport/link/tx/queue/congestion_control/block/wait_before_close": lease * 1000,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": round(
+            send_limit(settings) * 1e6
+        ),
         "transport/link/rx/max_message_size": settings.max_reply_size + _MESSAGE_OVERHEAD,
         "transport/shared_memory/enabled": settings.shared_memory,
     }
@@ -63,6 +64,11 @@ def open_session(settings: Settings) -> zenoh.Session:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise _explain(error, settings.listen) from error
+
+
+def send_limit(settings: Settings) -> float:
+    """Return for how many s sending may wait for a peer that takes nothing, before its link is closed."""
+    return min(settings.lease, settings.timeout / 2)
 
 
 def _explain(error: zenoh.ZError, listen: Sequence[str]) -> EndpointInUseException | ConfigurationException:

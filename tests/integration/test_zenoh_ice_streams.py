@@ -60,9 +60,7 @@ def test_call_and_stream_share_a_name(calculator: CalculatorPrx, servant: Calcul
     assert calculator.getReading.__doc__ == "Return the newest reading."
 
 
-def test_latest_is_the_newest_with_its_age_and_times(
-    calculator: CalculatorPrx, servant: CalculatorI
-) -> None:
+def test_latest_is_the_newest_with_its_age_and_times(calculator: CalculatorPrx, servant: CalculatorI) -> None:
     listen(calculator, servant)
     before = time.time()
     servant.getReadingPublisher.publish(Reading(1, []), time=12.5)

@@ -1,0 +1,208 @@
+"""The boundary: whatever bytes come in, either they are the declared type or MarshalException says where not."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from typing import Any
+
+import msgpack
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.calculator import Node
+from zenoh_ice import MarshalException
+from zenoh_ice.attachment import (
+    Attachment,
+    decode_attachment,
+    encode_call_attachment,
+    encode_sample_attachment,
+)
+from zenoh_ice.codec import Codec
+from zenoh_ice.generated import Byte, Int, Long, Short, Struct
+
+
+class Inner(Struct):
+    flag: bool
+    name: str
+
+
+class Everything(Struct):
+    byte: Byte
+    short: Short
+    int_: Int
+    long: Long
+    number: float
+    data: bytes
+    inner: Inner
+    many: list[Inner]
+    table: dict[str, float]
+    node: Node | None
+
+
+class Empty(Struct):
+    pass
+
+
+class One(Struct):
+    returnValue: float
+
+
+class Two(Struct):
+    returnValue: float
+    out: str
+
+
+def whole(low: int, high: int) -> st.SearchStrategy[int]:
+    return st.integers(low, high)
+
+
+inners = st.builds(Inner, st.booleans(), st.text(max_size=20))
+everything = st.builds(
+    Everything,
+    whole(0, 255),
+    whole(-(2**15), 2**15 - 1),
+    whole(-(2**31), 2**31 - 1),
+    whole(-(2**63), 2**63 - 1),
+    st.floats(allow_nan=False),
+    st.binary(max_size=50),
+    inners,
+    st.lists(inners, max_size=3),
+    st.dictionaries(st.text(max_size=5), st.floats(allow_nan=False), max_size=3),
+    st.recursive(st.none(), lambda node: st.builds(Node, whole(0, 9), node), max_leaves=5),
+)
+codec = Codec(Everything)
+
+
+@given(everything)
+def test_what_is_packed_is_unpacked(value: Everything) -> None:
+    packed = codec.pack(codec.unpack_arguments(codec.pack(tuple_of(value), "x"), "x"), "x")
+    assert codec.unpack(packed, "x") == value
+
+
+@given(everything)
+def test_payload_is_a_map_by_parameter_name(value: Everything) -> None:
+    read = msgpack.unpackb(codec.pack(tuple_of(value), "x"))
+    assert list(read) == list(Everything.__struct_fields__)
+    assert read["inner"] == {"flag": value.inner.flag, "name": value.inner.name}
+    assert read["data"] == value.data
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_unpack_or_are_refused(payload: bytes) -> None:
+    unpack_or_refuse(payload)
+
+
+@given(everything, st.data())
+def test_cut_and_changed_payloads_unpack_or_are_refused(value: Everything, data: st.DataObject) -> None:
+    payload = bytearray(codec.pack(tuple_of(value), "x"))
+    place = data.draw(whole(0, len(payload) - 1))
+    if data.draw(st.booleans()):
+        del payload[place:]
+    else:
+        payload[place] = data.draw(whole(0, 255))
+    unpack_or_refuse(bytes(payload))
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "path"),
+    [
+        ("byte", 256, "$.byte"),
+        ("byte", -1, "$.byte"),
+        ("short", 1 << 15, "$.short"),
+        ("int_", -(1 << 31) - 1, "$.int_"),
+        ("long", 1 << 63, "$.long"),
+        ("number", "1.0", "$.number"),
+        ("data", "text", "$.data"),
+        ("inner", {"flag": 1, "name": ""}, "$.inner.flag"),
+        ("inner", {"flag": True}, "$.inner.name"),
+        ("many", [{"flag": True, "name": ""}, 3], "$.many[1]"),
+        ("table", {"HeadYaw": "wide"}, "$.table[...]"),
+        ("node", {"value": 1, "next": {"value": 1}}, "$.node.next.next"),
+    ],
+)
+def test_error_has_the_path(field: str, value: object, path: str) -> None:
+    sound: dict[str, Any] = {
+        "byte": 0,
+        "short": 0,
+        "int_": 0,
+        "long": 0,
+        "number": 0,
+        "data": b"",
+        "inner": {"flag": True, "name": ""},
+        "many": [],
+        "table": {},
+        "node": None,
+    }
+    codec.unpack(msgpack.packb(sound), "x")
+    with pytest.raises(MarshalException) as caught:
+        codec.unpack(msgpack.packb({**sound, field: value}), "Head.setPose")
+    assert caught.value.path == path
+    assert path in str(caught.value)
+    assert str(caught.value).startswith("Head.setPose: ")
+
+
+def test_every_member_is_required() -> None:
+    with pytest.raises(MarshalException) as caught:
+        Codec(One).unpack(b"\x80", "x")
+    assert caught.value.path == "$.returnValue"
+
+
+def test_not_a_number_passes() -> None:
+    assert math.isnan(Codec(One).unpack_result(Codec(One).pack_result(math.nan, "x"), "x"))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("struct", "value"), [(Empty, None), (One, 1.5), (Two, (1.5, "a"))])
+def test_results_of_none_one_and_many(struct: type[Struct], value: object) -> None:
+    results = Codec(struct)
+    assert results.unpack_result(results.pack_result(value, "x"), "x") == value
+
+
+@pytest.mark.parametrize(
+    ("struct", "value"), [(Empty, 1), (Two, None), (Two, 1.5), (Two, (1.5,)), (Two, (1.5, "a", 2))]
+)
+def test_result_of_the_wrong_shape_is_refused(struct: type[Struct], value: object) -> None:
+    with pytest.raises(MarshalException, match="expected"):
+        Codec(struct).pack_result(value, "x")
+
+
+class Bulky(Struct):
+    first: float
+    nested: list[Everything]
+
+
+class Lean(Struct):
+    node: Node | None
+    names: dict[str, list[str]]
+
+
+def test_types_that_hold_bytes_are_recognized() -> None:
+    assert Codec(Bulky).holds_bytes
+    assert not Codec(Lean).holds_bytes
+
+
+class TestAttachment:
+    def test_call(self) -> None:
+        about = decode_attachment(encode_call_attachment("f00d", 7, "abc", 2.0))
+        assert (about.fingerprint, about.sequence, about.call_id) == ("f00d", 7, "abc/7")
+        assert about.client == "abc"
+        assert about.timeout == 2.0
+
+    def test_sample(self) -> None:
+        about = decode_attachment(encode_sample_attachment("f00d", 7, 12.5))
+        assert (about.sequence, about.robot_time, about.client) == (7, 12.5, "")
+
+    @given(st.binary(max_size=600))
+    def test_any_bytes_are_an_attachment_or_refused(self, data: bytes) -> None:
+        with suppress(MarshalException):
+            assert isinstance(decode_attachment(data), Attachment)
+
+
+def unpack_or_refuse(payload: bytes) -> None:
+    with suppress(MarshalException):
+        assert isinstance(codec.unpack(payload, "x"), Everything)
+
+
+def tuple_of(value: Struct) -> tuple[Any, ...]:
+    return tuple(getattr(value, name) for name in value.__struct_fields__)

@@ -1,0 +1,103 @@
+"""Exceptions on the wire."""
+
+from __future__ import annotations
+
+import msgpack
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.calculator import CalculatorError, DivisionByZero, OtherError
+from zenoh_ice import (
+    CommunicatorDestroyedException,
+    InterfaceMismatchException,
+    MarshalException,
+    ObjectNotExistException,
+    OverloadedException,
+    UnknownException,
+    ZenohIceError,
+)
+from zenoh_ice.wire_errors import decode_error, encode_error, unknown_exception
+
+
+def test_members_and_bases_travel() -> None:
+    assert msgpack.unpackb(encode_error(DivisionByZero("why", 2.0))) == {
+        "exception": "::test::DivisionByZero",
+        "bases": ["::test::CalculatorError"],
+        "members": {"what": "why", "dividend": 2.0},
+    }
+
+
+def test_declared_base_admits_derived_exceptions() -> None:
+    error = decode_error(encode_error(DivisionByZero("why", 2.0)), (CalculatorError,), "call")
+    assert isinstance(error, DivisionByZero)
+    assert (error.what, error.dividend) == ("why", 2.0)
+
+
+def test_exception_that_is_not_declared_is_unknown() -> None:
+    error = decode_error(encode_error(OtherError()), (CalculatorError,), "Calculator.add")
+    assert isinstance(error, UnknownException)
+    assert "Calculator.add raised ::test::OtherError" in str(error)
+
+
+def test_members_of_the_wrong_type_are_refused() -> None:
+    wire = msgpack.packb({"exception": "::test::CalculatorError", "members": {"what": 3}})
+    error = decode_error(wire, (CalculatorError,), "call")
+    assert isinstance(error, MarshalException)
+    assert error.path == "$.what"
+
+
+def test_members_that_cannot_travel_make_it_unknown() -> None:
+    error = decode_error(encode_error(CalculatorError(object())), (CalculatorError,), "call")  # type: ignore[arg-type]
+    assert isinstance(error, UnknownException)
+    assert "::test::CalculatorError could not travel" in str(error)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ObjectNotExistException("gone"),
+        OverloadedException("busy"),
+        MarshalException("bad", "$.a.b"),
+        InterfaceMismatchException("other", "aa", "bb", "member x"),
+    ],
+)
+def test_system_exceptions_travel_whole(error: ZenohIceError) -> None:
+    arrived = decode_error(encode_error(error), (), "call")
+    assert type(arrived) is type(error)
+    assert str(arrived) == str(error)
+    assert vars(arrived) == vars(error)
+
+
+def test_own_affairs_of_the_server_are_unknown_to_the_client() -> None:
+    arrived = decode_error(encode_error(CommunicatorDestroyedException("ours")), (), "call")
+    assert isinstance(arrived, UnknownException)
+    assert str(arrived) == "CommunicatorDestroyedException: ours"
+
+
+def test_long_texts_are_cut() -> None:
+    arrived = decode_error(encode_error(unknown_exception(ValueError("x" * 100_000))), (), "call")
+    assert len(str(arrived)) == 4096
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_make_an_exception(data: bytes) -> None:
+    assert isinstance(decode_error(data, (CalculatorError,), "call"), ZenohIceError)
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(["exception", "bases", "members", "message", "path", "member"]),
+        st.recursive(
+            st.none() | st.integers() | st.text() | st.sampled_from(["::test::CalculatorError"]),
+            lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+            max_leaves=5,
+        ),
+    )
+)
+def test_any_map_makes_an_exception(wire: dict[str, object]) -> None:
+    try:
+        data = msgpack.packb(wire)
+    except OverflowError:
+        return
+    assert isinstance(decode_error(data, (CalculatorError,), "call"), ZenohIceError)
