@@ -100,7 +100,7 @@ class Runtime:
         """Let no further cycle begin and tell `ended`; returns at once."""
         with self.tree.lock:
             self.tree.held = True
-        self.ended.set()
+            self.ended.set()
         self._threads.wake()
 
     def stop(self) -> None:
@@ -121,8 +121,9 @@ class Runtime:
 
     def resume(self) -> None:
         """Go on after a pause."""
-        if not self.ended.is_set():
-            self._threads.resume()
+        with self.tree.lock:
+            if not self.ended.is_set():
+                self._threads.resume()
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.processes import ComponentProcess, module
@@ -91,6 +92,21 @@ def test_an_error_in_user_code_ends_it_with_the_documents_line(tmp_path: Path, e
             assert component.wait(15.0) == 1
             assert "AttributeError" in component.output
             assert "(turner.xml:4)" in component.output
+
+
+def test_stay_halted_keeps_the_monitor_after_an_error(tmp_path: Path, endpoint: str) -> None:
+    file = turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\n1 / 0")
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(file, endpoint, "--stay-halted") as component:
+            component.wait_for("halted; Ctrl-C ends the component")
+            with initialize(connect=[endpoint], clock="wall") as communicator:
+                proxy = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
+                snapshot = proxy.getSnapshot()
+            assert snapshot.status is ComponentStatus.Halted
+            assert snapshot.errors[0].message == "ZeroDivisionError: division by zero"
+            component.process.send_signal(signal.SIGINT)
+            assert component.wait(10.0) == 130
 
 
 def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
