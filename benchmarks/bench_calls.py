@@ -1,7 +1,7 @@
 """Measure calls and streams: a generated proxy beside the bare Zenoh querier and, where it is installed, Ice.
 
-Servers are processes of their own, on loopback; the rounds of all of them alternate in random order and the first
-is not counted. The proxies are generated from bench_calls.ice when the benchmark starts.
+Servers are processes of their own, on loopback; the rounds of all of them alternate in random order and the
+first is not counted. The proxies are generated from bench_calls.ice when the benchmark starts.
 
     python benchmarks/bench_calls.py [--rounds 10] [--calls 300] [--json FILE]
 
@@ -26,6 +26,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,8 @@ SIZES = ((320, 240), (1280, 960))
 POSE = (0.1, 0.2, 0.3, 0.4)
 TUNED_MEMORY = {"MALLOC_MMAP_THRESHOLD_": "134217728", "MALLOC_TRIM_THRESHOLD_": "268435456"}
 LATEST_IN_ONE = 100  # the clock itself takes a tenth of a microsecond
+BARE = "bare Zenoh querier"
+SMALL = "4 doubles"
 KINDS = ("bare", "proxy", "ice")
 
 
@@ -61,11 +64,11 @@ def serve_bare(endpoint: str) -> Iterator[None]:
 
         def step(query: zenoh.Query) -> None:
             with query:
-                query.reply(query.key_expr, msgpack.packb(msgpack.unpackb(query.payload.to_bytes())))
+                query.reply(query.key_expr, msgpack.packb(msgpack.unpackb(bytes(query.payload or b""))))
 
         def get_image(query: zenoh.Query) -> None:
             with query:
-                query.reply(query.key_expr, images[query.payload.to_string()])
+                query.reply(query.key_expr, images[str(query.payload)])
 
         queryables = [
             session.declare_queryable("bench/step", step),
@@ -142,6 +145,7 @@ class Subject:
     times: list[float] = field(default_factory=list)
 
     def run(self, *, counted: bool) -> None:
+        """Call again and again; note how long each took."""
         times = []
         clock, call = time.perf_counter, self.call
         for _ in range(self.calls):
@@ -160,25 +164,22 @@ def bare_subjects(endpoint: str, calls: int) -> Iterator[list[Subject]]:
 
         def call_step() -> object:
             for reply in step.get(payload=msgpack.packb(POSE)):
-                return msgpack.unpackb(reply.ok.payload.to_bytes())
+                if reply.ok is not None:
+                    return msgpack.unpackb(reply.ok.payload.to_bytes())
             raise RuntimeError("no reply")
 
         def call_image(size: str) -> object:
             for reply in get_image.get(payload=size):
-                return reply.ok.payload.to_bytes()
+                if reply.ok is not None:
+                    return reply.ok.payload.to_bytes()
             raise RuntimeError("no reply")
 
         wait_until_it_works(call_step)
         yield [
-            Subject("bare Zenoh querier", "4 doubles", call_step, calls),
+            Subject(BARE, SMALL, call_step, calls),
             *(
-                Subject(
-                    "bare Zenoh querier",
-                    f"image {width}x{height}",
-                    lambda size=f"{width}x{height}": call_image(size),
-                    calls // 3,
-                )
-                for width, height in SIZES
+                Subject(BARE, f"image {size}", partial(call_image, size), calls // 3)
+                for size in (f"{width}x{height}" for width, height in SIZES)
             ),
         ]
         step.undeclare()
@@ -194,27 +195,20 @@ def proxy_subjects(endpoint: str, calls: int) -> Iterator[list[Subject]]:
     ):
         robot = bench.RobotPrx.checkedCast(communicator.stringToProxy("Robot"))
         angles = bench.Angles(*POSE)
-        name = "generated proxy"
-        yield [
-            Subject(name, "4 doubles", lambda: robot.step(angles), calls),
-            *(
-                Subject(
-                    name,
-                    f"image {width}x{height}",
-                    lambda width=width, height=height: robot.image(width, height),
-                    calls // 3,
-                )
-                for width, height in SIZES
-            ),
-            latest,
-        ]
+        yield [*call_subjects("generated proxy", robot, angles, calls), latest]
+
+
+def call_subjects(name: str, robot: Any, angles: Any, calls: int) -> Iterator[Subject]:  # noqa: ANN401
+    yield Subject(name, SMALL, partial(robot.step, angles), calls)
+    for width, height in SIZES:
+        yield Subject(name, f"image {width}x{height}", partial(robot.image, width, height), calls // 3)
 
 
 @contextmanager
 def latest_subject(bench: Any, calls: int) -> Iterator[Subject]:  # noqa: ANN401
     """Give `latest()` of a stream that has brought a sample."""
 
-    class Streaming(bench.Robot):  # type: ignore[misc,name-defined]
+    class Streaming(bench.Robot):  # type: ignore[misc]
         step = image = lambda *_: None
 
     endpoint = free_endpoint()
@@ -246,18 +240,7 @@ def ice_subjects(endpoint: str, calls: int) -> Iterator[list[Subject]]:
         proxy = communicator.stringToProxy(f"Robot:{ice_endpoint(endpoint)}")
         robot = bench.RobotPrx.checkedCast(proxy)
         angles = bench.Angles(*POSE)
-        yield [
-            Subject("Ice", "4 doubles", lambda: robot.step(angles), calls),
-            *(
-                Subject(
-                    "Ice",
-                    f"image {width}x{height}",
-                    lambda width=width, height=height: robot.image(width, height),
-                    calls // 3,
-                )
-                for width, height in SIZES
-            ),
-        ]
+        yield list(call_subjects("Ice", robot, angles, calls))
 
 
 SUBJECTS = {"bare": bare_subjects, "proxy": proxy_subjects, "ice": ice_subjects}
@@ -356,12 +339,10 @@ def measure(rounds: int, calls: int, kinds: list[str]) -> list[dict[str, Any]]:
 
 def summary(subject: Subject, subjects: list[Subject]) -> dict[str, Any]:
     ordered = sorted(subject.times)
-    bare = next(
-        (other for other in subjects if other.name.startswith("bare") and other.size == subject.size), subject
-    )
+    bare = next((other for other in subjects if other.name == BARE and other.size == subject.size), subject)
     p50 = statistics.median(ordered)
     p50_bare = statistics.median(bare.times)
-    comparable = bare.size == subject.size and bare.name.startswith("bare")
+    comparable = bare.size == subject.size and bare.name == BARE
     return {
         "subject": subject.name,
         "what": subject.size,
@@ -391,7 +372,9 @@ def show(rows: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rounds", type=int, default=10)
     parser.add_argument("--calls", type=int, default=300, help="small calls in a round; images a third")
     parser.add_argument("--json", type=Path, help="write the figures here, too")

@@ -1,5 +1,6 @@
 """An interface as codegen would write it, with everything that the runtime has to carry."""
 
+# ruff: noqa: N816 - as the IDL names it
 from __future__ import annotations
 
 from abc import abstractmethod

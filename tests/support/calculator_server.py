@@ -1,5 +1,6 @@
 """A process that serves a calculator and streams its readings: `python -m tests.support.calculator_server`."""
 
+# ruff: noqa: T201 - what it prints is for the test that runs it
 from __future__ import annotations
 
 import argparse
