@@ -35,8 +35,15 @@ class FilesNotWrittenError(Exception):
 
 
 def compare_with_disk(files: Iterable[GeneratedFile], leftovers: Iterable[Path] = ()) -> Changes:
-    """Return what has to change on disk, in the order of paths."""
-    write = [file for file in files if _read(file.path) != file.text.encode()]
+    """Return what has to change on disk, in the order of paths.
+
+    Raises FilesNotWrittenError when one path is to get two texts.
+    """
+    wanted: dict[Path, GeneratedFile] = {}
+    for file in files:
+        if wanted.setdefault(file.path.resolve(), file).text != file.text:
+            raise FilesNotWrittenError(f"{file.path} would be made from two sources")
+    write = [file for file in wanted.values() if _read(file.path) != file.text.encode()]
     return Changes(
         write=tuple(sorted(write, key=lambda file: file.path)),
         remove=tuple(sorted(path for path in leftovers if path.exists())),

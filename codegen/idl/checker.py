@@ -167,8 +167,7 @@ class _Checker:
                 self._error(Code.CAPITALIZATION, message, named.token, note)
                 definition = other
             else:
-                known = [*BUILTIN_TYPES, *self.symbols.spellings(scope)]
-                notes = did_you_mean(named.name, known)
+                notes = self.symbols.proposal(named.name, scope, BUILTIN_TYPES)
                 self._error(Code.UNDEFINED_NAME, f"`{named.name}` is not defined", named.token, *notes)
                 return None
         named.definition = definition
@@ -252,6 +251,8 @@ class _Checker:
             else:
                 depth = max(depth, self._depths.get(part.scoped, 0))
         self._depths[definition.scoped] = depth + 1
+        if isinstance(definition, ast.Interface):
+            definition.generation = depth
 
     def _compact_id(self, definition: ast.Class, token: Token) -> None:
         other = self._compact_ids.setdefault(token.text, definition)
@@ -354,6 +355,9 @@ class _Checker:
         if before is not None:
             note = Note("first defined here", before.token.location)
             self._error(Code.REDEFINITION, f"operation `{operation.name}` is inherited already", token, note)
+        if operation.name.startswith("ice_"):
+            message = f"operation `{operation.name}`: names with `ice_` belong to what every object offers"
+            self._error(Code.RESERVED_NAME, message, token)
         if operation.name.lower() == interface.name.lower():
             message = f"operation `{operation.name}` has the name of its interface"
             self._error(Code.REDEFINITION, message, token)

@@ -115,7 +115,7 @@ class ConstantChecker:
         name = literal.name or ""
         target = self._symbols.find(name, scope)
         if target is None:
-            notes = did_you_mean(name, self._symbols.spellings(scope))
+            notes = self._symbols.proposal(name, scope)
             self._error(Code.UNDEFINED_NAME, f"`{name}` is not defined", literal.token, notes)
         elif not isinstance(target, ast.Constant) or isinstance(target.literal.target, ast.Enumerator):
             note = Note(f"`{target.name}` is defined here", target.token.location)

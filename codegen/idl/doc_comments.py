@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, field
 
 _LEADING_STAR = re.compile(r"^[ \t]*\*+(?!/)[ \t]?", re.MULTILINE)
-_INLINE_TAG = re.compile(r"\{@\w+\s+([^}]*)\}")
+_INLINE_TAG = re.compile(r"\{@\w+\s+([^{}]*)\}")
 _HTML_TAG = re.compile(r"</?[A-Za-z][A-Za-z0-9]*(?:\s[^<>]*)?/?>")
 _PARAGRAPH_TAG = re.compile(r"<(?:p|br|li|ul|ol|dl|dt|dd)\b[^<>]*>", re.IGNORECASE)
 _BLOCK_TAG = re.compile(r"^[ \t]*[@\\](\w+)[ \t]*", re.MULTILINE)
@@ -36,13 +36,11 @@ def parse_doc_comment(raw: str | None) -> DocComment:
     throws: dict[str, str] = {}
     returns = ""
     for tag, body in zip(pieces[1::2], pieces[2::2], strict=True):
-        name, _, rest = (
-            body.strip().partition(" ") if "\n" not in body.strip().split(" ")[0] else ("", "", "")
-        )
+        name, *rest = body.split(maxsplit=1) or [""]
         if tag == "param" and name:
-            parameters[name] = _clean(rest)
+            parameters[name] = _clean(" ".join(rest))
         elif tag in {"throws", "throw", "exception"} and name:
-            throws[name] = _clean(rest)
+            throws[name] = _clean(" ".join(rest))
         elif tag in {"return", "returns"}:
             returns = _clean(body)
         elif tag == "see":

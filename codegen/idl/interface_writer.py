@@ -99,10 +99,15 @@ class _InterfaceWriter:
         return "\n".join(lines).removeprefix(INDENT)
 
     def _bases(self) -> list[ast.Interface]:
-        """Return the interfaces that Python's classes derive from: not those that another one implies."""
+        """Return the interfaces that Python's classes derive from: not those that another one implies.
+
+        They come in one order for all interfaces, those with the longest line of ancestors first: then Python
+        finds a method resolution order for every class.
+        """
         direct = self._interface.base_definitions
         implied = {ancestor.scoped for base in direct for ancestor in base.ancestors()}
-        return [base for base in direct if base.scoped not in implied]
+        bases = [base for base in direct if base.scoped not in implied]
+        return sorted(bases, key=lambda base: (-base.generation, base.scoped))
 
     # Proxy and servant
 

@@ -14,6 +14,7 @@ from . import ast
 from .layout import INDENT, LINE_LENGTH, source_order
 
 RUNTIME = "zenoh_ice.generated"
+EMPTY_STRUCT = "_Nothing"
 
 # As in Ice's mapping to Python a name that Python or the base class needs gets an underscore before it. No
 # name of Slice begins or ends with one, so these, and those made below with one behind, clash with nothing.
@@ -35,7 +36,9 @@ def python_name(definition: ast.Definition) -> str:
 
 def exception_member_name(member: ast.Member) -> str:
     """Return the name of a member of an exception in Python."""
-    return f"_{member.name}" if member.name in _EXCEPTION_NAMES else python_name(member)
+    if member.name in _EXCEPTION_NAMES or member.name.startswith("ice_"):
+        return f"_{member.name}"
+    return python_name(member)
 
 
 def module_package(module: str) -> tuple[str, ...]:
@@ -78,7 +81,7 @@ class ModuleNames:
         self._shadowed: set[str] = set()
         self._defined: set[str] = set()
         self._external: dict[str, str] = {}
-        self._private: set[str] = set()
+        self._private = {EMPTY_STRUCT}
         for definition in definitions:
             self._defined |= exported_names(definition)
             for member in members_of(definition):
@@ -119,7 +122,7 @@ class ModuleNames:
         """Return a name of the module's own, made of these parts."""
         name = wanted = "_" + "_".join(parts)
         number = 2
-        while name in self._private:  # A_b.c and A.b_c
+        while name in self._private or name in self._defined:  # A_b.c and A.b_c
             name = f"{wanted}_{number}"
             number += 1
         self._private.add(name)

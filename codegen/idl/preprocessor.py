@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
+import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,11 +48,11 @@ class SourceFiles:
 
     def _read(self, path: Path, asked_at: Location) -> Source | None:
         try:
-            size = path.stat().st_size
-            if size > _LARGEST_FILE:
-                message = f"{path} has {size} bytes; a Slice file may have at most {_LARGEST_FILE}"
-                self._diagnostics.error(Code.UNREADABLE_FILE, message, asked_at)
-                return None
+            status = path.stat()
+            if not stat.S_ISREG(status.st_mode):
+                raise OSError(errno.EINVAL, "not a regular file")
+            if status.st_size > _LARGEST_FILE:
+                raise OSError(errno.EFBIG, f"{status.st_size} bytes are more than {_LARGEST_FILE}")
             content = path.read_bytes()
         except OSError as error:
             reason = error.strerror or str(error)
@@ -180,7 +182,9 @@ class _Reader:
 
     def _directive(self, token: Token, conditions: list[_Condition]) -> bool:
         """Do what a directive says; return whether the tokens behind it are read."""
-        text = _COMMENT.sub(" ", token.text.replace("\\\r\n", " ").replace("\\\n", " "))
+        text = _COMMENT.sub(" ", token.text.replace("\\\n", " "))
+        if "/*" in text:
+            self._error(Code.UNTERMINATED, "a comment that begins on this line has no end", token)
         match = _DIRECTIVE.match(text)
         name, rest = (match["name"], match["rest"].strip()) if match else ("", "")
         active = not conditions or conditions[-1].active

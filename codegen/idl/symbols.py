@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import chain, islice
+
+from codegen.diagnostics import Note, did_you_mean
 
 from . import ast
+
+# Looking for near names is slow; a file with more wrong names than this needs no proposal for each.
+_MOST_PROPOSALS = 30
+_MOST_CANDIDATES = 3000
 
 
 def enclosing_scopes(scope: str) -> Iterator[str]:
@@ -21,6 +28,7 @@ class Symbols:
     def __init__(self) -> None:
         self._by_name: dict[str, ast.Definition] = {}
         self._by_lower_case: dict[str, ast.Definition] = {}
+        self._proposals = 0
 
     def get(self, scoped: str) -> ast.Definition | None:
         """Return the definition of exactly this scoped name."""
@@ -58,8 +66,15 @@ class Symbols:
                 return definition
         return None
 
-    def spellings(self, scope: str) -> Iterator[str]:
-        """Yield every declared name the way it can be written in `scope`, for proposals."""
+    def proposal(self, name: str, scope: str, also: Iterable[str] = ()) -> tuple[Note, ...]:
+        """Return a note with the name, declared or one of `also`, that is nearest to an undefined one."""
+        if self._proposals == _MOST_PROPOSALS:
+            return ()
+        self._proposals += 1
+        return did_you_mean(name, islice(chain(also, self._spellings(scope)), _MOST_CANDIDATES))
+
+    def _spellings(self, scope: str) -> Iterator[str]:
+        """Yield every declared name the way it can be written in `scope`."""
         for scoped in self._by_name:
             for outer in enclosing_scopes(scope):
                 if scoped.startswith(f"{outer}::"):

@@ -7,12 +7,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from . import ast
 from .doc_comments import parse_doc_comment
 from .layout import INDENT, bracketed, docstring, string
-from .names import ModuleNames, exception_member_name, python_name
+from .names import EMPTY_STRUCT, ModuleNames, exception_member_name, python_name
 from .places import GeneratedModule, Places
 
 _BUILTINS = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _RUNTIME_TYPES = {"byte": "Byte", "short": "Short", "int": "Int", "long": "Long"}
-EMPTY_STRUCT = "_Nothing"
 
 
 class TypeWriter:

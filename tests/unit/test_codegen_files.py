@@ -28,6 +28,13 @@ def test_an_unchanged_file_is_not_touched(tmp_path: Path) -> None:
     assert path.stat().st_mtime == 1
 
 
+def test_a_path_gets_one_text(tmp_path: Path) -> None:
+    once, same, other = (GeneratedFile(tmp_path / "a.py", text) for text in ("x\n", "x\n", "y\n"))
+    assert len(compare_with_disk([once, same]).write) == 1
+    with pytest.raises(FilesNotWrittenError, match=r"a\.py"):
+        compare_with_disk([once, other])
+
+
 def test_a_file_with_other_line_ends_has_changed(tmp_path: Path) -> None:
     path = tmp_path / "a.py"
     path.write_bytes(b"same\r\n")

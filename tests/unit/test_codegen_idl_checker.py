@@ -98,6 +98,7 @@ def test_what_keeps_the_rules_passes(tmp_path: Path, text: str) -> None:
         ("struct S { int a__b; };", "E026", 16),
         ("struct SPtr { int a; };", "E026", 8),
         ("interface I { int f(out int returnValue); };", "E026", 29),
+        ("interface I { void ice_ping(); };", "E026", 20),
         ("struct T { int a; }; interface I { T f(); void t(); };", "E027", 48),
         ("class A; struct S { A a; };", "E028", 21),
         ('["stream"] struct S { int a; };', "E029", 2),

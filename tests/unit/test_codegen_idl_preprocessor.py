@@ -97,6 +97,7 @@ def test_files_that_include_each_other_without_guards_are_an_error(tmp_path: Pat
         ("#error stop", [("E007", 1, 1)]),
         ("a $ b\n  12x", [("E002", 1, 3), ("E004", 2, 3)]),
         ('"a\n/*', [("E003", 1, 1), ("E003", 2, 1)]),
+        ("#define A /* no end\nx", [("E003", 1, 1)]),
     ],
 )
 def test_what_is_wrong_is_told_with_its_place(

@@ -247,7 +247,7 @@ module awkward {
   class Empty { };
   exception Problem { string args; int with_traceback; string None; };
   exception Worse extends Problem { Time when; Color color; };
-  exception Bare { };
+  exception Bare { int ice_type_id; };
   const string greeting = "say \\"hi\\" 'there' \\n \\\\ \\t";
   const Color best = red;
   const double ratio = 1e300;
@@ -267,6 +267,10 @@ module awkward {
   interface Deeper extends Object2 {};
   interface Diamond extends Object2, Deeper { void g(); };
   interface A { void b_c(int x); };
+  interface Up extends A, Object2 {};
+  interface Down extends Object2, A {};
+  interface Knot extends Up, Down {};
+  interface Nothing { void n(); };
   interface A_b { void c(int y); };
 };
 """,
