@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Sequence
 
 LINE_LENGTH = 110
 INDENT = "    "
+
+_ENDS_WITH_QUOTE = re.compile(r'(?<!\\)(?:\\\\)*"$')  # one that no backslash escapes
 
 
 def bracketed(
@@ -46,7 +49,7 @@ def docstring(text: str, indent: str = "") -> list[str]:
     if lines[0].startswith('"'):
         lines[0] = " " + lines[0]
     if len(lines) == 1:
-        closing = ' """' if lines[0].endswith('"') else '"""'
+        closing = ' """' if _ENDS_WITH_QUOTE.search(lines[0]) else '"""'
         if len(indent) + 3 + len(lines[0]) + len(closing) <= LINE_LENGTH:
             return [f'{indent}"""{lines[0]}{closing}']
     return [f'{indent}"""{lines[0]}', *(indent + line if line else "" for line in lines[1:]), f'{indent}"""']

@@ -4,84 +4,12 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-_WORDS = [
-    "\nmodule",
-    "struct",
-    "class",
-    "interface",
-    "exception",
-    "enum",
-    "sequence",
-    "dictionary",
-    "const",
-    "idempotent",
-    "out",
-    "throws",
-    "extends",
-    "optional\nlocal",
-    "int",
-    "string",
-    "bool",
-    "byte",
-    "double",
-    "void",
-    "Object",
-    "Value",
-    "true",
-    "false",
-    "m",
-    "S",
-    "T",
-    "E",
-    "I",
-    "a",
-    "b",
-    "c",
-    "foo",
-    "\\module",
-    "stream\n{",
-    "}",
-    "{",
-    "}",
-    "(",
-    ")",
-    "[",
-    "]",
-    "<",
-    ">",
-    ",",
-    ";",
-    ";",
-    ";",
-    ":",
-    "::",
-    "=",
-    "*",
-    "#",
-    '"',
-    "'",
-    "\\",
-    "/",
-    "/*",
-    "*/",
-    "//",
-    "/**",
-    "*/",
-    "\n",
-    "\n",
-    "\n\n0",
-    "1",
-    "-5",
-    "0x1F",
-    "017",
-    "1.5",
-    "1e400",
-    "99999999999999999999",
-    '"text"',
-    '"\\n"',
-    '"\\xff"',
-    '["stream"]\n',
-]
+_WORDS = r"""
+module struct class interface exception enum sequence dictionary const idempotent out throws extends optional
+local int string bool byte double void Object Value true false stream m S T E I a b c foo \module
+{ } { } ( ) [ ] < > , ; ; ; : :: = * # " ' \ / /* */ // /**
+0 1 -5 0x1F 017 1.5 1e400 99999999999999999999 "text" "\n" "\xff" ["stream"]
+""".split()  # noqa: SIM905 - a list of words is easier to read than of literals
 
 _DIRECTIVES = [
     "#ifndef G\n#define G\n",
@@ -111,5 +39,5 @@ _PIECES = [
 
 def slice_like_texts() -> st.SearchStrategy[str]:
     """Return a strategy of words of Slice in any order, with pieces of good Slice and any characters between."""
-    words = st.sampled_from(_WORDS) | st.sampled_from(_DIRECTIVES) | st.sampled_from(_PIECES)
+    words = st.sampled_from([*_WORDS, "\n"]) | st.sampled_from(_DIRECTIVES) | st.sampled_from(_PIECES)
     return st.lists(words | st.text(max_size=5), max_size=40).map(" ".join)
