@@ -315,7 +315,7 @@ def test_a_place_where_no_logs_can_be_written_is_named(bench):
 
 def test_a_log_that_cannot_be_written_does_not_hold_its_process_up(bench):
     """A full disk, here Linux's device for it, must not stop the robot's server."""
-    talker = "import time\nfor n in range(40): print('x' * 8000, flush=True)\nprint('done'); open(__file__ + '.up', 'w').write('1'); time.sleep(60)"
+    talker = "import time\nfor n in range(400): print('x' * 8000, flush=True)\nprint('done'); open(__file__ + '.up', 'w').write('1'); time.sleep(60)"
     bench.add("talker", talker)
     bench.path("logs").mkdir()
     bench.path("logs/talker.log").symlink_to("/dev/full")

@@ -1,11 +1,12 @@
 """The live view: what it shows, at which sizes, and how it tells what it does not know."""
 
 import io
+import math
 import re
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 
@@ -158,6 +159,7 @@ def test_an_image_of_any_shape_fits(image_width, image_height, width, height):
 
 @settings(deadline=None)
 @given(st.floats(), st.floats(), st.floats())
+@example(math.nan, math.nan, math.nan)
 def test_no_number_that_arrives_breaks_the_view(first, second, third):
     shown = scene()
     assert shown.snapshot is not None
