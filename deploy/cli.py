@@ -51,15 +51,17 @@ def run(
     counts_itself = "seconds" in description.variables
     if seconds is not None and counts_itself:
         changes["seconds"] = f"{seconds:g}"
+    taken = False
     if description.endpoint and "endpoint" not in changes:
         changes["endpoint"] = free_endpoint(description.endpoint)
+        taken = changes["endpoint"] != description.endpoint
     processes = description.with_variables(changes)
     logs = log_dir or description.log_dir
     typer.echo(f"Starting {description.name}: {', '.join(process.name for process in processes)}")
-    typer.echo(f"  logs in {logs}{'' if not description.endpoint else ', endpoint ' + changes['endpoint']}")
-    if description.endpoint and changes["endpoint"] != description.endpoint:
+    typer.echo(f"  logs in {logs}{', endpoint ' + changes['endpoint'] if description.endpoint else ''}")
+    if taken:
         typer.echo(
-            f"  {description.endpoint} is in use, perhaps by another robot server: its own endpoint is used"
+            f"  {description.endpoint} is in use, perhaps by another robot server; this stack keeps apart"
         )
     limit = None if counts_itself or not seconds else seconds
     launcher = Launcher(processes, logs, typer.echo, limit)
