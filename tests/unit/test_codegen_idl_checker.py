@@ -102,6 +102,8 @@ def test_what_keeps_the_rules_passes(tmp_path: Path, text: str) -> None:
         ("struct T { int a; }; interface I { T f(); void t(); };", "E027", 48),
         ("class A; struct S { A a; };", "E028", 21),
         ('["stream"] struct S { int a; };', "E029", 2),
+        ("interface I { void f(); void fAsync(); };", "E030", 30),
+        ('interface A { ["stream"] int f(); }; interface B extends A { void fPublisher(); };', "E030", 67),
         ('interface I { ["stream"] void f(); };', "E029", 31),
         ("interface I {}; struct S { I* i; };", "E031", 29),
         ("struct S { Object o; };", "E031", 12),
