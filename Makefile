@@ -12,7 +12,7 @@ help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by itself and writes demo/report.html
-	@$(BIN)/python -m deploy deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS))
+	@$(BIN)/python -m deploy deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
 
 test: $(VENV)/dev.stamp system ## Run the linters and every test
 	@$(MAKE) --no-print-directory lint

@@ -49,7 +49,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         rows, columns = np.nonzero(mask)
         if len(rows) < 0.0005 * width * height:
             return None
-        return columns.mean() - (width - 1) / 2, rows.mean() - (height - 1) / 2
+        return float(columns.mean()) - (width - 1) / 2, float(rows.mean()) - (height - 1) / 2
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
@@ -101,6 +101,10 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
 
+        def fired_enough():
+            # dance_and_follow.xml:24
+            self.Head.stop()
+
         return Automaton(
             id=1,
             name="dance_and_follow",
@@ -110,7 +114,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 State(id=2, name="dance", children=(self.automaton_dance(),)),
             ),
             transitions=(
-                Transition(id=1, name="enough", origin=1, destination=2, seconds=10.0),
+                Transition(id=1, name="enough", origin=1, destination=2, seconds=10.0, code=fired_enough),
                 Transition(id=2, name="tired", origin=2, destination=1, seconds=10.0),
             ),
         )

@@ -40,7 +40,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         rows, columns = np.nonzero(mask)
         if len(rows) < 0.0005 * width * height:
             return None
-        return columns.mean() - (width - 1) / 2, rows.mean() - (height - 1) / 2
+        return float(columns.mean()) - (width - 1) / 2, float(rows.mean()) - (height - 1) / 2
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
