@@ -20,14 +20,14 @@ BALL_RADIUS: Final = 0.06
 
 SPECTATOR: Final = CameraFacts(
     name="CameraOutside",
-    position=(1.75, -1.55, 0.85),
-    tilt=0.235,
-    horizontal_fov=math.radians(44),
+    position=(1.15, -1.6, 0.75),
+    tilt=0.2,
+    horizontal_fov=math.radians(48),
     sizes=((320, 240), (640, 480), (1280, 960)),
     rates=(30.0, 30.0, 15.0),
 )
 """A spectator in front of the robot and to its right; sees it and the balls."""
-_SPECTATOR_YAW: Final = math.radians(123)
+_SPECTATOR_YAW: Final = math.radians(113)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +91,8 @@ def add_surroundings(spec: mujoco.MjSpec) -> None:
         name="floor",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.62, 0.64, 0.66],
-        rgb2=[0.56, 0.58, 0.60],
+        rgb1=[0.80, 0.82, 0.84],
+        rgb2=[0.70, 0.72, 0.75],
         width=64,
         height=64,
     )
