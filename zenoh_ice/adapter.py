@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from .exceptions import (
@@ -102,8 +103,9 @@ class ObjectAdapter:
         """Withdraw the servants; calls that run may go on for a second. Does nothing when not active."""
         with self._lock:
             active, self._active = self._active or {}, None
-        for incoming in active.values():
-            self._deactivate(incoming)
+        with ExitStack() as steps:  # each, whatever the others raise
+            for incoming in active.values():
+                steps.callback(self._deactivate, incoming)
 
     def destroy(self) -> None:
         """Withdraw the servants and forget them."""

@@ -101,6 +101,9 @@ class Channel:
     ) -> None:
         self.size_limit: Final = size_limit
         self._fingerprint: Final = fingerprint
+        # A publisher that another thread is using cannot be undeclared: "Already borrowed".
+        self._lock = threading.Lock()
+        self._closed = False
         # Images must not delay states, and neither must delay calls.
         bulk = publisher._operation.result.holds_bytes
         self._publisher: Final = session.declare_publisher(
@@ -117,21 +120,26 @@ class Channel:
     @property
     def listening(self) -> bool:
         """Return whether anybody listens."""
-        try:
+        with self._lock:
+            if self._closed:
+                return False
             return self._publisher.matching_status.matching  # type: ignore[attr-defined,no-any-return]
-        except zenoh.ZError:  # undeclared meanwhile
-            return False
 
     def send(self, payload: bytes, number: int, robot_time: float) -> None:
         """Send a sample."""
         attachment = encode_sample_attachment(self._fingerprint, number, robot_time)
-        try:
-            self._publisher.put(payload, attachment=attachment)
-        except zenoh.ZError as error:
-            # The session was closed meanwhile: there is nobody left to publish to.
-            _logger.debug("sample dropped: %s", error)
+        with self._lock:
+            if self._closed:
+                return
+            try:
+                self._publisher.put(payload, attachment=attachment)
+            except zenoh.ZError as error:
+                # The session was closed meanwhile: there is nobody left to publish to.
+                _logger.debug("sample dropped: %s", error)
 
     def close(self) -> None:
         """Give the key back."""
-        self._listener.undeclare()
-        self._publisher.undeclare()
+        self._listener.undeclare()  # first: it goes with the publisher
+        with self._lock:
+            self._closed = True
+            self._publisher.undeclare()

@@ -472,3 +472,78 @@ def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:
         with pytest.raises(EndpointInUseException):
             initialize(listen=[free_endpoint(), pair.endpoint], connect=[], clock="wall")
     assert threading.active_count() == before
+
+
+@pytest.mark.parametrize(
+    "order", ["both at once", "server first", "client first", "twice", "from a callback"]
+)
+def test_destroy_in_the_middle_of_everything(
+    endpoint: str, make_communicator: MakeCommunicator, order: str
+) -> None:
+    """Threads that call, publish and follow find out; none hangs, and nothing but our exceptions is raised."""
+    server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
+    adapter = server.createObjectAdapter("Test")
+    servants = [CalculatorI() for _ in range(3)]
+    for number, servant in enumerate(servants):
+        adapter.add(servant, f"Calculator{number}")
+    adapter.activate()
+    proxies = [
+        CalculatorPrx.checkedCast(communicator.stringToProxy(f"Calculator{number}"))
+        for communicator in (server, client)
+        for number in range(3)
+    ]
+    stop = threading.Event()
+    surprises: list[BaseException] = []
+
+    def repeat(step: Callable[[], object]) -> None:
+        while not stop.is_set():
+            try:
+                step()
+            except CommunicatorDestroyedException:
+                return
+            except SystemException:
+                continue
+            except BaseException as error:  # noqa: BLE001
+                surprises.append(error)
+                return
+
+    def publish() -> None:
+        for servant in servants:
+            servant.getReadingPublisher.publish(Reading(1, []))
+
+    steps: list[Callable[[], object]] = [publish, publish]
+    for proxy in proxies:
+        proxy.getReading.subscribe(lambda _: None)
+        steps += [
+            lambda proxy=proxy: (proxy.add(1.0, 2.0), proxy.addAsync(1.0, 2.0), proxy.getReading.latest()),
+            lambda proxy=proxy: proxy.getReading.wait(timeout=0.5),
+        ]
+    threads = [threading.Thread(target=repeat, args=(step,)) for step in steps]
+    for thread in threads:
+        thread.start()
+    for proxy in proxies:
+        proxy.getReading.wait(timeout=LIMIT)
+    match order:
+        case "both at once" | "twice":
+            targets = [server, client] * (2 if order == "twice" else 1)
+            destroyers = [threading.Thread(target=communicator.destroy) for communicator in targets]
+            for destroyer in destroyers:
+                destroyer.start()
+            for destroyer in destroyers:
+                destroyer.join(LIMIT)
+                assert not destroyer.is_alive()
+        case "server first":
+            server.destroy()
+            client.destroy()
+        case "client first":
+            client.destroy()
+            server.destroy()
+        case "from a callback":
+            proxies[-1].getReading.subscribe(lambda _: client.destroy())
+            assert client.waitForShutdown(LIMIT)
+            server.destroy()
+    stop.set()
+    for thread in threads:
+        thread.join(LIMIT)
+        assert not thread.is_alive()
+    assert not surprises
