@@ -42,7 +42,7 @@ def test_a_port_in_use_is_named(free_robot_endpoint: str) -> None:
             assert "Traceback" not in second.output
 
 
-@pytest.mark.parametrize("loaded", ["naoserver_sim.cli", "numpy", "zenoh", "mujoco", "naoserver_sim.robot"])
+@pytest.mark.parametrize("loaded", ["naoserver.errors", "numpy", "zenoh", "mujoco", "naoserver_sim.robot"])
 def test_ctrl_c_in_the_middle_of_start_up_is_clean(loaded: str, free_robot_endpoint: str) -> None:
     python, *arguments = module("naoserver_sim", "--listen", free_robot_endpoint)
     with ComponentProcess([python, "-X", "importtime", *arguments]) as server:
