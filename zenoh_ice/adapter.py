@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
@@ -94,8 +95,7 @@ class ObjectAdapter:
                 for identity, servant in self._servants.items():
                     self._activate(identity, servant, active)
             except BaseException:
-                for incoming in active.values():
-                    self._deactivate(incoming)
+                self._deactivate(*active.values())
                 raise
             self._active = active
 
@@ -103,9 +103,7 @@ class ObjectAdapter:
         """Withdraw the servants; calls that run may go on for a second. Does nothing when not active."""
         with self._lock:
             active, self._active = self._active or {}, None
-        with ExitStack() as steps:  # each, whatever the others raise
-            for incoming in active.values():
-                steps.callback(self._deactivate, incoming)
+        self._deactivate(*active.values())
 
     def destroy(self) -> None:
         """Withdraw the servants and forget them."""
@@ -134,8 +132,18 @@ class ObjectAdapter:
             self._deactivate(incoming)
             raise
 
-    def _deactivate(self, incoming: Incoming) -> None:
-        self._communicator.local_servants.pop(incoming.target, None)
-        incoming.deactivate(_DRAIN_LIMIT)
+    def _deactivate(self, *servants: Incoming) -> None:
+        deadline = time.monotonic() + _DRAIN_LIMIT
+        # Run from the last to the first, each whatever the others raise: first nobody is called any longer,
+        # then those that run are waited for, all at once.
+        with ExitStack() as steps:
+            for incoming in servants:
+                steps.callback(self._wait_for, incoming, deadline)
+            for incoming in servants:
+                self._communicator.local_servants.pop(incoming.target, None)
+                steps.callback(incoming.withdraw)
+
+    def _wait_for(self, incoming: Incoming, deadline: float) -> None:
+        incoming.drain(max(0.0, deadline - time.monotonic()))
         # Our own token must not look like another process's when the identity is added again.
         self._communicator.presence.wait_until_gone(incoming.target, _DRAIN_LIMIT)

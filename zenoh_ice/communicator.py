@@ -23,7 +23,7 @@ from .operation import Operation
 from .outgoing import OutgoingCall, fail
 from .presence import Presence, Target, client_token
 from .proxy import ObjectPrx
-from .session import open_session
+from .session import connect_endpoints, open_session
 from .settings import Settings, load_settings
 from .stream_reader import Sample, StreamReader, Subscription
 
@@ -80,8 +80,7 @@ class Communicator:
             self.client_id: Final = str(self.session.zid())
             self.dispatcher: Final = Dispatcher(settings.dispatch_threads, f"zenoh_ice {settings.realm}")
             on_failure.callback(self.dispatcher.close, _DESTROY_LIMIT)
-            endpoints = [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
-            self.presence: Final = Presence(self.session, endpoints, self.dispatcher.submit)
+            self.presence: Final = Presence(self.session, connect_endpoints(settings), self.dispatcher.submit)
             on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
             self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))

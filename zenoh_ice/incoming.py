@@ -109,8 +109,8 @@ class Incoming:
             key = servant_token(self.target, known.type_id, known.fingerprint)
             self._tokens.append(session.liveliness().declare_token(key))
 
-    def deactivate(self, timeout: float) -> None:
-        """Let everybody know, take no more calls, and wait for at most `timeout` s for those that run."""
+    def withdraw(self) -> None:
+        """Let everybody know, and take no more calls."""
         while self._tokens:
             self._tokens.pop().undeclare()
         if self._queryable is not None:
@@ -120,6 +120,9 @@ class Incoming:
             publisher, channel = self._channels.pop()
             publisher.detach(channel)
             channel.close()
+
+    def drain(self, timeout: float) -> None:
+        """Wait for at most `timeout` s for the calls that run, except one of the current thread."""
         deadline = time.monotonic() + timeout
         ended = self._lane.close(timeout, expected=1 if self._is_running_here() else 0)
         while self._threads:
@@ -128,7 +131,7 @@ class Incoming:
                 thread.join(max(0.0, deadline - time.monotonic()))
                 ended = ended and not thread.is_alive()
         if not ended:
-            _logger.error("a call of %s still runs after %g s", self.target, timeout)
+            _logger.error("a call of %s still runs", self.target)
 
     def call_here(self, name: str, payload: bytes, attachment: bytes, timeout: float) -> tuple[bool, bytes]:
         """Execute a call from this process; return whether it succeeded, and its result or error.

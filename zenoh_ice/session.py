@@ -11,7 +11,7 @@ import zenoh
 from .exceptions import ConfigurationException, EndpointInUseException
 from .settings import Settings
 
-__all__ = ["open_session", "send_limit"]
+__all__ = ["connect_endpoints", "open_session", "send_limit"]
 
 _RETRY_FIRST: Final = 50  # ms; with the longest, a restarted server is found again within some 0.2 s
 _RETRY_LONGEST: Final = 200  # ms
@@ -29,8 +29,6 @@ def open_session(settings: Settings) -> zenoh.Session:
     # Our own messages tell what Zenoh's warnings would, and that the answer of a call came after its timeout
     # is no error. RUST_LOG shows everything.
     zenoh.init_log_from_env_or("error,zenoh::api::handlers=off")
-    # A server listens on the endpoint that everybody else connects to by default.
-    connect = [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
     lease = round(settings.lease * 1000)
     values = {
         "mode": "peer",
@@ -41,7 +39,7 @@ def open_session(settings: Settings) -> zenoh.Session:
         "scouting/delay": _OPEN_DELAY,
         "listen/endpoints": list(settings.listen),
         "listen/exit_on_failure": True,
-        "connect/endpoints": connect,
+        "connect/endpoints": connect_endpoints(settings),
         "connect/exit_on_failure": False,
         "connect/timeout_ms": -1,
         "connect/retry": {
@@ -64,6 +62,11 @@ def open_session(settings: Settings) -> zenoh.Session:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise _explain(error, settings.listen) from error
+
+
+def connect_endpoints(settings: Settings) -> list[str]:
+    """Return the endpoints of others: a server listens where everybody else connects to by default."""
+    return [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
 
 
 def send_limit(settings: Settings) -> float:

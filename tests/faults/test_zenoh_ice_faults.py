@@ -338,6 +338,23 @@ class TestEndpoints:
         with pytest.raises(ObjectNotExistException):
             CalculatorPrx.checkedCast(server.stringToProxy("Absent"))
 
+    def test_call_reaches_one_of_two_servers_of_an_identity(
+        self, make_communicator: MakeCommunicator
+    ) -> None:
+        """Both started before either could know of the other."""
+        endpoints = [free_endpoint(), free_endpoint()]
+        servants = [CalculatorI(), CalculatorI()]
+        for endpoint, servant in zip(endpoints, servants, strict=True):
+            adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Twin")
+            adapter.add(servant, "Calculator")
+            adapter.activate()
+        client = make_communicator(connect=endpoints)
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        until(lambda: len(client.session.info.transports()) == 2)
+        for _ in range(20):
+            calculator.count()
+        assert sum(servant.counted for servant in servants) == 20
+
     def test_identity_of_another_process_is_refused(
         self, pair: Pair, make_communicator: MakeCommunicator
     ) -> None:
@@ -547,3 +564,19 @@ def test_destroy_in_the_middle_of_everything(
         thread.join(LIMIT)
         assert not thread.is_alive()
     assert not surprises
+
+
+def test_servants_that_never_return_hold_up_the_end_for_a_second_together(
+    pair: Pair, caplog: pytest.LogCaptureFixture
+) -> None:
+    servants = [CalculatorI() for _ in range(4)]
+    for number, servant in enumerate(servants):
+        pair.adapter.add(servant, f"Stuck{number}")
+        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleepAsync(30.0)
+        assert servant.entered.wait(LIMIT)
+    started = time.monotonic()
+    pair.server.shutdown()
+    assert time.monotonic() - started < 2.0
+    assert "a call of Stuck0@nao still runs" in caplog.text
+    for servant in servants:
+        servant.leave.set()

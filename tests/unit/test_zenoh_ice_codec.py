@@ -149,6 +149,11 @@ def test_every_member_is_required() -> None:
     assert caught.value.path == "$.returnValue"
 
 
+def test_deep_nesting_is_told() -> None:
+    with pytest.raises(MarshalException, match="x: nested too deeply"):
+        Codec(One).unpack(b"\x81\xa1u" + b"\x91" * 200_000, "x")
+
+
 def test_not_a_number_passes() -> None:
     assert math.isnan(Codec(One).unpack_result(Codec(One).pack_result(math.nan, "x"), "x"))  # type: ignore[arg-type]
 
