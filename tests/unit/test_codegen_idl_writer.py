@@ -306,6 +306,7 @@ def test_the_output_reads_as_it_should(tmp_path: Path) -> None:
         if isinstance(node, python_ast.keyword)
         and node.arg == "fingerprint"
         and isinstance(node.value, python_ast.Constant)
+        and isinstance(node.value.value, str)
     }
     assert text == LAMP_IN_PYTHON.lstrip().replace("FINGERPRINT", fingerprint)
 

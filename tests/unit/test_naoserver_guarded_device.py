@@ -146,11 +146,12 @@ class UnreadableOnce(FakeDevice):
 
 
 def test_the_watchdog_survives_a_device_that_fails(caplog):
-    rig = Rig(WallClock(), UnreadableOnce(WallClock()))
+    device = UnreadableOnce(WallClock())
+    rig = Rig(WallClock(), device)
     watchdog = Watchdog()
     watchdog.start([rig.guarded])
     try:
-        assert rig.device.read_again.wait(5)
+        assert device.read_again.wait(5)
     finally:
         watchdog.close()
     assert "the bus is down" in caplog.text

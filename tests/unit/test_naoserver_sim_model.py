@@ -86,9 +86,9 @@ def test_center_of_mass_is_where_the_facts_say(model, zero_pose):
 @pytest.mark.parametrize("link", [link for link in H25.links if link.mass], ids=lambda link: link.name)
 def test_link_has_its_inertia(model, link):
     body = model.mj.body(link.name)
-    axes = np.zeros(9)
-    mujoco.mju_quat2Mat(axes, body.iquat)
-    axes = axes.reshape(3, 3)
+    flat = np.zeros(9)
+    mujoco.mju_quat2Mat(flat, body.iquat)
+    axes = flat.reshape(3, 3)
     inertia = axes @ np.diag(body.inertia) @ axes.T
     facts = link.inertia
     assert body.ipos == pytest.approx(link.com)
