@@ -270,7 +270,7 @@ class Communicator:
     def size_limit(self, codec: Codec[Any]) -> int:
         """Return how many bytes a payload may have: more where its type holds byte sequences."""
         settings = self.settings
-        return settings.max_reply_size if codec.holds_bytes else settings.max_request_size
+        return settings.max_bulk_size if codec.holds_bytes else settings.max_message_size
 
     def check_timeout(self, seconds: float) -> float:
         """Return a limit for calls; raises ConfigurationException for one that is none."""

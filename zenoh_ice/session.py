@@ -52,7 +52,7 @@ def open_session(settings: Settings) -> zenoh.Session:
         "transport/link/tx/queue/congestion_control/block/wait_before_close": round(
             send_limit(settings) * 1e6
         ),
-        "transport/link/rx/max_message_size": settings.max_reply_size + _MESSAGE_OVERHEAD,
+        "transport/link/rx/max_message_size": settings.max_bulk_size + _MESSAGE_OVERHEAD,
         "transport/shared_memory/enabled": settings.shared_memory,
     }
     config = zenoh.Config()

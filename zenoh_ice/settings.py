@@ -66,12 +66,12 @@ class Settings:
     """Whether large payloads travel through shared memory on one machine."""
     log_level: str = "warning"
     """Least severe messages to log: debug, info, warning, error or critical."""
-    max_request_size: int = 1 << 20
-    """Largest request that a servant decodes, in bytes."""
-    max_reply_size: int = 64 << 20
-    """Largest reply or stream sample that a proxy decodes, in bytes."""
+    max_message_size: int = 1 << 20
+    """Largest payload that is decoded, in bytes, of an operation without byte sequences."""
+    max_bulk_size: int = 32 << 20
+    """Largest payload that is decoded, in bytes, of an operation with byte sequences, such as images."""
     dispatch_threads: int = 8
-    """Threads that run the calls of one communicator's servants."""
+    """Threads that run callbacks and the calls within the process."""
     origins: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
     """Where each setting came from, by name; a setting that is missing here has its default."""
 
@@ -206,8 +206,8 @@ _PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
     "timeout": _parse_float,
     "lease": _parse_float,
     "shared_memory": _parse_boolean,
-    "max_request_size": _parse_integer,
-    "max_reply_size": _parse_integer,
+    "max_message_size": _parse_integer,
+    "max_bulk_size": _parse_integer,
     "dispatch_threads": _parse_integer,
 }
 
@@ -302,7 +302,7 @@ _CHECKS: Final[Mapping[str, Callable[[Any], object]]] = {
     "lease": _seconds(0.1, _MAX_TIMEOUT),
     "shared_memory": _check_boolean,
     "log_level": _one_of(LOG_LEVELS),
-    "max_request_size": _whole(1, _MAX_SIZE),
-    "max_reply_size": _whole(1, _MAX_SIZE),
+    "max_message_size": _whole(1, _MAX_SIZE),
+    "max_bulk_size": _whole(1, _MAX_SIZE),
     "dispatch_threads": _whole(1, 256),
 }

@@ -88,7 +88,7 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         ("timeout = 600", ["timeout", "60"]),
         ("shared_memory = 1", ["shared_memory", "true or false"]),
         ("log_level = 'loud'", ["log_level"]),
-        ("max_request_size = 0", ["max_request_size"]),
+        ("max_message_size = 0", ["max_message_size"]),
         ("realm = \nclock = 1", ["TOML", "line 1"]),
     ],
 )
