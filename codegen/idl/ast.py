@@ -13,7 +13,7 @@ Value = bool | int | float | str
 
 @dataclass(slots=True, eq=False)
 class BuiltinType:
-    """A type of the language: `int`, `string`, `Object`, ..."""
+    """A type of the language: `int`, `string`, ...; `Object` and `Value` stand for any class."""
 
     name: str
     token: Token
@@ -21,17 +21,23 @@ class BuiltinType:
 
 @dataclass(slots=True, eq=False)
 class NamedType:
-    """A type by its name, as it was written (`Time`, `jderobot::Time`, `::jderobot::Time`)."""
+    """A type by its name, as it was written (`Time`, `jderobot::Time`, `::jderobot::Time`).
+
+    The name of an interface without a star means a servant passed by value, as a class is.
+    """
 
     name: str
     token: Token
     definition: Definition | None = None
-    """What the name means, once the checker has found it."""
+    """What the name means, once the checker has found it.
+
+    It stays a declaration when nothing included defines what was declared; then only its name is known.
+    """
 
 
 @dataclass(slots=True, eq=False)
 class ProxyType:
-    """A reference to a remote object: `Camera*`, `Object*`."""
+    """A reference to a remote object: `Camera*`, `Object*`; the target can also be a class."""
 
     target: BuiltinType | NamedType
     token: Token
@@ -58,6 +64,8 @@ class Definition:
     metadata: list[Metadata] = field(default_factory=list)
     scoped: str = ""
     """The name from the root, `::jderobot::Time`; set by the checker."""
+    local: bool = False
+    """Whether it is marked `local`: it never travels, and the checker takes it out of the tree."""
 
     kind: ClassVar[str] = "definition"
 
@@ -69,7 +77,10 @@ class Definition:
 
 @dataclass(slots=True, eq=False)
 class Literal:
-    """A value as it was written: a literal, or the name of a constant or an enumerator."""
+    """A value as it was written: a literal, or the name of a constant or an enumerator.
+
+    The checker gives a name its value and its target.
+    """
 
     token: Token
     value: Value | None = None
@@ -79,29 +90,32 @@ class Literal:
 
 @dataclass(slots=True, eq=False)
 class Member(Definition):
-    """A member of a struct, a class or an exception."""
+    """A member of a struct, a class or an exception; with a tag it is optional."""
 
     type: Type = field(kw_only=True)
     default: Literal | None = None
-    tag: Token | None = None
+    tag: Literal | None = None
+    """The number of `optional(n)`: `tag.value` once it is checked."""
     kind: ClassVar[str] = "member"
 
 
 @dataclass(slots=True, eq=False)
 class Parameter(Definition):
-    """A parameter of an operation."""
+    """A parameter of an operation; with a tag it is optional."""
 
     type: Type = field(kw_only=True)
     out: bool = False
-    tag: Token | None = None
+    tag: Literal | None = None
     kind: ClassVar[str] = "parameter"
 
 
 @dataclass(slots=True, eq=False)
 class Operation(Definition):
-    """An operation of an interface; `returns` is None for void."""
+    """An operation of an interface or a class; `returns` is None for void."""
 
     returns: Type | None = None
+    return_tag: Literal | None = None
+    """The number of `optional(n)` before the type that it returns."""
     parameters: list[Parameter] = field(default_factory=list)
     throws: list[NamedType] = field(default_factory=list)
     idempotent: bool = False
@@ -187,9 +201,15 @@ class Derivable(Definition):
 
 @dataclass(slots=True, eq=False)
 class Class(Derivable):
-    """A record that can be null and extend another."""
+    """A record that can be null and extend another.
 
-    compact_id: Token | None = None
+    Operations and implemented interfaces are deprecated in Slice; a proxy `Class*` could call them.
+    """
+
+    compact_id: Literal | None = None
+    """The number in `class C(1)`: `compact_id.value` once it is checked."""
+    implements: list[NamedType] = field(default_factory=list)
+    operations: list[Operation] = field(default_factory=list)
     kind: ClassVar[str] = "class"
 
 

@@ -15,7 +15,6 @@ from .codes import Code
 from .composition import parts, why_not_a_key
 from .constants import ConstantChecker
 from .interface_checker import InterfaceChecker
-from .lexer import Token
 from .name_rules import NameRules
 from .resolver import Resolver, declared_kind, with_article
 
@@ -51,6 +50,7 @@ class _Checker:
             self._names.metadata(definition)
             self._declare(definition, scope)
             self._definition(definition, scope)
+        module.definitions[:] = [each for each in module.definitions if not each.local]
 
     def _declare(self, definition: ast.Definition, scope: str) -> None:
         """Make a name known in its scope, unless something else has it."""
@@ -132,9 +132,6 @@ class _Checker:
             message = f"the key of dictionary `{dictionary.name}` {reason}"
             note = Note("a key is a bool, an integer, a string, an enumeration, or a struct of these")
             self._resolver.error(Code.BAD_DICTIONARY_KEY, message, token, note)
-        elif isinstance(dictionary.key, ast.NamedType) and isinstance(dictionary.key.definition, ast.Struct):
-            message = "structs as keys of a dictionary are not supported"
-            self._resolver.error(Code.NOT_SUPPORTED, message, dictionary.key.token)
 
     def _limit_depth(self, definition: ast.Definition) -> None:
         """Report types that contain or extend others too deeply for those that walk them, here and later."""
@@ -155,12 +152,12 @@ class _Checker:
         if isinstance(definition, ast.Interface):
             definition.generation = depth
 
-    def _compact_id(self, definition: ast.Class, token: Token) -> None:
-        other = self._compact_ids.setdefault(token.text, definition)
+    def _compact_id(self, definition: ast.Class, number: ast.Literal) -> None:
+        other = self._compact_ids.setdefault(str(number.value), definition)
         if other is not definition:
             note = Note("first used here", other.token.location)
-            message = f"the compact id {token.text} belongs to class `{other.name}`"
-            self._resolver.error(Code.REDEFINITION, message, token, note)
+            message = f"the compact id {number.value} belongs to class `{other.name}`"
+            self._resolver.error(Code.REDEFINITION, message, number.token, note)
 
     def _members(
         self,
@@ -174,5 +171,3 @@ class _Checker:
             self._resolver.data_type(member.type, scope)
             if member.default is not None:
                 self._constants.check(member.default, member.type, member.name, scope)
-                message = "the default value is not used: every member is always sent"
-                self._resolver.warning(Code.DEFAULT_NOT_SENT, message, member.default.token)

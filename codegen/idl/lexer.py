@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from collections.abc import Iterator
 from enum import Enum
 from pathlib import Path
+from typing import NamedTuple
 
 from codegen.diagnostics import Location
 
@@ -31,6 +33,16 @@ class Kind(Enum):
     INVALID = "an unexpected character"
     UNTERMINATED = "an unterminated literal or comment"
     END = "the end of the file"
+    SPACE = "space"
+    COMMENT = "a comment"
+
+
+class Piece(NamedTuple):
+    """A stretch of a file; a token, or the space or comment between tokens."""
+
+    kind: Kind
+    text: str
+    offset: int
 
 
 class Source:
@@ -50,6 +62,12 @@ class Source:
         if self._tokens is None:
             self._tokens = _tokenize(self)
         return self._tokens
+
+    @property
+    def pieces(self) -> Iterator[Piece]:
+        """The whole file without a gap, comments, spaces and directives as they stand in it."""
+        for match in _TOKEN.finditer(self.text):
+            yield Piece(_kind(match.lastgroup, match.group()), match.group(), match.start())
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return line and column, both from 1, of the character at `offset`."""
@@ -142,6 +160,8 @@ def _kind(group: str | None, word: str) -> Kind:
 
 
 _KINDS = {
+    "space": Kind.SPACE,
+    "comment": Kind.COMMENT,
     "mark": Kind.PUNCTUATION,
     "float": Kind.FLOAT,
     "integer": Kind.INTEGER,

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NoReturn
 
-from codegen.diagnostics import Diagnostics, Note, did_you_mean
+from codegen.diagnostics import Diagnostics, did_you_mean
 
 from . import ast
 from .codes import Code
 from .lexer import Kind, Source
-from .phrase_parser import PhraseParser
+from .member_parser import MemberParser
 from .preprocessor import TranslationUnit
 from .token_reader import SliceSyntaxError, shown
 
 _DEEPEST_MODULE = 50
-_NO_OPERATIONS = "a struct, class or exception has no operations; put them into an interface"
 
 
 def parse(unit: TranslationUnit, diagnostics: Diagnostics) -> ast.Module:
@@ -23,7 +21,7 @@ def parse(unit: TranslationUnit, diagnostics: Diagnostics) -> ast.Module:
     return _Parser(unit, diagnostics).root()
 
 
-class _Parser(PhraseParser):
+class _Parser(MemberParser):
     def __init__(self, unit: TranslationUnit, diagnostics: Diagnostics) -> None:
         super().__init__(unit, diagnostics)
         self._depth = 0
@@ -35,7 +33,6 @@ class _Parser(PhraseParser):
             "enum": self._enumeration,
             "exception": self._exception,
             "interface": self._interface,
-            "local": self._local,
             "module": self._module,
             "sequence": self._sequence,
             "struct": self._struct,
@@ -55,12 +52,15 @@ class _Parser(PhraseParser):
         metadata, doc = self._metadata()
         token = self._token
         self._sources_with_definitions.add(token.source)
+        local = self._accept("local") is not None
+        token = self._token
         read = self._readers.get(token.text) if token.kind is Kind.KEYWORD else None
-        if read is None:
+        if read is None or (local and token.text in {"module", "const"}):
             notes = did_you_mean(token.text, self._readers) if token.kind is Kind.NAME else ()
             self._fail(f"expected a definition, found {shown(token)}", *notes)
         self._advance()
         definition = read()
+        definition.local = local
         definition.doc = doc or self._previous.trailing_doc
         definition.metadata += metadata
         return definition
@@ -73,11 +73,6 @@ class _Parser(PhraseParser):
             self._diagnostics.error(Code.SYNTAX, message, opening.location)
         self._metadata()
         self._expect("]", "behind metadata of the file")
-
-    def _local(self) -> NoReturn:
-        location = self._previous.location
-        self._diagnostics.error(Code.NOT_SUPPORTED, "`local` definitions are not supported", location)
-        raise SliceSyntaxError
 
     def _end_of_body(self) -> None:
         self._accept(";")
@@ -109,18 +104,21 @@ class _Parser(PhraseParser):
         name = self._name("a class")
         if self._accept(";"):
             return ast.ForwardDeclaration(name.text, name, of=ast.Class)
-        compact_id = None
+        class_ = ast.Class(name.text, name)
         if self._accept("("):
-            compact_id = self._advance()
+            class_.compact_id = self._number("the compact id")
             self._expect(")", "behind the compact id")
-        base = self._base("a class")
-        if self._at("implements"):
-            message = "a class that implements interfaces is not supported"
-            self._diagnostics.error(Code.NOT_SUPPORTED, message, self._token.location)
-            raise SliceSyntaxError
-        members = self._block(self._member, f"class {name.text}")
+        class_.base = self._base("a class")
+        if self._accept("implements"):
+            class_.implements += self._list_of("an interface")
+        body: list[ast.Member | ast.Operation] = self._block(self._member_or_operation, f"class {name.text}")
+        for each in body:
+            if isinstance(each, ast.Operation):
+                class_.operations.append(each)
+            else:
+                class_.members.append(each)
         self._end_of_body()
-        return ast.Class(name.text, name, base=base, members=members, compact_id=compact_id)
+        return class_
 
     def _exception(self) -> ast.ExceptionType:
         name = self._name("an exception")
@@ -135,9 +133,7 @@ class _Parser(PhraseParser):
             return ast.ForwardDeclaration(name.text, name, of=ast.Interface)
         bases: list[ast.NamedType] = []
         if self._accept("extends") or self._accept(":"):
-            bases.append(ast.NamedType(*self._scoped_name("an interface")))
-            while self._accept(","):
-                bases.append(ast.NamedType(*self._scoped_name("an interface")))
+            bases += self._list_of("an interface")
         operations = self._block(self._operation, f"interface {name.text}")
         self._end_of_body()
         return ast.Interface(name.text, name, bases=bases, operations=operations)
@@ -210,69 +206,3 @@ class _Parser(PhraseParser):
         literal = self._literal()
         self._expect_end_of_statement("a constant")
         return ast.Constant(name.text, name, metadata=metadata, type=kind, literal=literal)
-
-    # Members and operations
-
-    def _member(self) -> ast.Member:
-        metadata, doc = self._metadata()
-        tag = self._tag()
-        if self._at("void") or self._at("idempotent"):
-            self._fail(_NO_OPERATIONS)
-        kind = self._type("the type of a member")
-        name = self._name("a member")
-        if self._at("("):
-            self._fail(_NO_OPERATIONS, token=name)
-        default = self._literal() if self._accept("=") else None
-        end = self._expect_end_of_statement("a member")
-        return ast.Member(
-            name.text, name, doc or end.trailing_doc, metadata, type=kind, default=default, tag=tag
-        )
-
-    def _operation(self) -> ast.Operation:
-        metadata, doc = self._metadata()
-        idempotent = self._accept("idempotent") is not None
-        self._tag()
-        returns = None if self._accept("void") else self._type("the type that an operation returns")
-        name = self._name("an operation")
-        if not self._at("("):
-            if self._at(";") or self._at("="):
-                self._fail("an interface has no data members; put them into a struct or class", token=name)
-            self._fail(f"expected `(` behind the name of an operation, found {shown(self._token)}")
-        opening = self._advance()
-        parameters: list[ast.Parameter] = []
-        while not self._at(")"):
-            parameters.append(self._parameter())
-            if not self._accept(","):
-                break
-            if self._at(")"):
-                self._fail(f"expected a parameter behind `,`, found {shown(self._token)}")
-        if not self._at(")"):
-            begin = Note("the parameters begin here", opening.location)
-            self._fail(f"expected `,` or `)` behind a parameter, found {shown(self._token)}", begin)
-        self._advance()
-        throws: list[ast.NamedType] = []
-        if self._accept("throws"):
-            throws.append(ast.NamedType(*self._scoped_name("an exception")))
-            while self._accept(","):
-                throws.append(ast.NamedType(*self._scoped_name("an exception")))
-        end = self._expect_end_of_statement("an operation")
-        return ast.Operation(
-            name.text,
-            name,
-            doc or end.trailing_doc,
-            metadata,
-            returns=returns,
-            parameters=parameters,
-            throws=throws,
-            idempotent=idempotent,
-        )
-
-    def _parameter(self) -> ast.Parameter:
-        doc = self._token.doc
-        out = self._accept("out") is not None
-        metadata, _ = self._metadata()
-        tag = self._tag()
-        kind = self._type("the type of a parameter")
-        name = self._name("a parameter")
-        doc = doc or name.trailing_doc
-        return ast.Parameter(name.text, name, doc, metadata, type=kind, out=out, tag=tag)

@@ -45,6 +45,13 @@ class PhraseParser(TokenReader):
             if not self._accept("::"):
                 return "::".join(parts), token
 
+    def _list_of(self, what: str) -> list[ast.NamedType]:
+        """Take names with commas between them."""
+        names = [ast.NamedType(*self._scoped_name(what))]
+        while self._accept(","):
+            names.append(ast.NamedType(*self._scoped_name(what)))
+        return names
+
     def _metadata(self) -> tuple[list[ast.Metadata], str | None]:
         """Take metadata in brackets, if there is any; return it with the doc comment before it."""
         found: list[ast.Metadata] = []
@@ -76,15 +83,24 @@ class PhraseParser(TokenReader):
             self._diagnostics.warning(Code.UNKNOWN_ESCAPE, message, token.location)
         return text
 
-    def _tag(self) -> Token | None:
-        """Take `optional(n)`."""
+    def _tag(self) -> ast.Literal | None:
+        """Take `optional(n)`; return its number or the name of one."""
         token = self._accept("optional")
-        if token is not None:
-            self._expect("(", "behind `optional`")
-            self._literal()
-            self._expect(")", "behind the tag")
-            self._diagnostics.error(Code.NOT_SUPPORTED, "optional values are not supported", token.location)
-        return token
+        if token is None:
+            return None
+        if not self._accept("("):
+            self._fail("`optional` needs the number of its tag: `optional(1)`", token=token)
+        if self._at(")"):
+            self._fail("`optional` needs the number of its tag: `optional(1)`")
+        tag = self._number("the number of the tag")
+        self._expect(")", "behind the tag")
+        return tag
+
+    def _number(self, what: str) -> ast.Literal:
+        """Take an integer, or the name of a constant or an enumerator."""
+        if self._token.kind not in {Kind.INTEGER, Kind.NAME} and not self._at("::"):
+            self._fail(f"expected {what}, found {shown(self._token)}")
+        return self._literal()
 
     def _type(self, what: str) -> ast.Type:
         token = self._token

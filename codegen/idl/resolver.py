@@ -10,7 +10,8 @@ from .lexer import Token
 from .phrase_parser import BUILTIN_TYPES
 from .symbols import Symbols
 
-_DATA_TYPES = ast.Struct | ast.Class | ast.Enumeration | ast.Sequence | ast.Dictionary
+_DATA_TYPES = ast.Struct | ast.Class | ast.Interface | ast.Enumeration | ast.Sequence | ast.Dictionary
+_PROXY_TARGETS = ast.Interface | ast.Class
 
 
 class Resolver:
@@ -59,12 +60,10 @@ class Resolver:
         """Resolve the type of something that travels."""
         if isinstance(kind, ast.ProxyType):
             if isinstance(kind.target, ast.NamedType):
-                self.definition_of(ast.Interface, kind.target, scope)
-            self.error(Code.NOT_SUPPORTED, "proxies as values are not supported", kind.token)
-        elif isinstance(kind, ast.BuiltinType):
-            if kind.name not in BUILTIN_TYPES:
-                self.error(Code.NOT_SUPPORTED, f"`{kind.name}` as a value is not supported", kind.token)
-        else:
+                definition = self.definition(kind.target, scope)
+                if definition is not None and not issubclass(declared_kind(definition), _PROXY_TARGETS):
+                    self._wrong_kind(Code.WRONG_KIND, kind.target, definition, "an interface")
+        elif isinstance(kind, ast.NamedType):
             definition = self.definition(kind, scope)
             if definition is not None and not issubclass(declared_kind(definition), _DATA_TYPES):
                 self._wrong_kind(Code.WRONG_KIND, kind, definition, "a type of data")

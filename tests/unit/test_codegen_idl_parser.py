@@ -103,8 +103,6 @@ def test_what_the_reference_compiler_accepts_is_accepted(tmp_path: Path, text: s
         ("module m { module n {\n struct S { int a;", [("E010", 2, 19)]),
         ("module m { } }", [("E010", 1, 14)]),
         ('module m { } [["late"]] module n { }', [("E010", 1, 14)]),
-        ("module m { struct S { optional(1) int a; }; }", [("E031", 1, 23)]),
-        ("module m { local interface I { void f(); }; struct S { int a; }; }", [("E031", 1, 12)]),
     ],
 )
 def test_an_error_of_syntax_is_told_once_where_it_is(
