@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 from ..diagnostics import Diagnostics, Location
 from ..files import GeneratedFile
@@ -26,6 +27,9 @@ __all__ = [
     "write_document",
 ]
 
+_HEAD: Final = 4000
+"""Characters of a file in which a component says what it was generated from."""
+
 
 def compile_document(
     path: Path, output: Path | None, diagnostics: Diagnostics, include: Sequence[Path] = ()
@@ -42,8 +46,17 @@ def compile_document(
     if program is None:
         return None
     target = (output or path.parent) / f"{identifier(path.stem, 'component')}.py"
-    if target.is_file() and GENERATED_BY not in target.read_text(encoding="utf-8", errors="replace")[:4000]:
-        message = f"{target.name} was not made by codegen: move it away, or rename the document"
-        diagnostics.error("E540", message, Location(path))
+    try:
+        if target.is_file() and not _is_generated(target):
+            message = f"{target.name} was not made by codegen: move it away, or rename the document"
+            diagnostics.error("E540", message, Location(path))
+            return None
+    except OSError as error:
+        diagnostics.error("E500", f"{target} cannot be read: {error.strerror or error}", Location(path))
         return None
     return [GeneratedFile(target, generate(program))]
+
+
+def _is_generated(file: Path) -> bool:
+    with file.open(encoding="utf-8", errors="replace") as text:
+        return GENERATED_BY in text.read(_HEAD)

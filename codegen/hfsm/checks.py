@@ -5,6 +5,7 @@ from __future__ import annotations
 import keyword
 import math
 import re
+import unicodedata
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
@@ -22,6 +23,8 @@ COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "sleep"})
 """Attributes that every component has and that a document must not redefine."""
 
 _MAX_MILLISECONDS: Final = 1e12
+_MAX_DEPTH: Final = 64
+"""Automata above one another: far more than a person draws, far less than Python's stack."""
 _IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
 
 
@@ -54,6 +57,9 @@ class _Checker:
         self._document = document
         self._path = path
         self._diagnostics = diagnostics
+        self._automata: dict[int, Automaton] = {}
+        for automaton in document.automata:
+            self._automata.setdefault(automaton.id, automaton)
 
     def component(self) -> None:
         on_error = self._document.on_error
@@ -75,7 +81,7 @@ class _Checker:
         for automaton, state in document.states():
             if state.child == NO_CHILD:
                 continue
-            child = document.automaton(state.child)
+            child = self._automata.get(state.child)
             if child is None:
                 message = f"state `{state.name}` owns automaton {state.child}, which does not exist"
                 self._error("E512", message, state)
@@ -92,8 +98,8 @@ class _Checker:
             if automaton.father != NO_CHILD and automaton.id not in owners:
                 message = f"no state owns automaton {automaton.id}"
                 self._error("E512", message, automaton)
-            elif self._is_its_own_ancestor(automaton):
-                self._error("E512", f"automaton {automaton.id} is its own ancestor", automaton)
+            else:
+                self._check_ancestors(automaton)
 
     def automaton(self, automaton: Automaton) -> None:
         if not automaton.states:
@@ -107,8 +113,9 @@ class _Checker:
             written = automaton.iteration_time.text.strip()[:40]
             message = f"`iteration_time` is a positive number of milliseconds, not `{written}`"
             self._error("E516", message, automaton.iteration_time)
+        states = {state.id for state in automaton.states}
         for transition in automaton.transitions:
-            self._transition(automaton, transition)
+            self._transition(automaton, transition, states)
 
     def _initial_state(self, automaton: Automaton) -> None:
         initial = [state for state in automaton.states if state.initial]
@@ -132,10 +139,10 @@ class _Checker:
             else:
                 first[name] = state
 
-    def _transition(self, automaton: Automaton, transition: Transition) -> None:
+    def _transition(self, automaton: Automaton, transition: Transition, states: set[int]) -> None:
         label = f"transition `{transition.name}`" if transition.name else f"transition {transition.id}"
         for end, state in (("leaves", transition.origin), ("enters", transition.destination)):
-            if automaton.state(state) is None:
+            if state not in states:
                 message = f"{label} {end} state {state}, which automaton {automaton.id} does not have"
                 self._error("E514", message, transition)
         if transition.type == "time":
@@ -151,7 +158,7 @@ class _Checker:
         first: dict[str, Interface] = {}
         for interface in self._document.interfaces:
             name = interface.name
-            if not name.isidentifier() or keyword.iskeyword(name):
+            if not _is_attribute(name):
                 message = f"`{name}` cannot be an attribute of `self`: a name has letters, digits and _"
                 self._error("E530", message, interface)
             elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
@@ -180,13 +187,19 @@ class _Checker:
         ]
         self._error("E532", f"there is no proxy for an interface `{interface.type}`", interface, notes)
 
-    def _is_its_own_ancestor(self, automaton: Automaton) -> bool:
-        current = self._document.automaton(automaton.father)
-        for _ in self._document.automata:
-            if current is None or current is automaton:
-                return current is automaton
-            current = self._document.automaton(current.father)
-        return False  # a ring above it, of which it is no part
+    def _check_ancestors(self, automaton: Automaton) -> None:
+        above: set[int] = set()
+        current = self._automata.get(automaton.father)
+        while current is not None and current.id not in above:  # a ring above it is told of its own members
+            if current is automaton:
+                self._error("E512", f"automaton {automaton.id} is its own ancestor", automaton)
+                return
+            above.add(current.id)
+            if len(above) == _MAX_DEPTH:
+                message = f"automaton {automaton.id} is nested deeper than {_MAX_DEPTH}"
+                self._error("E512", message, automaton)
+                return
+            current = self._automata.get(current.father)
 
     def _unique_ids(self, items: Iterable[_Item], kind: str) -> None:
         first: dict[int, _Item] = {}
@@ -213,3 +226,9 @@ class _Checker:
 
     def _warning(self, code: str, message: str, item: _Item, notes: Iterable[Note] = ()) -> None:
         self._diagnostics.warning(code, message, self._place(item), notes)
+
+
+def _is_attribute(name: str) -> bool:
+    """Return whether Python takes a name as it is written: it reads some characters as others."""
+    normal = unicodedata.normalize("NFKC", name)
+    return name.isidentifier() and not keyword.iskeyword(name) and name == normal

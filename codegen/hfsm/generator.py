@@ -6,10 +6,12 @@ lines count alike in both files, which is how a traceback is led back to the doc
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from .names import identifier, unique
+from .known_interfaces import KnownInterface
+from .names import camel_case, identifier, unique
 from .program import AutomatonProgram, Program, TransitionProgram
 from .python_code import Code
 
@@ -48,8 +50,10 @@ def _header(program: Program) -> Iterator[str]:
     used += ["libraries"] if program.imports else []
     yield f"from hfsm_runtime import {', '.join(sorted(used, key=lambda name: (name[0].islower(), name)))}"
     packages: dict[str, set[str]] = {}
-    for proxy in program.proxies:
-        packages.setdefault(proxy.interface.package, set()).add(proxy.interface.proxy)
+    local_names = _proxy_classes(program)
+    for interface, local_name in local_names.items():
+        alias = "" if local_name == interface.proxy else f" as {local_name}"
+        packages.setdefault(interface.package, set()).add(f"{interface.proxy}{alias}")
     for package, names in sorted(packages.items()):
         yield f"from {package} import {', '.join(sorted(names))}"
     if program.imports:
@@ -66,8 +70,9 @@ def _class(program: Program) -> Iterator[str]:
     yield f'    """{_docstring(program.description)}"""'
     if program.proxies:
         yield ""
+    local_names = _proxy_classes(program)
     for proxy in program.proxies:
-        yield f"    {proxy.attribute} = Proxy({_quoted(proxy.identity)}, {proxy.interface.proxy})"
+        yield f"    {proxy.attribute} = Proxy({_quoted(proxy.identity)}, {local_names[proxy.interface]})"
     for automaton in program.automata:
         if automaton.methods is not None:
             yield ""
@@ -161,7 +166,7 @@ class _AutomatonWriter:
             lines += _piece(self._program, code, 3)
             if not code.has_statements:
                 lines.append("            pass")
-        elif len(code.lines) == 1 and "#" not in code.lines[0]:
+        elif len(code.lines) == 1 and "#" not in code.lines[0] and not code.bound:
             lines.append(f"            {_marker(self._program, code)}")
             lines.append(f"            return {code.lines[0]}")
         else:
@@ -169,6 +174,18 @@ class _AutomatonWriter:
             lines += _piece(self._program, code, 4)
             lines.append("            )")
         return function
+
+
+def _proxy_classes(program: Program) -> dict[KnownInterface, str]:
+    """Return the name of each interface's proxy in the component: with its scope where two have one name."""
+    interfaces = dict.fromkeys(proxy.interface for proxy in program.proxies)
+    names = Counter(interface.proxy for interface in interfaces)
+    return {
+        interface: interface.proxy
+        if names[interface.proxy] == 1
+        else camel_case(interface.scoped_name.replace("::", "_")) + "Prx"
+        for interface in interfaces
+    }
 
 
 def _call(name: str, arguments: list[str]) -> str:

@@ -72,4 +72,5 @@ def _in_package(
 
 
 def _packages(directory: Path) -> list[Path]:
-    return sorted(path.parent for path in directory.glob("*/__init__.py"))
+    found = (path.parent for path in directory.glob("*/__init__.py"))
+    return sorted(package for package in found if package.name.isidentifier())

@@ -32,7 +32,7 @@ def camel_case(name: str) -> str:
     """Return an identifier as the name of a class: `follow_ball` as `FollowBall`."""
     words = [word for word in name.split("_") if word]
     camel = "".join(word[0].upper() + word[1:] for word in words)
-    return f"{camel}Component" if camel in RESERVED else camel
+    return f"{camel}Component" if camel in RESERVED or keyword.iskeyword(camel) else camel
 
 
 def unique(wanted: str, number: int, taken: Collection[str]) -> str:

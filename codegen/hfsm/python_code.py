@@ -26,12 +26,12 @@ _SELF: Final = "self"
 
 # What C++ has and Python has not, outside strings and comments of either.
 _CPP: Final = re.compile(
-    r"""^\s*\#\s*(?:include|define|ifdef|ifndef|endif)\b   # the preprocessor
+    r"""^[^\S\n]*\#\s*(?:include|define|ifdef|ifndef|endif)\b   # the preprocessor
       | ->\s*\w+\s*(?:\(|\[|->|;|=[^=]|<|>)              # a member through a pointer
       | (?<!\[)\b[A-Za-z_]\w*::\w+                       # a scoped name
-      | ^\s*//                                             # a comment
+      | ^[^\S\n]*//                                        # a comment
       | /\*
-      | ^\s*(?:const\s+)?(?:void|bool|int|float|double|char|auto|unsigned|std::\w+)[\s&*]+\w+\s*[;=(\[]
+      | ^[^\S\n]*(?:const\s+)?(?:void|bool|int|float|double|char|auto|unsigned|std::\w+)[\s&*]+\w+\s*[;=(\[]
       | [;{]\s*$                                           # the end of a statement, or a block
       | \)\s*\{
       | &&|\|\||!\w+\s*[()]""",
@@ -155,6 +155,8 @@ def analyze_library(text: Text) -> tuple[str, frozenset[str]]:
     if len(body) != 1 or not isinstance(body[0], ast.Import | ast.ImportFrom) or "\n" in statement:
         message = f"`{written[:60]}` is no library: write `cv2`, `numpy as np` or `from math import pi`"
         raise CodeError(message, text.line, text.column)
+    if isinstance(body[0], ast.ImportFrom) and body[0].module == "__future__":
+        raise CodeError("`__future__` changes how a file is read, and is no library", text.line, text.column)
     names = (alias.asname or alias.name.split(".")[0] for alias in body[0].names)
     return statement, frozenset(names)
 
@@ -311,10 +313,13 @@ def _refuse_annotations(tree: ast.Module, code: Code) -> None:
 
 def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:
     """Yield the nodes below one, without those inside functions and classes of their own."""
-    for child in ast.iter_child_nodes(node):
+    # Without recursion: a long chain of `elif` or of `+` is deeper than Python's stack.
+    pending = [*ast.iter_child_nodes(node)][::-1]
+    while pending:
+        child = pending.pop()
         yield child
         if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
-            yield from _own_nodes(child)
+            pending += [*ast.iter_child_nodes(child)][::-1]
 
 
 def _names(tree: ast.Module) -> frozenset[str]:

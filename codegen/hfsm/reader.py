@@ -27,7 +27,7 @@ from .document import (
     Text,
     Transition,
 )
-from .xml_tree import XmlElement, parse_xml
+from .xml_tree import MAX_SIZE, XmlElement, parse_xml
 
 __all__ = ["parse_document", "read_document"]
 
@@ -38,7 +38,8 @@ _MAX_ID: Final = 2**31 - 1
 def read_document(path: Path, diagnostics: Diagnostics) -> Document | None:
     """Return the document in a file, or None after errors were reported."""
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(MAX_SIZE + 1)
     except OSError as error:
         diagnostics.error("E500", f"cannot be read: {error.strerror or error}", Location(path))
         return None

@@ -65,6 +65,10 @@ def test_a_complete_document_has_no_problem(path: Path) -> None:
             ),
             "E512: automaton 2 is its own ancestor",
         ),
+        (
+            tuple(sub(n, n - 1, state(1, "a", initial=True, child=n % 66 and n + 1)) for n in range(1, 67)),
+            "E512: automaton 65 is nested deeper than 64",
+        ),
         ((sub(1, 0),), "2:1: E513: automaton 1 has no state"),
         ((sub(1, 0, B),), "2:1: E513: automaton 1 has no initial state"),
         ((sub(1, 0, A, state(2, "b", initial=True)),), "4:1: E513: `b` is a second initial state"),
@@ -172,6 +176,10 @@ def test_functions_that_collide(path: Path) -> None:
         (head(type="jderobot::PoseHead"), "E532: there is no proxy"),
         (head(name="the head"), "E530: `the head` cannot be an attribute"),
         (head(name="class"), "E530: `class` cannot be an attribute"),
+        (
+            head(name="\N{FULLWIDTH LATIN SMALL LETTER C}lock"),
+            "E530: `\N{FULLWIDTH LATIN SMALL LETTER C}lock` cannot",
+        ),
         (head(name="sleep"), "E530: `self.sleep` belongs to every component"),
         (head() + head(), "E530: a second interface is called `head`"),
         (head(identity="He/ad"), "E531: `He/ad` cannot be the identity of a servant"),
@@ -193,11 +201,19 @@ def test_an_interface_that_two_packages_have_needs_its_scope(path: Path, tmp_pat
     assert "`PoseHead` may be `nao::PoseHead`, `lab::PoseHead`: write which" in found
 
 
+def test_a_folder_that_python_cannot_import_is_no_package(path: Path, tmp_path: Path) -> None:
+    (tmp_path / "my-lab").mkdir()
+    (tmp_path / "my-lab" / "__init__.py").write_text("class PoseHeadPrx(object):\n    pass\n")
+    assert problems(path, document(sub(1, 0, A), config=head()), include=(tmp_path,)) == []
+
+
 def test_libraries_that_are_none(path: Path) -> None:
-    text = document(sub(1, 0, A), libraries=("import", "a; b", "State", "numpy as np"))
+    future = "from __future__ import annotations"
+    text = document(sub(1, 0, A), libraries=("import", "a; b", "State", "numpy as np", future))
     found = problems(path, text)
     assert [problem.split(": ", 1)[1][:30] for problem in found] == [
         "E520: `import` is no library: ", "E520: `a; b` is no library: wr", "E521: `State` is a name that t",
+        "E520: `__future__` changes how",
     ]  # fmt: skip
 
 
@@ -219,6 +235,12 @@ def test_everything_is_told_in_one_run(path: Path) -> None:
     assert [problem.split(": ")[1] for problem in problems(path, text)] == [
         "E520", "E514", "E520", "E516", "E532"
     ]  # fmt: skip
+
+
+def test_a_hundred_thousand_blank_lines_in_broken_code_are_read_once(path: Path) -> None:
+    code = "x x" + "\n" * 200_000 + "y"
+    text = document(sub(1, 0, state(1, "a", code, initial=True)))
+    assert "E520: not valid Python" in one(problems(path, text))
 
 
 def test_a_file_that_a_person_wrote_is_not_overwritten(path: Path) -> None:

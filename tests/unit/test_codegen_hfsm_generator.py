@@ -246,13 +246,49 @@ def test_a_description_may_hold_anything(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "module"),
-    [("my-robot 2", "my_robot_2"), ("2fast", "component_2fast"), ("class", "class_"), ("state", "state")],
+    [
+        ("my-robot 2", "my_robot_2"),
+        ("2fast", "component_2fast"),
+        ("class", "class_"),
+        ("state", "state"),
+        ("none", "none"),
+    ],
 )
 def test_a_document_may_have_any_name(tmp_path: Path, name: str, module: str) -> None:
     text = document(sub(1, 0, state(1, "a", "x = 1", initial=True)))
     file = compile_to(tmp_path, text, name)
     assert file.stem == module
     assert run(load(file), 0).errors == ()
+
+
+def test_code_may_be_deeper_than_the_stack(tmp_path: Path) -> None:
+    code = "if not x: x = 1\n" + "elif x: x = 2\n" * 1500
+    text = document(sub(1, 0, state(1, "a", code, initial=True), variables="x = 0"))
+    assert run(component(tmp_path, text), 0).errors == ()
+
+
+def test_a_condition_may_assign(tmp_path: Path) -> None:
+    parts = (state(1, "a", initial=True), state(2, "b", "seen = n"), transition(1, 1, 2, "n := 3"))
+    made = component(tmp_path, document(sub(1, 0, *parts)))
+    assert run(made, 0).active == "b"
+
+
+def test_proxies_of_one_name_from_two_packages_are_told_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "laboratory").mkdir()
+    (tmp_path / "laboratory" / "__init__.py").write_text("class PoseHeadPrx(object):\n    pass\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    config = "".join(
+        f"<iceinterface><nameinterface>{name}</nameinterface><interface>{scoped}</interface></iceinterface>"
+        for name, scoped in (("head", "nao::PoseHead"), ("model", "laboratory::PoseHead"))
+    )
+    text = document(sub(1, 0, state(1, "a", initial=True)), config=config)
+    made = type(load(compile_to(tmp_path, text, include=(tmp_path,))))
+    assert {name: getattr(made, name).type.__module__ for name in ("head", "model")} == {
+        "head": "interfaces.nao.posehead",
+        "model": "laboratory",
+    }
 
 
 def test_a_missing_library_says_how_to_install_it(tmp_path: Path) -> None:
