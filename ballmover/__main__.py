@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
+from startup import loading
 
 
 def main() -> None:
     """Run the command; Ctrl-C ends it cleanly even while it loads."""
-    try:
+    with loading():
         from zenoh_ice.command import run
 
         from .cli import app
-    except KeyboardInterrupt:
-        sys.exit(130)
     run(app)
 
 

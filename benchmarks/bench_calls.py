@@ -265,7 +265,7 @@ def generated_interface() -> Iterator[Any]:
         shutil.copy(SLICE, source)
         package = Path(folder) / "bench_generated"
         subprocess.run(
-            [sys.executable, "-m", "codegen.cli", str(source), "-o", str(package)],
+            [sys.executable, "-m", "codegen", str(source), "-o", str(package)],
             cwd=HERE.parent,
             check=True,
             capture_output=True,

@@ -1,86 +1,12 @@
-"""The command `python -m deploy`."""
+"""The entry of `python -m deploy`: it ends quietly while modules load."""
 
 from __future__ import annotations
 
-import asyncio
-import sys
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from deploy.launcher import Launcher, free_endpoint
-from deploy.stack import StackError, load_stack
-
-__all__ = ["app", "main"]
-
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
-_EPILOG = """Examples:
-
-python -m deploy deploy/demo.toml
-
-python -m deploy deploy/demo.toml --seconds 60
-
-python -m deploy deploy/demo.toml --set speed=5"""
-
-
-@app.command(epilog=_EPILOG)
-def run(
-    stack: Annotated[Path, typer.Argument(help="Stack file (TOML).", metavar="STACK.toml")],
-    seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="End by itself after so many seconds; 0 means never.")
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),
-    ] = None,
-    log_dir: Annotated[
-        Path | None, typer.Option(help="Directory of the log files instead of the stack's.")
-    ] = None,
-) -> None:
-    """Start the processes of a stack file and end them all together.
-
-    Each writes a log file of its own; the foreground process, if the stack
-    has one, gets the terminal. Ctrl-C ends everything in reverse order; a
-    second Ctrl-C at once.
-    """
-    description = load_stack(stack)
-    changes = dict(_parse(setting) for setting in settings or [])
-    # A stack whose foreground process counts the seconds itself says so by having that variable.
-    counts_itself = "seconds" in description.variables
-    if seconds is not None and counts_itself:
-        changes["seconds"] = f"{seconds:g}"
-    taken = False
-    if description.endpoint and "endpoint" not in changes:
-        changes["endpoint"] = free_endpoint(description.endpoint)
-        taken = changes["endpoint"] != description.endpoint
-    processes = description.with_variables(changes)
-    logs = log_dir or description.log_dir
-    typer.echo(f"Starting {description.name}: {', '.join(process.name for process in processes)}")
-    typer.echo(f"  logs in {logs}{', endpoint ' + changes['endpoint'] if description.endpoint else ''}")
-    if taken:
-        typer.echo(
-            f"  {description.endpoint} is in use, perhaps by another robot server; this stack keeps apart"
-        )
-    limit = None if counts_itself or not seconds else seconds
-    launcher = Launcher(processes, logs, typer.echo, limit)
-    raise typer.Exit(asyncio.run(launcher.run()))
-
-
-def _parse(setting: str) -> tuple[str, str]:
-    name, equals, value = setting.partition("=")
-    if not equals or not name:
-        raise typer.BadParameter(f"{setting!r} is not NAME=VALUE", param_hint="--set")
-    return name, value
+from startup import loading
 
 
 def main() -> None:
-    """Run the command; a wrong stack file is one line on stderr and exit code 1."""
-    try:
-        app()
-    except StackError as error:
-        typer.echo(f"error: {error}", err=True)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    """Run the command."""
+    with loading():
+        from deploy.command import run
+    run()

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from typing import NoReturn
+
+from startup import loading
 
 
 def main() -> NoReturn:
     """Run the command `naoserver-sim`."""
-    # While modules load there is nothing to clean up, and Ctrl-C would leave a traceback out of their middle.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
-        from naoserver.errors import RobotError
-        from naoserver_sim.command import app
-        from zenoh_ice.command import run
+        with loading():
+            from naoserver.errors import RobotError
+            from naoserver_sim.command import app
+            from zenoh_ice.command import run
     except ModuleNotFoundError as error:
         sys.exit(f"naoserver-sim: error: {error.name} is not installed; type: pip install 'visualhfsm[sim]'")
     run(app, expected=(RobotError,))

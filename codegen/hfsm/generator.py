@@ -41,6 +41,11 @@ def _header(program: Program) -> Iterator[str]:
     yield "# fmt: off"
     yield "# mypy: ignore-errors"
     yield ""
+    yield 'if __name__ == "__main__":'
+    yield "    import startup"
+    yield ""
+    yield "    startup.end_at_ctrl_c()  # while what follows is imported"
+    yield ""
     if any(_undeclared(automaton) for automaton in program.automata):
         yield "from typing import Any"
         yield ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
@@ -51,6 +52,32 @@ def test_ctrl_c_in_the_middle_of_start_up_is_clean(loaded: str, free_robot_endpo
 
         assert server.wait(10) in (130, -signal.SIGINT)  # the signal itself while nothing needs cleaning up
         assert "Traceback" not in server.output
+
+
+# Of each command a package that it imports at the beginning, and one that it imports late.
+LOADS = {
+    "naoserver-sim": (module("naoserver_sim"), ("typer", "mujoco")),
+    "behavior": (module("behaviors.follow_ball"), ("zenoh", "cv2", "typer")),
+    "ballmover": (module("ballmover", "green"), ("zenoh", "typer")),
+    "visualhfsm": (module("visualhfsm", "watch"), ("zenoh", "typer")),
+    "codegen": (module("codegen", "behaviors/dance.xml"), ("typer",)),
+    "deploy": (module("deploy", "deploy/demo.toml"), ("typer",)),
+}
+
+
+@pytest.mark.parametrize(
+    ("command", "package"),
+    [(command, package) for command, packages in LOADS.values() for package in packages],
+    ids=[f"{name}-{package}" for name, (_, packages) in LOADS.items() for package in packages],
+)
+def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str, tmp_path: Path) -> None:
+    (tmp_path / f"{package}.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(60)\n")
+    with ComponentProcess(command, {"PYTHONPATH": str(tmp_path)}) as process:
+        process.wait_for("loading")
+        process.process.send_signal(signal.SIGINT)
+
+        assert process.wait(10) == 130
+        assert "Traceback" not in process.output
 
 
 @pytest.mark.slow

@@ -1,0 +1,34 @@
+"""Let Ctrl-C end a command quietly even while its modules load.
+
+Every command begins with this, before it imports anything else; so this imports next to nothing itself.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = ["end_at_ctrl_c", "loading"]
+
+_INTERRUPTED = 130
+
+
+def end_at_ctrl_c() -> None:
+    """Let Ctrl-C end the process at once, with exit code 130, until another handler takes its place.
+
+    Nothing is cleaned up: it is for as long as there is nothing to clean up.
+    """
+    signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(_INTERRUPTED))
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """Let Ctrl-C end the process at once while the modules of a command load in a `with` block."""
+    before = signal.getsignal(signal.SIGINT)
+    end_at_ctrl_c()
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

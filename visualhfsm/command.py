@@ -1,0 +1,96 @@
+"""The command `visualhfsm`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenoh_ice.command import (
+    ClockChoice,
+    Config,
+    Connect,
+    Listen,
+    LogLevel,
+    Realm,
+    ShowConfig,
+    Timeout,
+    configure,
+)
+
+__all__ = ["app"]
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True)
+
+_WATCH_EPILOG = """Examples:
+
+visualhfsm watch
+
+visualhfsm watch dance_and_follow --seconds 60 --report report.html
+
+visualhfsm watch follow_ball --plain > log.txt"""
+
+
+@app.callback()
+def visualhfsm() -> None:
+    """See what a component of hierarchical finite state machines does."""
+
+
+@app.command(epilog=_WATCH_EPILOG)
+def watch(
+    *,
+    component: Annotated[
+        str, typer.Argument(metavar="COMPONENT", help="Name of a running component; needed if several run.")
+    ] = "",
+    seconds: Annotated[
+        float, typer.Option(metavar="S", min=0.0, help="End by itself after so many seconds; 0 is never.")
+    ] = 0.0,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="HTML", dir_okay=False, help="Write a report with pictures at the end."),
+    ] = None,
+    plain: Annotated[
+        bool, typer.Option("--plain", help="One line a second, as when the output is no terminal.")
+    ] = False,
+    wait: Annotated[
+        float, typer.Option(metavar="S", min=0.0, help="How long the component may take to appear.")
+    ] = 3.0,
+    realm: Realm = None,
+    connect: Connect = None,
+    listen: Listen = None,
+    clock: ClockChoice = None,
+    timeout: Timeout = None,
+    config: Config = None,
+    show_config: ShowConfig = False,
+    log_level: LogLevel = None,
+) -> None:
+    """Show a component and its robot in the terminal.
+
+    Automata stand as a tree of states with their timers, beside the ball in
+    the robot's image, the angles of head and arms, and how well the robot's
+    server keeps up. Ctrl-C ends with a summary. A component or a robot that
+    goes away is waited for.
+    """
+    settings = configure(
+        realm=realm,
+        connect=connect,
+        listen=listen,
+        clock=clock,
+        timeout=timeout,
+        config=config,
+        show_config=show_config,
+        log_level=log_level,
+        defaults={"clock": "wall"},
+    )
+    from rich.console import Console
+
+    from visualhfsm.watch.discovery import find_component
+    from visualhfsm.watch.watcher import WatchOptions
+    from visualhfsm.watch.watcher import watch as watch_component
+    from zenoh_ice import initialize
+
+    with initialize(settings) as communicator:
+        component = component or find_component(communicator, wait)
+        options = WatchOptions(component, seconds, wait, report, plain)
+        watch_component(communicator, options, Console())
