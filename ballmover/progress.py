@@ -82,11 +82,16 @@ class Progress:
 
     def lost(self, reason: str) -> None:
         """Tell that the server does not answer."""
-        self._say(self._errors, f"{self._color}: lost the ball, waiting for its return: {reason}")
+        self._warn(f"{self._color}: lost the ball, waiting for its return: {reason}")
 
     def returned(self) -> None:
         """Tell that the server is back."""
-        self._say(self._errors, f"{self._color}: the ball is back; going on")
+        self._warn(f"{self._color}: the ball is back; going on")
+
+    def _warn(self, text: str) -> None:
+        # On a terminal that shows the bar only the bar's own console writes above it.
+        shared = self._live.is_started and self._errors.is_terminal
+        self._say(self._console if shared else self._errors, text)
 
     @staticmethod
     def _say(console: Console, text: str) -> None:

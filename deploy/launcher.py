@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import socket
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -113,8 +114,11 @@ class Launcher:
             return _End(1, f"{spec.name} cannot be started: {error}")
 
     def _end_of(self, process: StackProcess, code: int) -> _End:
+        if process.spec.foreground and code < 0:
+            _leave_full_screen()
+            return _End(128 - code, f"{process.spec.name} {describe_exit(code)}")
         if process.spec.foreground:
-            return _End(code if code >= 0 else 128 - code)
+            return _End(code)
         return _End(1, self._failure(process, f"{describe_exit(code)} after {self._elapsed():.1f} s"))
 
     def _failure(self, process: StackProcess, what: str) -> str:
@@ -166,6 +170,13 @@ def _terminal_kept() -> Iterator[None]:
         with contextlib.suppress(OSError):
             os.tcsetpgrp(_STDIN, os.getpgrp())
         signal.signal(signal.SIGTTOU, before)
+
+
+def _leave_full_screen() -> None:
+    """Show the terminal's ordinary screen and its cursor, which a killed process may have hidden."""
+    if sys.stdout.isatty():
+        sys.stdout.write("\x1b[?1049l\x1b[?25h")
+        sys.stdout.flush()
 
 
 def free_endpoint(endpoint: str) -> str:

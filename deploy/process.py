@@ -46,17 +46,23 @@ class StackProcess:
         place = "foreground" if foreground else "background"
         program, *arguments = self.spec.command
         tether = [sys.executable, "-I", "-S", _TETHER, str(os.getpid()), place]
-        self._child = await asyncio.create_subprocess_exec(
-            *tether,
-            sys.executable if program == "python" else program,
-            *arguments,
-            stdin=None if foreground else asyncio.subprocess.DEVNULL,
-            stdout=None if foreground else asyncio.subprocess.PIPE,
-            stderr=None if foreground else asyncio.subprocess.STDOUT,
-            env={**os.environ, "PYTHONUNBUFFERED": "1", **self.spec.environment},
-            # A foreground process must stay in the terminal's session to read its keys.
-            **({"process_group": 0} if foreground else {"start_new_session": True}),
-        )
+        # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._child = await asyncio.create_subprocess_exec(
+                *tether,
+                sys.executable if program == "python" else program,
+                *arguments,
+                stdin=None if foreground else asyncio.subprocess.DEVNULL,
+                stdout=None if foreground else asyncio.subprocess.PIPE,
+                stderr=None if foreground else asyncio.subprocess.STDOUT,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", **self.spec.environment},
+                # A foreground process must stay in the terminal's session to read its keys.
+                **({"process_group": 0} if foreground else {"start_new_session": True}),
+            )
+        finally:
+            if signal.SIGINT not in blocked:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         if self._child.stdout is not None:
             log = self.log.open("w", encoding="utf-8")
             self._output = asyncio.create_task(self._copy_output(self._child.stdout, log))

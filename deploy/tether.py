@@ -44,6 +44,9 @@ def take_terminal() -> None:
 def main() -> None:
     """Tie this process to the launcher and become the command."""
     launcher, place, *command = sys.argv[1:]
+    # Python would turn an early SIGINT, which the launcher blocked until here, into a traceback.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     die_with(int(launcher))
     if place == "foreground":
         take_terminal()

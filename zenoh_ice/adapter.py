@@ -118,8 +118,8 @@ class ObjectAdapter:
         target = Target(communicator.realm, identity)
         if communicator.presence.interfaces(target):
             raise AlreadyRegisteredException(
-                f"another process of realm {target.realm!r} serves {identity!r} already: two robot servers "
-                "of one realm would share its commands; stop one, or give it another --realm"
+                f"another process of realm {target.realm!r} serves {identity!r} already, and two would "
+                "share what is meant for one: stop one, or give it another --realm"
             )
         incoming = Incoming(communicator, target, servant)
         if communicator.local_servants.setdefault(target, incoming) is not incoming:

@@ -33,6 +33,7 @@ _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1
 
 _MAX_SERVANTS: Final = 4096
+_MOST_NAMED: Final = 8  # servants in an error message
 
 _logger = logging.getLogger(__name__)
 
@@ -173,10 +174,14 @@ class Presence:
                 self._endpoints,
             )
         present = self.identities(target.realm)
-        near = difflib.get_close_matches(target.identity, present, 3, 0.5) or present[:8]
+        near = difflib.get_close_matches(target.identity, present, 3, 0.5)
+        if near or len(present) <= _MOST_NAMED:
+            names = ", ".join(near or present)
+        else:
+            names = f"{', '.join(present[:_MOST_NAMED])} and {len(present) - _MOST_NAMED} more"
         return ObjectNotExistException(
-            f"no servant {target.identity!r} in realm {target.realm!r}"
-            + (f"; there is {', '.join(near)}" if near else "; the realm has no servants")
+            f"no servant {target.identity!r} in realm {target.realm!r}; "
+            + (f"there is {names}" if names else "the realm has no servants: is --realm right?")
         )
 
     def _lost_with_its_link(self, target: Target) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from typing import Final
 
@@ -18,6 +19,7 @@ _RETRY_LONGEST: Final = 200  # ms
 _OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; whoever needs a servant waits longer
 _KEEP_ALIVES: Final = 4  # in a lease
 _MESSAGE_OVERHEAD: Final = 1 << 16
+_SOURCE_PLACE: Final = re.compile(r" at /\S+\.rs:\d+\.?")
 
 
 def open_session(settings: Settings) -> zenoh.Session:
@@ -81,4 +83,5 @@ def _explain(error: zenoh.ZError, listen: Sequence[str]) -> EndpointInUseExcepti
         return EndpointInUseException(
             f"port in use: another process listens on {used} already; stop it or choose another with --listen"
         )
-    return ConfigurationException(f"Zenoh refuses the settings: {text}")
+    # Zenoh adds the places in its sources, nothing to a user.
+    return ConfigurationException(f"Zenoh refuses the settings: {_SOURCE_PLACE.sub('', text)}")

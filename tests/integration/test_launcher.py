@@ -12,6 +12,7 @@ import psutil
 import pytest
 
 LIMIT = 20.0
+TETHER = str(Path(__file__).resolve().parents[2] / "deploy" / "tether.py")
 
 # A process that tells its pid, says that it is ready, and notes how it is asked to end.
 SERVICE = """
@@ -258,6 +259,39 @@ def test_ctrl_c_reaches_the_foreground_process_alone_and_the_terminal_comes_back
     finally:
         os.close(main)
         os.close(terminal)
+
+
+def test_a_killed_foreground_process_leaves_a_usable_terminal_and_is_told(bench):
+    bench.add("view", SERVICE, foreground=True)
+    main, terminal = os.openpty()
+    try:
+        launcher = bench.start(terminal=terminal)
+        bench.wait_for("view.pid")
+        os.kill(int(bench.text("view.pid")), signal.SIGKILL)
+        assert launcher.wait(LIMIT) == 128 + signal.SIGKILL
+        output = os.read(main, 65536)
+        assert b"\x1b[?1049l\x1b[?25h" in output  # out of the full screen, with a cursor
+        assert b"view was ended by SIGKILL" in output
+    finally:
+        os.close(main)
+        os.close(terminal)
+
+
+def test_an_early_ctrl_c_is_no_traceback():
+    """As the launcher starts it: with SIGINT blocked until the tether can take it."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        tether = subprocess.Popen(
+            [sys.executable, "-I", "-S", TETHER, str(os.getpid()), "background", "sleep", "60"],
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    tether.send_signal(signal.SIGINT)
+    _, errors = tether.communicate(timeout=LIMIT)
+    assert tether.returncode == -signal.SIGINT
+    assert errors == b""
 
 
 def test_closing_the_terminal_ends_everything(bench):

@@ -135,6 +135,14 @@ def test_a_component_that_is_not_there_is_an_error_that_names_it(robot: ServedRo
     assert "Traceback" not in output
 
 
+def test_instead_of_a_component_that_is_not_there_those_that_run_are_named(robot: ServedRobot) -> None:
+    with component(robot.endpoint, robot.realm, "present"):
+        code, output = run(watch(robot, "absent", "--wait", "2"))
+    assert code == 1
+    assert "no component absent runs" in output
+    assert "there is present" in output
+
+
 def test_without_a_server_the_command_names_the_endpoint_and_how_to_start_one() -> None:
     endpoint = free_endpoint()
     code, output = run(module("visualhfsm", "watch", "absent", "--wait", "0.5", "--connect", endpoint))

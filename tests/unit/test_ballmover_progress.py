@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
 from rich.console import Console
@@ -22,13 +23,13 @@ def route() -> Route:
     return Route.plan(points, LIMITS, speed=0.25, loop=True)
 
 
-def show(route: Route, *, terminal: bool) -> tuple[str, str]:
+def show(route: Route, *, terminal: bool, errors_there_too: bool = False) -> tuple[str, str]:
     out, errors = io.StringIO(), io.StringIO()
     progress = Progress(
         Color.GREEN,
         route,
         Console(file=out, force_terminal=terminal, width=100, soft_wrap=True),
-        Console(file=errors, width=100, soft_wrap=True),
+        Console(file=errors, force_terminal=errors_there_too, width=100, soft_wrap=True),
     )
     with progress:
         progress.departed(1, route.stops[1], 2)
@@ -58,3 +59,9 @@ def test_a_bar_on_a_terminal_that_goes_away(route: Route) -> None:
     assert "arrived" not in out
     assert out.rstrip().endswith("\x1b[2K")  # the line is erased
     assert "lost the ball" in errors
+
+
+def test_what_is_told_on_the_terminal_of_the_bar_stands_above_it(route: Route) -> None:
+    out, errors = show(route, terminal=True, errors_there_too=True)
+    assert not errors
+    assert re.search(r"\x1b\[2K[^\n]*green: lost the ball", out)  # the bar is erased first

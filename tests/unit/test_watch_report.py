@@ -2,7 +2,9 @@
 
 import base64
 import io
+import os
 import re
+import threading
 from datetime import UTC, datetime
 
 import pytest
@@ -15,7 +17,7 @@ from visualhfsm.errors import MissingPackageError, VisualHfsmError
 from visualhfsm.watch import report
 from visualhfsm.watch.album import Picture
 from visualhfsm.watch.pictures import picture_png
-from visualhfsm.watch.report import ReportContents, write_report
+from visualhfsm.watch.report import ReportContents, check_place, write_report
 
 BEGAN = datetime(2026, 3, 1, 12, 30, tzinfo=UTC)
 
@@ -77,6 +79,28 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(VisualHfsmError, match="report cannot be written"):
         write_report(tmp_path / "file" / "report.html", ReportContents(recorded(0.1), (320, 240), BEGAN))
+    with pytest.raises(VisualHfsmError, match="report cannot be written"):
+        check_place(tmp_path / "file" / "report.html")
+
+
+def test_a_link_stays_a_link(tmp_path):
+    link = tmp_path / "link.html"
+    link.symlink_to(tmp_path / "report.html")
+    write_report(link, ReportContents(recorded(0.1), (320, 240), BEGAN))
+    assert link.is_symlink()
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text(encoding="utf-8")), daemon=True)
+    reader.start()
+    write_report(pipe, ReportContents(recorded(0.1), (320, 240), BEGAN))
+    reader.join(10)
+    assert pipe.is_fifo()
+    assert read[0].rstrip().endswith("</html>")
 
 
 def test_a_missing_package_is_named_with_the_command_that_installs_it(monkeypatch):

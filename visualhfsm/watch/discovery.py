@@ -8,7 +8,7 @@ from typing import Final
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice import Communicator
 
-__all__ = ["MONITOR_PREFIX", "find_component"]
+__all__ = ["MONITOR_PREFIX", "components", "find_component"]
 
 MONITOR_PREFIX: Final = "Hfsm."
 """Begins the identity of every component's monitor."""
@@ -23,7 +23,7 @@ def find_component(communicator: Communicator, wait: float) -> str:
     Raises VisualHfsmError when there is none or more than one.
     """
     deadline = time.monotonic() + wait
-    while not (components := _components(communicator)):
+    while not (found := components(communicator)):
         if time.monotonic() >= deadline:
             endpoints = ", ".join(communicator.settings.connect)
             raise VisualHfsmError(
@@ -32,12 +32,13 @@ def find_component(communicator: Communicator, wait: float) -> str:
             )
         time.sleep(_PERIOD)
     time.sleep(_SETTLING)
-    components = _components(communicator) or components
-    if len(components) > 1:
-        raise VisualHfsmError(f"several components run; name one of {', '.join(components)}")
-    return components[0]
+    found = components(communicator) or found
+    if len(found) > 1:
+        raise VisualHfsmError(f"several components run; name one of {', '.join(found)}")
+    return found[0]
 
 
-def _components(communicator: Communicator) -> list[str]:
+def components(communicator: Communicator) -> list[str]:
+    """Return the names of the components that are known to run in the realm."""
     identities = communicator.identities()
     return [name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX)]

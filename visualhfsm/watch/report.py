@@ -19,7 +19,7 @@ from visualhfsm.watch.album import Picture
 from visualhfsm.watch.recording import Recording
 from visualhfsm.watch.summary import SETTLING, Summary, summarize
 
-__all__ = ["ReportContents", "check_packages", "write_report"]
+__all__ = ["ReportContents", "check_packages", "check_place", "write_report"]
 
 _TEMPLATE = Path(__file__).with_name("report_template.html")
 _ROWS_OF_CHANGES = 200
@@ -48,6 +48,17 @@ def check_packages() -> None:
             raise MissingPackageError("Matplotlib", "demo")
 
 
+def check_place(path: Path) -> None:
+    """Raise VisualHfsmError when no report can be written there, before a run is spent on it."""
+    directory = path.resolve().parent
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise VisualHfsmError(f"{path}: the report cannot be written: {error.strerror}") from error
+    if not os.access(directory, os.W_OK):
+        raise VisualHfsmError(f"{path}: the report cannot be written: {directory} is not writable")
+
+
 def write_report(path: Path, contents: ReportContents) -> None:
     """Write the report, replacing what was there.
 
@@ -55,11 +66,15 @@ def write_report(path: Path, contents: ReportContents) -> None:
     """
     check_packages()
     text = _page(contents)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    target = path.resolve()  # a link stays a link
+    beside = target.with_name(f".{target.name}.{os.getpid()}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if target.exists() and not target.is_file():  # a pipe or a device is written to, never replaced
+            target.write_text(text, encoding="utf-8")
+        else:
+            beside.write_text(text, encoding="utf-8")
+            beside.replace(target)
     except OSError as error:
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)

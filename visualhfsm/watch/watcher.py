@@ -19,8 +19,8 @@ from rich.live import Live
 
 from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.watch.discovery import MONITOR_PREFIX
-from visualhfsm.watch.report import ReportContents, check_packages, write_report
+from visualhfsm.watch.discovery import MONITOR_PREFIX, components
+from visualhfsm.watch.report import ReportContents, check_packages, check_place, write_report
 from visualhfsm.watch.scene import Scene
 from visualhfsm.watch.summary import summarize
 from visualhfsm.watch.summary_view import summary_table
@@ -61,6 +61,7 @@ def watch(communicator: Communicator, options: WatchOptions, console: Console) -
     """
     if options.report is not None:
         check_packages()
+        check_place(options.report)
     began = datetime.now().astimezone()
     live = console.is_terminal and not options.plain
     telemetry = Telemetry(communicator, options.component, pictures=options.report is not None)
@@ -98,6 +99,12 @@ def _follow(
 def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
     """Raise the reason for which a component did not appear."""
     identity = f"{MONITOR_PREFIX}{options.component}"
+    others = components(communicator)
+    if others and options.component not in others:
+        raise VisualHfsmError(
+            f"no component {options.component} runs in realm {communicator.realm}; "
+            f"there is {', '.join(others)}"
+        )
     HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
     raise VisualHfsmError(f"{options.component} is there but sent nothing within {options.wait:g} s")
 
