@@ -17,6 +17,7 @@ from zenoh_ice.command import (
     ShowConfig,
     Timeout,
     configure,
+    finite,
 )
 
 from .color import Color
@@ -56,15 +57,22 @@ def move(
     ] = True,
     speed: Annotated[
         float,
-        typer.Option(metavar="M/S", min=0.001, help="Speed to waypoints that give none.", show_default=True),
+        typer.Option(metavar="M/S", min=0.001, callback=finite, help="Speed to waypoints that give none."),
     ] = 0.25,
     tolerance: Annotated[
         float,
-        typer.Option(metavar="M", min=0.0001, help="How near to a waypoint counts as there."),
+        typer.Option(
+            metavar="M", min=0.0001, callback=finite, help="How near to a waypoint counts as there."
+        ),
     ] = 0.02,
     limit: Annotated[
         float,
-        typer.Option(metavar="SECONDS", min=0.0, help="How long the ball may take to get so near."),
+        typer.Option(
+            metavar="SECONDS",
+            min=0.0,
+            callback=finite,
+            help="How long the ball may take to get so near.",
+        ),
     ] = 5.0,
     realm: Realm = None,
     connect: Connect = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -45,6 +46,8 @@ def launch(
     has one, gets the terminal. Ctrl-C ends everything in reverse order; a
     second Ctrl-C at once.
     """
+    if seconds is not None and not math.isfinite(seconds):
+        raise typer.BadParameter(f"{seconds} is not a finite number", param_hint="--seconds")
     description = load_stack(stack)
     changes = dict(_parse(setting) for setting in settings or [])
     # A stack whose foreground process counts the seconds itself says so by having that variable.

@@ -34,7 +34,11 @@ _OnError = Annotated[
 _Seconds = Annotated[
     float | None,
     typer.Option(
-        "--seconds", min=0.0, metavar="SECONDS", help="End after so long, by the component's clock."
+        "--seconds",
+        min=0.0,
+        callback=command.finite,
+        metavar="SECONDS",
+        help="End after so long, by the component's clock.",
     ),
 ]
 _StayHalted = Annotated[

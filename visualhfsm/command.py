@@ -17,6 +17,7 @@ from zenoh_ice.command import (
     ShowConfig,
     Timeout,
     configure,
+    finite,
 )
 
 __all__ = ["app"]
@@ -44,7 +45,10 @@ def watch(
         str, typer.Argument(metavar="COMPONENT", help="Name of a running component; needed if several run.")
     ] = "",
     seconds: Annotated[
-        float, typer.Option(metavar="S", min=0.0, help="End by itself after so many seconds; 0 is never.")
+        float,
+        typer.Option(
+            metavar="S", min=0.0, callback=finite, help="End by itself after so many seconds; 0 is never."
+        ),
     ] = 0.0,
     report: Annotated[
         Path | None,
@@ -54,7 +58,10 @@ def watch(
         bool, typer.Option("--plain", help="One line a second, as when the output is no terminal.")
     ] = False,
     wait: Annotated[
-        float, typer.Option(metavar="S", min=0.0, help="How long the component may take to appear.")
+        float,
+        typer.Option(
+            metavar="S", min=0.0, callback=finite, help="How long the component may take to appear."
+        ),
     ] = 3.0,
     realm: Realm = None,
     connect: Connect = None,

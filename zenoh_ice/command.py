@@ -20,6 +20,7 @@ A command looks like this:
 from __future__ import annotations
 
 import logging
+import math
 import signal
 import sys
 import time
@@ -43,6 +44,7 @@ __all__ = [
     "ShowConfig",
     "Timeout",
     "configure",
+    "finite",
     "run",
     "set_up_logging",
 ]
@@ -147,6 +149,16 @@ def configure(
         raise typer.Exit
     set_up_logging(settings.log_level)
     return settings
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number of the command line; as the `callback` of an option it refuses `nan` and `inf`.
+
+    Raises typer.BadParameter.
+    """
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"{value} is not a finite number")
+    return value
 
 
 def set_up_logging(level: str) -> None:

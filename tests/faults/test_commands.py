@@ -80,6 +80,26 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
         assert "Traceback" not in process.output
 
 
+@pytest.mark.parametrize("number", ["nan", "inf"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        module("behaviors.dance", "--seconds"),
+        module("ballmover", "green", "--speed"),
+        module("ballmover", "green", "--tolerance"),
+        module("ballmover", "green", "--limit"),
+        module("visualhfsm", "watch", "--seconds"),
+        module("visualhfsm", "watch", "--wait"),
+        module("deploy", "deploy/demo.toml", "--seconds"),
+    ],
+    ids=lambda command: f"{command[2]} {command[-1]}",
+)
+def test_a_number_that_is_none_is_wrong_usage(command: list[str], number: str) -> None:
+    with ComponentProcess([*command, number]) as process:
+        assert process.wait(10) == 2
+        assert "Invalid value" in process.output
+
+
 @pytest.mark.slow
 @pytest.mark.gl
 def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: str) -> None:
