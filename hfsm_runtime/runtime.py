@@ -128,7 +128,8 @@ class Runtime:
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError."""
         runs = self.tree.runs if automaton == 0 else (self._run(automaton),)
-        self._threads.step(runs)
+        if not self.ended.is_set():
+            self._threads.step(runs)
 
     def force(self, automaton: int, transition: int) -> None:
         """Fire a transition at the next cycle of its automaton, whatever its guard says.

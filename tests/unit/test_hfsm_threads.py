@@ -229,6 +229,19 @@ def test_a_step_while_it_runs_does_nothing() -> None:
     assert runtime.tree.root.cycles == 1
 
 
+def test_a_component_that_is_to_end_makes_no_further_step() -> None:
+    ran = threading.Event()
+    root = automaton(1, "root", [State(id=1, name="a", initial=True, code=ran.set)])
+    with running(root) as runtime:
+        assert ran.wait(LIMIT)
+        runtime.pause()
+        eventually(lambda: not runtime.in_cycle)
+        ran.clear()
+        runtime.request_stop()
+        runtime.step(0)
+        assert not ran.is_set()
+
+
 def test_a_transition_is_forced_whatever_its_guard_says() -> None:
     root = automaton(
         1,
