@@ -1,5 +1,6 @@
 """The tree of automata: its rows, the path of current states, and when an automaton became active."""
 
+from interfaces.hfsm import AutomatonStructure, ComponentStructure, StateStructure
 from tests.support.component import dance_and_follow, snapshot
 from visualhfsm.watch.automata import Automata
 
@@ -48,3 +49,20 @@ def test_a_structure_that_is_no_tree_ends():
     rows = list(Automata(structure).rows())
     assert len(rows) == 10
     assert Automata(structure).current_path(snapshot(12.0)) == ["dance", "right"]
+
+
+def test_a_structure_deeper_than_the_stack_is_shown_as_far_as_anybody_looks():
+    automata = [
+        AutomatonStructure(
+            id=number,
+            name=f"s{number}",
+            parent=number - 1,
+            owner=1 if number > 1 else 0,
+            period=0.1,
+            states=[StateStructure(id=1, name="s", initial=True, child=number + 1)],
+            transitions=[],
+        )
+        for number in range(1, 2001)
+    ]
+    rows = list(Automata(ComponentStructure(name="deep", automata=automata)).rows())
+    assert [row.automaton.id for row in rows] == list(range(1, 65))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from interfaces.hfsm import (
     AutomatonSnapshot,
@@ -15,6 +16,10 @@ from interfaces.hfsm import (
 )
 
 __all__ = ["Automata", "StateRow", "by_id", "printable"]
+
+
+_DEEPEST: Final = 64
+"""Levels of automata that are shown; codegen makes no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +99,7 @@ class Automata:
             here = (*last, position == len(automaton.states))
             yield StateRow(automaton, state, here)
             child = self._by_id.get(state.child)
-            if child is not None and child.id not in visited:
+            if child is not None and child.id not in visited and len(here) < _DEEPEST:
                 yield from self._rows_below(child, here, visited)
 
     def current_path(self, snapshot: ComponentSnapshot) -> list[str]:
