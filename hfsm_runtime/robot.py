@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
-from zenoh_ice import Communicator, ConnectFailedException, ObjectPrx, ZenohIceError
+from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 
 from .component import Component, proxies_of
 from .errors import ComponentError
@@ -30,9 +30,14 @@ def connect(component: Component, communicator: Communicator) -> None:
     problems: list[str] = []
     for name, declared in proxies_of(component).items():
         try:
-            proxy = declared.type.checkedCast(communicator.stringToProxy(declared.identity))
+            untyped = communicator.stringToProxy(declared.identity)
+            proxy = declared.type.checkedCast(untyped)
         except ConnectFailedException:
             raise
+        except ObjectNotExistException as error:
+            problems.append(f"self.{name}: {error}")
+            if not communicator.identities(untyped.ice_getRealm()):
+                break  # the realm is empty: each of the others would be waited for to say the same
         except ZenohIceError as error:
             problems.append(f"self.{name}: {error}")
         else:

@@ -17,7 +17,8 @@ _CHOICE: Final = "MUJOCO_GL"
 _OFF: Final = ("disable", "disabled", "off", "false", "0")
 _MISSING: Final = (
     "no GL library to render camera images with: install one with"
-    " 'apt-get install libegl1 libgl1-mesa-dri' (or libosmesa6) and start again"
+    " 'apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0' (or libosmesa6)"
+    " and start again"
 )
 
 

@@ -69,6 +69,17 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
             assert "Traceback" not in component.output
 
 
+def test_a_realm_without_servants_is_told_once(tmp_path: Path, endpoint: str) -> None:
+    config = HEAD + HEAD.replace(">head<", ">other<")
+    file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(file, endpoint, "--realm", "elsewhere") as component:
+            assert component.wait(15.0) == 1
+            assert component.output.count("no servants: is --realm right?") == 1
+            assert "Traceback" not in component.output
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_robot_and_ends_it(
     tmp_path: Path, endpoint: str, number: signal.Signals, code: int
