@@ -15,7 +15,7 @@ if __name__ == "__main__":
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition, libraries, main
 from interfaces.jderobot import Pose3DEncodersPrx, Pose3DMotorsPrx
 
-with libraries("dance.xml"):
+with libraries("dance.xml", __name__):
     from interfaces.jderobot import Pose3DMotorsData
 
 

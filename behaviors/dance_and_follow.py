@@ -18,7 +18,7 @@ from hfsm_runtime import Automaton, Component, Proxy, State, Transition, librari
 from interfaces.jderobot import CameraPrx, Pose3DEncodersPrx, Pose3DMotorsPrx
 from interfaces.nao import PoseHeadPrx
 
-with libraries("dance_and_follow.xml"):
+with libraries("dance_and_follow.xml", __name__):
     import math
     import cv2
     import numpy as np

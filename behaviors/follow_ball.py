@@ -18,7 +18,7 @@ from hfsm_runtime import Automaton, Component, Proxy, State, Transition, librari
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import PoseHeadPrx
 
-with libraries("follow_ball.xml"):
+with libraries("follow_ball.xml", __name__):
     import math
     import cv2
     import numpy as np

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import PurePath
@@ -106,14 +107,25 @@ def make_automata(component: Component) -> Automaton:
 
 
 @contextmanager
-def libraries(document: str) -> Iterator[None]:
-    """Import the libraries of a document; a missing one becomes a MissingLibraryError that says so."""
+def libraries(document: str, module: str = "") -> Iterator[None]:
+    """Import the libraries of a document in a `with` block of the component's `module`.
+
+    One that is missing or fails becomes a MissingLibraryError, which ends the program that the component is.
+    """
     try:
         yield
-    except ModuleNotFoundError as error:
-        hint = {"cv2": "opencv-python-headless"}.get(error.name or "", error.name)
-        raise MissingLibraryError(
-            f"{document} uses the library {error.name}, which is not installed: "
-            f"try `pip install {hint}`, or `pip install 'visualhfsm[vision]'` for what the examples see with",
-            name=error.name,
-        ) from error
+    except ImportError as error:
+        problem = MissingLibraryError(_explain(error, document), name=error.name)
+        if module == "__main__":  # nobody is there to catch it
+            sys.exit(f"{PurePath(sys.argv[0]).name}: error: {problem}")
+        raise problem from error
+
+
+def _explain(error: ImportError, document: str) -> str:
+    if not isinstance(error, ModuleNotFoundError):
+        return f"a library of {document} cannot be imported: {error}"
+    hint = {"cv2": "opencv-python-headless"}.get(error.name or "", error.name)
+    return (
+        f"{document} uses the library {error.name}, which is not installed: "
+        f"try `pip install {hint}`, or `pip install 'visualhfsm[vision]'` for what the examples see with"
+    )

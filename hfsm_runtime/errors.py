@@ -21,7 +21,7 @@ class DefinitionError(ComponentError):
 
 
 class MissingLibraryError(ComponentError, ImportError):
-    """A library that the document names is not installed."""
+    """A library that the document names is not installed, or cannot be imported."""
 
 
 class ComponentStoppedError(BaseException):

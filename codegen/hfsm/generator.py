@@ -63,7 +63,7 @@ def _header(program: Program) -> Iterator[str]:
         yield f"from {package} import {', '.join(sorted(names))}"
     if program.imports:
         yield ""
-        yield f"with libraries({_quoted(program.document_name)}):"
+        yield f"with libraries({_quoted(program.document_name)}, __name__):"
         for statement in program.imports:
             yield f"    {statement}"
 

@@ -8,12 +8,14 @@ import unicodedata
 from collections.abc import Collection
 from typing import Final
 
-__all__ = ["RESERVED", "camel_case", "identifier", "unique"]
+__all__ = ["RESERVED", "camel_case", "component_name", "identifier", "unique"]
 
 RESERVED: Final = frozenset(
     {"Any", "Automaton", "Component", "Proxy", "State", "Transition", "libraries", "main", "self"}
 )
 """Names that a generated component needs for itself."""
+
+_LONGEST_NAME: Final = 100
 
 
 def identifier(name: str, fallback: str) -> str:
@@ -26,6 +28,12 @@ def identifier(name: str, fallback: str) -> str:
     if not joined.isidentifier() or keyword.iskeyword(joined):
         return f"{fallback}_{joined}" if joined[0].isdigit() else f"{joined}_"
     return joined
+
+
+def component_name(stem: str) -> str:
+    """Return the name of a document's component, of ASCII letters alone: it is part of an identity."""
+    plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
+    return identifier(plain, "component")[:_LONGEST_NAME].rstrip("_")
 
 
 def camel_case(name: str) -> str:

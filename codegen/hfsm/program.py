@@ -11,7 +11,7 @@ from ..diagnostics import Diagnostics, Location, Note
 from .checks import COMPONENT_ATTRIBUTES, ON_ERROR, check_structure, milliseconds
 from .document import Automaton, Document, State, Text, Transition
 from .known_interfaces import KnownInterface, KnownInterfaces
-from .names import RESERVED, camel_case, identifier
+from .names import RESERVED, camel_case, component_name
 from .python_code import Code, CodeError, analyze_block, analyze_condition, analyze_library, analyze_methods
 
 __all__ = ["AutomatonProgram", "Program", "ProxyProgram", "TransitionProgram", "understand"]
@@ -91,7 +91,7 @@ def understand(
     reader.check_methods(document)
     if len(diagnostics.errors) > errors:
         return None
-    name = identifier(path.stem, "component")
+    name = component_name(path.stem)
     description = " ".join(document.description.text.split())
     return Program(
         document=document,

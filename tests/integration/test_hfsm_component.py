@@ -69,6 +69,28 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
             assert "Traceback" not in component.output
 
 
+def test_a_library_that_is_not_installed_is_told_in_one_line(tmp_path: Path, endpoint: str) -> None:
+    text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("no_such_thing",))
+    with start(compile_to(tmp_path, text, "seer"), endpoint) as component:
+        assert component.wait(10.0) == 1
+        assert component.output.startswith("seer.py: error: seer.xml uses the library no_such_thing")
+        assert component.output.count("\n") == 1
+
+
+def test_a_document_of_a_foreign_name_can_be_watched(tmp_path: Path, endpoint: str) -> None:
+    code = "print('sees', flush=True)"
+    text = document(sub(1, 0, state(1, "a", code, initial=True)))
+    with serve(endpoint) as server:
+        server.wait_for("ready")
+        with start(
+            compile_to(tmp_path, text, "se\N{LATIN SMALL LETTER N WITH TILDE}al"), endpoint
+        ) as component:
+            component.wait_for("sees")
+            with initialize(connect=[endpoint], clock="wall") as communicator:
+                monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.senal"))
+                assert monitor.getStructure().name == "senal"
+
+
 def test_a_realm_without_servants_is_told_once(tmp_path: Path, endpoint: str) -> None:
     config = HEAD + HEAD.replace(">head<", ">other<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
@@ -147,7 +169,8 @@ def test_a_killed_server_is_told_once_and_it_goes_on_when_the_server_is_back(
                 while component.output.count("turning") <= count:
                     assert time.monotonic() < deadline, component.output
                     time.sleep(0.02)
-            assert component.output.count("waiting for the server") == 1
+                # While the second server is there: its end is another loss.
+                assert component.output.count("waiting for the server") == 1
 
 
 def test_a_component_without_proxies_needs_no_server(tmp_path: Path, endpoint: str) -> None:

@@ -304,6 +304,12 @@ def test_a_missing_library_says_how_to_install_it(tmp_path: Path) -> None:
         load(file)
 
 
+def test_a_library_that_cannot_be_imported_is_told_with_its_document(tmp_path: Path) -> None:
+    text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("from math import no_such_name",))
+    with pytest.raises(ComponentError, match=r"a library of behavior.xml cannot be imported: .*no_such_name"):
+        load(compile_to(tmp_path, text))
+
+
 def test_proxies_are_attributes_once_they_are_connected(tmp_path: Path) -> None:
     config = "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface></iceinterface>"
     text = document(sub(1, 0, state(1, "a", "self.head.stop()", initial=True)), config=config)
