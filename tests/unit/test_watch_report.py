@@ -75,6 +75,16 @@ def test_a_short_run_without_ball_or_pictures_has_a_report(tmp_path):
     assert "There is no picture from outside. No GL library." in path.read_text(encoding="utf-8")
 
 
+def test_a_name_may_hold_dollar_signs(tmp_path):
+    recording = recorded(27)
+    for automaton in recording.automata.all:
+        automaton.name = r"$\frac$"
+        for state in automaton.states:
+            state.name = r"$\x$"
+    write_report(tmp_path / "report.html", ReportContents(recording, (320, 240), BEGAN))
+    assert r"$\x$" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
 def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(VisualHfsmError, match="report cannot be written"):

@@ -92,7 +92,7 @@ def states(recording: Recording, theme: Theme) -> bytes:
                 for span in spans:
                     if span.end - span.start > room * len(name):
                         _label_span(axis, span, row, name, theme)
-        axis.set_yticks(range(len(names)), names)
+        axis.set_yticks(range(len(names)), names, parse_math=False)
         axis.set_ylim(len(names) - 0.4, -0.6)
         axis.grid(visible=False, axis="y")
         axis.tick_params(axis="y", length=0)
@@ -237,6 +237,7 @@ def _label_span(axis: Axes, span: Span, row: int, name: str, theme: Theme) -> No
         color=theme.ink if span.ghost else theme.page,
         bbox={"facecolor": theme.page, "edgecolor": "none", "pad": 1.5} if span.ghost else None,
         clip_on=True,
+        parse_math=False,  # a name may hold dollar signs
     )
 
 
@@ -273,6 +274,7 @@ def _label_balls(axis: Axes, recording: Recording, theme: Theme) -> None:
             axis.annotate(
                 row.ball.name, (row.time, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
                 textcoords="offset points", fontsize=9, color=_ball_color(row.ball, theme),
+                parse_math=False,
             )  # fmt: skip
 
 
