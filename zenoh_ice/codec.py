@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import cached_property
 from operator import attrgetter
-from typing import Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import msgspec
 from msgspec import inspect
 
+from .arrival import Arrival, arrives_as_it_is
 from .exceptions import MarshalException
+from .values import Reference, Value, derived_classes
+
+if TYPE_CHECKING:
+    from .communicator import Communicator
 
 __all__ = ["Codec", "encode"]
 
@@ -24,7 +30,9 @@ _DECODE_ERRORS: Final = (ValueError, OverflowError, RecursionError, MemoryError)
 
 
 def _encode_foreign(value: object) -> object:
-    """Return what msgspec can encode in place of arrays and scalars of numpy and its like."""
+    """Return what msgspec can encode in place of proxies, and of arrays and scalars of numpy and its like."""
+    if isinstance(value, Reference):
+        return value.ice_toWire()
     try:
         view = memoryview(value)  # type: ignore[arg-type]
     except TypeError:
@@ -49,7 +57,7 @@ def encode(value: object, what: str) -> bytes:
     try:
         return _encoder.encode(value)
     except _ENCODE_ERRORS as error:
-        raise MarshalException(f"{what}: {error}") from error
+        raise MarshalException(f"{what}: {_why_not_encoded(error)}") from error
 
 
 class Codec(Generic[S]):
@@ -61,6 +69,8 @@ class Codec(Generic[S]):
     def __init__(self, struct: type[S]) -> None:
         self.struct = struct
         self.fields: tuple[str, ...] = struct.__struct_fields__
+        by_position = len(struct.__match_args__) == len(self.fields)
+        self._make: Callable[..., S] = struct if by_position else self._make_by_name
 
     @cached_property
     def holds_bytes(self) -> bool:
@@ -73,19 +83,29 @@ class Codec(Generic[S]):
         return msgspec.msgpack.Decoder(self.struct)
 
     @cached_property
+    def _arrival(self) -> Arrival[S] | None:
+        """What decodes instead, where msgspec alone cannot."""
+        return None if arrives_as_it_is(self.struct) else Arrival(self.struct)
+
+    @cached_property
     def _values(self) -> attrgetter[Any]:
         return attrgetter(*self.fields)
+
+    def _make_by_name(self, *values: object) -> S:
+        if len(values) != len(self.fields):
+            raise TypeError(f"{len(values)} values where {len(self.fields)} are wanted")
+        return self.struct(**dict(zip(self.fields, values, strict=True)))
 
     def pack(self, values: tuple[object, ...], what: str) -> bytes:
         """Return the struct of these field values as MessagePack.
 
         Raises TypeError for a wrong number of values, MarshalException for one that cannot travel.
         """
-        struct = self.struct(*values)
+        struct = self._make(*values)
         try:
             return _encoder.encode(struct)
         except _ENCODE_ERRORS as error:
-            raise MarshalException(f"{what}: {error}") from error
+            raise MarshalException(f"{what}: {_why_not_encoded(error)}") from error
 
     def pack_result(self, value: object, what: str) -> bytes:
         """Return what stands for the struct, None, a value or a tuple, as MessagePack.
@@ -106,32 +126,42 @@ class Codec(Generic[S]):
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")
         return self.pack(values, what)
 
-    def unpack(self, payload: bytes, what: str) -> S:
-        """Return the struct that a payload holds.
+    def unpack(self, payload: bytes, what: str, communicator: Communicator | None = None) -> S:
+        """Return the struct that a payload holds; proxies in it become those of the communicator.
 
         Raises MarshalException with the path of the first field that does not fit.
         """
         try:
-            return self._decoder.decode(payload)
+            if self._arrival is None:
+                return self._decoder.decode(payload)
+            return self._arrival.decode(payload, communicator)
         except _DECODE_ERRORS as error:
             message, path = _explain(error)
             raise MarshalException(f"{what}: {message}" + (f" at {path}" if path else ""), path) from error
 
-    def unpack_result(self, payload: bytes, what: str) -> object:
+    def unpack_result(self, payload: bytes, what: str, communicator: Communicator | None = None) -> object:
         """Return what stands for the struct that a payload holds: None, a value or a tuple.
 
         Raises MarshalException with the path of the first field that does not fit.
         """
-        struct = self.unpack(payload, what)
+        struct = self.unpack(payload, what, communicator)
         result: object = self._values(struct) if self.fields else None
         return result
 
-    def unpack_arguments(self, payload: bytes, what: str) -> tuple[Any, ...]:
+    def unpack_arguments(
+        self, payload: bytes, what: str, communicator: Communicator | None = None
+    ) -> tuple[Any, ...]:
         """Return the field values of the struct that a payload holds.
 
         Raises MarshalException with the path of the first field that does not fit.
         """
-        return msgspec.structs.astuple(self.unpack(payload, what))
+        return msgspec.structs.astuple(self.unpack(payload, what, communicator))
+
+
+def _why_not_encoded(error: BaseException) -> str:
+    if isinstance(error, RecursionError):
+        return "nested too deeply, or in a cycle: a value that holds itself cannot travel"
+    return str(error)
 
 
 def _explain(error: BaseException) -> tuple[str, str]:
@@ -156,7 +186,10 @@ def _holds_bytes(node: object, seen: set[type]) -> bool:
             if cls in seen:
                 return False
             seen.add(cls)
-            return any(_holds_bytes(field.type, seen) for field in fields)
+            derived = derived_classes(cls) if issubclass(cls, Value) else ()
+            return any(_holds_bytes(field.type, seen) for field in fields) or any(
+                _holds_bytes(inspect.type_info(each), seen) for each in derived
+            )
         case inspect.ListType(item_type=item):
             return _holds_bytes(item, seen)
         case inspect.DictType(key_type=key, value_type=value):

@@ -128,12 +128,12 @@ class UserException(ZenohIceError):
 
     def ice_members(self) -> msgspec.Struct:
         """Return the members as they travel."""
-        return self.Members(*(getattr(self, name) for name in self.Members.__struct_fields__))
+        return self.Members(**{name: getattr(self, name) for name in self.Members.__struct_fields__})
 
     @classmethod
     def ice_from_members(cls, members: msgspec.Struct) -> UserException:
         """Make the exception from the members that arrived."""
-        return cls(*(getattr(members, name) for name in members.__struct_fields__))
+        return cls(**{name: getattr(members, name) for name in members.__struct_fields__})
 
     @classmethod
     def ice_type_ids(cls) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import msgspec
 from msgspec import Meta
 
 from .exceptions import UserException
@@ -13,6 +12,7 @@ from .operation import Interface, Operation
 from .proxy import ObjectPrx
 from .publisher import Publisher
 from .stream import streamed
+from .values import Struct, Value
 
 __all__ = [
     "Byte",
@@ -27,6 +27,7 @@ __all__ = [
     "Short",
     "Struct",
     "UserException",
+    "Value",
     "streamed",
 ]
 
@@ -38,7 +39,3 @@ Int = Annotated[int, Meta(ge=-(1 << 31), le=(1 << 31) - 1)]
 """Slice's int."""
 Long = Annotated[int, Meta(ge=-(1 << 63), le=(1 << 63) - 1)]
 """Slice's long."""
-
-
-class Struct(msgspec.Struct):
-    """The root of generated structs: mutable, every member required, compared by value."""

@@ -217,7 +217,7 @@ class Incoming:
             about = NO_ATTACHMENT if attachment is None else decode_attachment(attachment)
             self._check_fingerprint(about.fingerprint, name)
             _check_patience(about, since, what)
-            arguments = operation.arguments.unpack_arguments(payload, what)
+            arguments = operation.arguments.unpack_arguments(payload, what, self._communicator)
         except ZenohIceError as error:
             return False, encode_error(error)
         current = Current(self.target.identity, name, about.client, about.call_id, self._communicator)

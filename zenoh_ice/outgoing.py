@@ -162,11 +162,14 @@ class OutgoingCall:
                 raise MarshalException(
                     f"{self.what}: a reply of {len(data)} bytes where at most {self._reply_limit} are taken"
                 )
-            return self._unpack(data.to_bytes(), self.what)
+            return self._unpack(data.to_bytes(), self.what, self._communicator)
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out
             raise TimeoutException(f"{self.what} did not answer within {self._timeout:g} s")
-        raise decode_error(error.payload.to_bytes(), self._operation.exceptions, self.what)
+        raise self._error(error.payload.to_bytes())
+
+    def _error(self, data: bytes) -> Exception:
+        return decode_error(data, self._operation.exceptions, self.what, self._communicator)
 
     def _unanswered(self, payload: bytes, started: float, *, retry: bool) -> object:
         """Find out why a call ended without an answer; an idempotent one is sent once more."""
@@ -202,8 +205,8 @@ class OutgoingCall:
         attachment = self._attachment()
         ok, answer = servant.call_here(self._operation.name, payload, attachment, self._timeout)
         if ok:
-            return self._unpack(answer, self.what)
-        raise decode_error(answer, self._operation.exceptions, self.what)
+            return self._unpack(answer, self.what, self._communicator)
+        raise self._error(answer)
 
 
 def settle(future: Future[Any], compute: Callable[[], object]) -> None:

@@ -13,6 +13,7 @@ from .operation import Interface, Operation, first_difference
 from .outgoing import OutgoingCall, fail
 from .presence import Target
 from .stream_reader import Sample, StreamReader, Subscription
+from .values import Reference
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -23,7 +24,7 @@ P = ParamSpec("P")
 V = TypeVar("V")
 
 
-class ObjectPrx:
+class ObjectPrx(Reference):
     """A proxy: it stands for a servant, wherever that is, and survives the restart of its server.
 
     Make one by `Communicator.stringToProxy` and give it a type by `checkedCast` of a generated class.
@@ -70,6 +71,15 @@ class ObjectPrx:
         """Return the proxy as text that `stringToProxy` takes."""
         realm = self._target.realm
         return self._target.identity if realm == self._communicator.realm else str(self._target)
+
+    def ice_toWire(self) -> str:
+        """Return the proxy as text that means the same in every realm."""
+        return str(self._target)
+
+    @classmethod
+    def ice_fromWire(cls, text: str, communicator: Communicator) -> Self:
+        """Return the proxy that arrived as text."""
+        return cls.uncheckedCast(communicator.stringToProxy(text))
 
     def ice_invocationTimeout(self, milliseconds: float) -> Self:
         """Return a copy whose calls end within another limit, in ms as in Ice."""

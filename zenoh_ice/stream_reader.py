@@ -149,7 +149,7 @@ class StreamReader(Generic[V]):
         if len(payload) > self._limit:
             raise MarshalException(f"{what}: {len(payload)} bytes where at most {self._limit} are taken")
         attachment = NO_ATTACHMENT if raw.attachment is None else decode_attachment(raw.attachment.to_bytes())
-        value = cast("V", self._operation.result.unpack_result(payload.to_bytes(), what))
+        value = cast("V", self._operation.result.unpack_result(payload.to_bytes(), what, self._communicator))
         return Sample(value, attachment.sequence, attachment.robot_time, attachment.wall_time)
 
     def _check_open(self) -> None:

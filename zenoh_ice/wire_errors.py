@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
-from .codec import Codec
+from .codec import Codec, encode
 from .exceptions import (
     ConnectionLostException,
     InterfaceMismatchException,
@@ -21,6 +21,9 @@ from .exceptions import (
     UserException,
     ZenohIceError,
 )
+
+if TYPE_CHECKING:
+    from .communicator import Communicator
 
 __all__ = ["ERROR_ENCODING", "decode_error", "encode_error", "unknown_exception"]
 
@@ -78,8 +81,8 @@ def encode_error(error: ZenohIceError) -> bytes:
     if isinstance(error, UserException):
         type_id, *bases = error.ice_type_ids()
         try:
-            members = msgspec.Raw(_encoder.encode(error.ice_members()))
-        except (AttributeError, TypeError, ValueError, OverflowError, RecursionError) as problem:
+            members = msgspec.Raw(encode(error.ice_members(), type_id))
+        except (AttributeError, TypeError, MarshalException) as problem:
             return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
         return _encoder.encode(_WireError(type_id, bases, members))
     wire = _WireError(_PREFIX + type(error).__name__, message=_cut(str(error)))
@@ -92,10 +95,15 @@ def encode_error(error: ZenohIceError) -> bytes:
     return _encoder.encode(wire)
 
 
-def decode_error(data: bytes, declared: Sequence[type[UserException]], what: str) -> ZenohIceError:
+def decode_error(
+    data: bytes,
+    declared: Sequence[type[UserException]],
+    what: str,
+    communicator: Communicator | None = None,
+) -> ZenohIceError:
     """Return the exception that arrived as the nearest one that the operation may raise.
 
-    `what` names the call in the text of a malformed error.
+    `what` names the call in the text of a malformed error; proxies become those of the communicator.
     """
     if len(data) > _LIMIT:
         return MarshalException(f"{what}: an error of {len(data)} bytes where at most {_LIMIT} are taken")
@@ -109,11 +117,14 @@ def decode_error(data: bytes, declared: Sequence[type[UserException]], what: str
         return InterfaceMismatchException(wire.message, wire.expected, wire.found, wire.member)
     if (system := _REMOTE.get(wire.exception)) is not None:
         return system(wire.message)
-    return _decode_user_exception(wire, declared, what)
+    return _decode_user_exception(wire, declared, what, communicator)
 
 
 def _decode_user_exception(
-    wire: _WireError, declared: Iterable[type[UserException]], what: str
+    wire: _WireError,
+    declared: Iterable[type[UserException]],
+    what: str,
+    communicator: Communicator | None,
 ) -> ZenohIceError:
     known: dict[str, type[UserException]] = {}
     for root in declared:
@@ -123,7 +134,8 @@ def _decode_user_exception(
         if (nearest := known.get(type_id)) is not None:
             codec: Codec[Any] = Codec(nearest.Members)
             try:
-                return nearest.ice_from_members(codec.unpack(bytes(wire.members), f"{what}: {type_id}"))
+                members = codec.unpack(bytes(wire.members), f"{what}: {type_id}", communicator)
+                return nearest.ice_from_members(members)
             except MarshalException as problem:
                 return problem
     return UnknownException(f"{what} raised {wire.exception}, which the operation does not declare")
