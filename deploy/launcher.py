@@ -147,12 +147,14 @@ def _signals(interrupted: asyncio.Future[_End], force: asyncio.Event) -> Iterato
         else:
             interrupted.set_result(_End(128 + number))
 
-    for number in _SIGNALS:
+    # Under nohup the end of the terminal is no reason.
+    signals = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    for number in signals:
         loop.add_signal_handler(number, end, number)
     try:
         yield
     finally:
-        for number in _SIGNALS:
+        for number in signals:
             loop.remove_signal_handler(number)
 
 

@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -58,13 +59,20 @@ class Bench:
         for key, value in keys.items():
             self._stack += f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}\n"
 
-    def start(self, *options: str, terminal: int | None = None) -> subprocess.Popen[str]:
+    def start(
+        self, *options: str, terminal: int | None = None, preexec_fn: Callable[[], object] | None = None
+    ) -> subprocess.Popen[str]:
         path = self.directory / "stack.toml"
         path.write_text(self._stack)
         command = [sys.executable, "-m", "deploy", str(path), *options]
         if terminal is None:
             self.launcher = subprocess.Popen(
-                command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+                command,
+                text=True,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                preexec_fn=preexec_fn,
             )
         else:
             self.launcher = subprocess.Popen(
@@ -191,6 +199,16 @@ def test_a_signal_ends_everything_in_reverse_order(bench, number):
     assert launcher.wait(LIMIT) == 128 + number
     assert bench.text("ended").splitlines() == ["third SIGINT", "second SIGINT", "first SIGINT"]
     assert bench.alive() == []
+
+
+def test_nohup_is_respected(bench):
+    bench.add("first", SERVICE)
+    launcher = bench.start(preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    bench.wait_for("first.pid")
+    launcher.send_signal(signal.SIGHUP)
+    launcher.send_signal(signal.SIGTERM)
+    assert launcher.wait(LIMIT) == 128 + signal.SIGTERM
+    assert bench.text("ended") == "first SIGINT\n"
 
 
 def test_a_signal_while_the_stack_is_starting_leaves_nothing_behind(bench):
