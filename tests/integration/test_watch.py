@@ -121,6 +121,19 @@ def test_of_several_components_one_must_be_named(robot: ServedRobot) -> None:
     assert "several components run; name one of one, two" in output
 
 
+def test_a_name_that_a_terminal_would_obey_is_not_shown_as_it_is(robot: ServedRobot) -> None:
+    with (
+        component(robot.endpoint, robot.realm, "one"),
+        initialize(realm=robot.realm, connect=[robot.endpoint], clock="wall") as stranger,
+    ):
+        token = stranger.session.liveliness().declare_token(f"@servant/{robot.realm}/Hfsm.\x1b[2J/::A/-")
+        code, output = run(watch(robot, "--wait", "10"))
+        token.undeclare()
+    assert code == 1
+    assert "\N{REPLACEMENT CHARACTER}[2J" in output
+    assert "\x1b" not in output
+
+
 def test_without_a_component_the_command_says_how_to_start_one(robot: ServedRobot) -> None:
     code, output = run(watch(robot, "--wait", "0.5"))
     assert code == 1

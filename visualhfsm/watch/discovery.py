@@ -6,6 +6,7 @@ import time
 from typing import Final
 
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.watch.automata import printable
 from zenoh_ice import Communicator
 
 __all__ = ["MONITOR_PREFIX", "components", "find_component"]
@@ -41,4 +42,5 @@ def find_component(communicator: Communicator, wait: float) -> str:
 def components(communicator: Communicator) -> list[str]:
     """Return the names of the components that are known to run in the realm."""
     identities = communicator.identities()
-    return [name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX)]
+    names = (name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX))
+    return [printable(name) for name in names]
