@@ -69,6 +69,11 @@ class Diagnostics:
         if path not in self._lines:
             self._lines[path] = text.split("\n")
 
+    @property
+    def sources(self) -> list[Path]:
+        """The files that were read."""
+        return list(self._lines)
+
     def error(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report something that makes the sources unusable. `code` is like `E012`."""
         self._add(Diagnostic(Severity.ERROR, code, message, location, tuple(notes)))
@@ -76,6 +81,10 @@ class Diagnostics:
     def warning(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report something doubtful that does not keep files from being written. `code` is like `W003`."""
         self._add(Diagnostic(Severity.WARNING, code, message, location, tuple(notes)))
+
+    def note(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
+        """Tell something that needs no change. `code` is like `N001`."""
+        self._add(Diagnostic(Severity.NOTE, code, message, location, tuple(notes)))
 
     def _add(self, diagnostic: Diagnostic) -> None:
         key = (diagnostic.location, diagnostic.code, diagnostic.message)

@@ -1,0 +1,45 @@
+"""The command `codegen` and its sub-commands, one module each.
+
+Nothing heavy is imported before a command runs, so that `--help` and completion answer at once.
+"""
+
+from __future__ import annotations
+
+import typer
+
+from .default_group import DEFAULT_COMMAND, DefaultGroup
+from .generate import generate
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    cls=DefaultGroup,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    subcommand_metavar="FILES... | COMMAND [ARGS]...",
+    epilog="""Examples:
+
+\b
+  codegen interfaces/*.idl              packages beside the files: interfaces/jderobot, ...
+  codegen robot.idl -I slice -o api     the package api/, with includes found in slice/
+  codegen behaviors/follow_ball.xml     the component behaviors/follow_ball.py
+  codegen --check interfaces/*.idl      exit 1 and show a diff when something is stale
+  codegen --watch interfaces/*.idl      generate again at every change
+
+Exit codes: 0 done, 1 errors in the files or, with --check, something stale, 2 wrong usage.
+`codegen COMMAND --help` explains a command.""",
+)
+
+
+@app.callback()
+def codegen() -> None:
+    """Generate Python from interfaces in Slice and from automaton documents.
+
+    Interfaces become packages of typed structs, proxies and servants; an automaton document becomes a
+    component that runs it. All files are written, or none when there is an error; a file that would not
+    change is not touched.
+    """
+
+
+app.command(DEFAULT_COMMAND)(generate)

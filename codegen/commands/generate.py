@@ -1,0 +1,190 @@
+"""`codegen [generate] FILES...`: write the Python of interfaces and automaton documents."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from codegen.diagnostics import Diagnostics
+from codegen.files import Changes, FilesNotWrittenError, GeneratedFile, apply, compare_with_disk, diff
+
+from .options import (
+    DOCUMENTS,
+    INTERFACES,
+    Format,
+    Include,
+    require_directories,
+    require_extensions,
+)
+from .reporting import ErrorFormat, report, show
+
+__all__ = ["generate"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """What is to be generated, and where to; None stands for beside the files."""
+
+    interfaces: list[Path]
+    documents: list[Path]
+    include: list[Path]
+    interface_output: Path | None
+    document_output: Path | None
+    packages_above: tuple[Path, ...]
+    """Directories above the interfaces' output that are packages too, for `--package a.b`."""
+
+
+@dataclass(slots=True)
+class _Result:
+    """What a job makes; incomplete when there were errors."""
+
+    diagnostics: Diagnostics = field(default_factory=Diagnostics)
+    generated: list[GeneratedFile] = field(default_factory=list)
+    leftovers: list[Path] = field(default_factory=list)
+
+
+def generate(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILES", help="Interfaces in Slice (.idl, .ice) and automata (.xml)."),
+    ],
+    include: Include = None,
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Write to DIR instead of beside the files."),
+    ] = None,
+    package: Annotated[
+        str | None,
+        typer.Option("--package", metavar="NAME", help="Put interfaces into the package NAME, dots allowed."),
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; exit 1 with a diff if files are stale.")
+    ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Go on, and generate again when a file changes; Ctrl-C ends it.")
+    ] = False,
+    error_format: Format = ErrorFormat.TEXT,
+) -> None:
+    """Generate Python; the command that is meant when none is named.
+
+    Interfaces become packages of typed structs, proxies and servants; an automaton document becomes a
+    component that runs it. All files are written, or none when there is an error; a file that would not
+    change is not touched.
+    """
+    require_extensions(files, INTERFACES | DOCUMENTS)
+    if output is not None and output.exists() and not output.is_dir():
+        raise typer.BadParameter(f"{output} is not a directory", param_hint="-o")
+    if check and watch:
+        raise typer.BadParameter("--check shows once what --watch would write", param_hint="--watch")
+    interfaces = [path for path in files if path.suffix.lower() in INTERFACES]
+    root, above = _package_directory(package, output, interfaces)
+    job = _Job(
+        interfaces,
+        [path for path in files if path.suffix.lower() in DOCUMENTS],
+        require_directories(include),
+        root,
+        output,
+        above,
+    )
+    if watch:
+        from codegen.watch import run_at_changes
+
+        run_at_changes(lambda: _write_and_list(job, error_format))
+    result = _run(job)
+    report(result.diagnostics, error_format)
+    if not _finish(result, check=check):
+        raise typer.Exit(1)
+
+
+def _package_directory(
+    package: str | None, output: Path | None, interfaces: Sequence[Path]
+) -> tuple[Path | None, tuple[Path, ...]]:
+    """Return where interfaces go, and the directories above it that a package with dots needs."""
+    if package is None:
+        return output, ()
+    parts = package.split(".")
+    if not all(part.isidentifier() and not keyword.iskeyword(part) for part in parts):
+        raise typer.BadParameter(f"{package} is no name of a package", param_hint="--package")
+    if output is None:
+        parents = {path.parent.resolve(): path.parent for path in interfaces}
+        if len(parents) > 1:
+            message = "the files lie in several directories: say with -o where the package goes"
+            raise typer.BadParameter(message, param_hint="--package")
+        output = next(iter(parents.values()), Path())
+    above = tuple(output.joinpath(*parts[:length]) for length in range(1, len(parts)))
+    return output.joinpath(*parts), above
+
+
+def _run(job: _Job) -> _Result:
+    """Compile everything; nothing is written."""
+    result = _Result()
+    if job.interfaces:
+        from codegen.idl import compile_interfaces
+
+        compilation = compile_interfaces(
+            job.interfaces, job.include, job.interface_output, result.diagnostics
+        )
+        result.generated += compilation.files
+        result.leftovers += compilation.leftovers
+        result.generated += (
+            GeneratedFile(directory / "__init__.py", "")
+            for directory in job.packages_above
+            if not (directory / "__init__.py").exists()
+        )
+    if job.documents:
+        from codegen.hfsm import compile_document
+
+        for path in job.documents:
+            made = compile_document(path, job.document_output, result.diagnostics, job.include)
+            result.generated += made or []
+    return result
+
+
+def _finish(result: _Result, *, check: bool) -> bool:
+    """Write what changed, or only show it; return whether the disk is now as it should be."""
+    try:
+        changes = compare_with_disk(result.generated, result.leftovers)
+        if check:
+            _show_stale(result, changes)
+            return not changes
+        apply(changes)
+    except FilesNotWrittenError as error:
+        typer.echo(str(error), err=True)
+        return False
+    except OSError as error:
+        typer.echo(f"{error.filename}: {error.strerror}", err=True)
+        return False
+    for file in changes.write:
+        typer.echo(f"wrote {file.path}")
+    for path in changes.remove:
+        typer.echo(f"removed {path}")
+    unchanged = len(result.generated) - len(changes.write)
+    if unchanged:
+        typer.echo(f"{unchanged} file{'s' if unchanged > 1 else ''} up to date")
+    return True
+
+
+def _show_stale(result: _Result, changes: Changes) -> None:
+    if changes:
+        typer.echo(diff(changes), nl=False)
+        count = len(changes.write) + len(changes.remove)
+        typer.echo(f"{count} of {len(result.generated) + len(result.leftovers)} files are stale", err=True)
+
+
+def _write_and_list(job: _Job, error_format: ErrorFormat) -> list[Path]:
+    """Do a job, tell how it went, and return the paths whose change makes it worth doing again."""
+    result = _run(job)
+    show(result.diagnostics, error_format)
+    watched = [*job.interfaces, *job.documents, *result.diagnostics.sources]
+    if result.diagnostics.has_errors:
+        # A missing file may turn up in any of the directories that are searched.
+        watched += [*job.include, *{path.parent for path in watched}]
+    else:
+        _finish(result, check=False)
+    return watched

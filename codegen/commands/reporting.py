@@ -1,0 +1,42 @@
+"""Show what was found wrong, and end a command as that demands."""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import StrEnum
+
+import typer
+
+from codegen.diagnostics import Diagnostics
+
+__all__ = ["ErrorFormat", "report", "show"]
+
+
+class ErrorFormat(StrEnum):
+    """For whom diagnostics are written: people, programs, or the annotations of a pull request."""
+
+    TEXT = "text"
+    JSON = "json"
+    GITHUB = "github"
+
+
+def show(diagnostics: Diagnostics, error_format: ErrorFormat) -> None:
+    """Write everything found to stderr."""
+    if error_format is ErrorFormat.TEXT:
+        text = diagnostics.render(color=_wants_color())
+    else:
+        raise NotImplementedError
+    if text:
+        typer.echo(text, err=True)
+
+
+def report(diagnostics: Diagnostics, error_format: ErrorFormat) -> None:
+    """Write everything found to stderr, and end the command with exit code 1 when there is an error."""
+    show(diagnostics, error_format)
+    if diagnostics.has_errors:
+        raise typer.Exit(1)
+
+
+def _wants_color() -> bool:
+    return sys.stderr.isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
