@@ -8,9 +8,13 @@ from __future__ import annotations
 
 import itertools
 import reprlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from types import CellType, ModuleType
 from typing import Final
+
+import msgspec
+
+from zenoh_ice import Sample
 
 from .automaton import Automaton
 
@@ -40,7 +44,7 @@ def variables_of(automaton: Automaton) -> dict[str, str]:
 def short_repr(value: object) -> str:
     """Return the repr of any object, cut to 120 characters, whatever its repr raises."""
     try:
-        text = _repr.repr(value)
+        text = _BoundedRepr().repr(value)
     except Exception as error:  # noqa: BLE001 - a repr is user code, and may meet an object that changes
         text = f"<{type(value).__name__}: its repr raised {type(error).__name__}>"
     if len(text) > _LONGEST:
@@ -66,7 +70,7 @@ def _functions(automaton: Automaton) -> Iterator[Callable[[], object]]:
 
 
 class _BoundedRepr(reprlib.Repr):
-    """A repr that does not walk through a million elements to show twenty."""
+    """A repr that does not walk through a million elements to show twenty. Good for one value."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,14 +79,27 @@ class _BoundedRepr(reprlib.Repr):
         self.maxlist = self.maxtuple = self.maxset = self.maxfrozenset = self.maxdeque = _LONGEST // 3 + 1
         self.maxdict = self.maxarray = _LONGEST // 3 + 1
         self.maxstring = self.maxother = self.maxlong = 4 * _LONGEST
+        self._left = _LONGEST + 1
+
+    def repr1(self, x: object, level: int) -> str:
+        """Return the repr of an element; each takes a character, so that after so many none shows."""
+        self._left -= 1
+        return super().repr1(x, level) if self._left >= 0 else "..."
+
+    # reprlib's own sort what they show, which is not how Python shows it, and costs as much as all of it.
 
     def repr_dict(self, value: dict[object, object], level: int) -> str:
-        # reprlib's own sorts the keys, which is not how Python shows a dict.
         if value and level <= 0:
             return "{...}"
         shown = list(itertools.islice(value.items(), self.maxdict))
         items = [f"{self.repr1(key, level - 1)}: {self.repr1(item, level - 1)}" for key, item in shown]
         return "{" + ", ".join(items + ["..."] * (len(value) > len(shown))) + "}"
+
+    def repr_set(self, value: set[object], level: int) -> str:
+        return f"{{{self._elements(value, level)}}}" if value else "set()"
+
+    def repr_frozenset(self, value: frozenset[object], level: int) -> str:
+        return f"frozenset({{{self._elements(value, level)}}})" if value else "frozenset()"
 
     def repr_bytes(self, value: bytes, level: int) -> str:  # noqa: ARG002 - reprlib calls it so
         return repr(value[:_LONGEST])
@@ -90,5 +107,19 @@ class _BoundedRepr(reprlib.Repr):
     def repr_bytearray(self, value: bytearray, level: int) -> str:  # noqa: ARG002
         return repr(value[:_LONGEST])
 
+    def repr_instance(self, x: object, level: int) -> str:
+        # Images and their samples: their own repr would write out every byte.
+        if isinstance(x, msgspec.Struct):
+            names = x.__struct_fields__ if level > 0 else ()
+            members = ", ".join(f"{name}={self.repr1(getattr(x, name), level - 1)}" for name in names)
+            return f"{type(x).__name__}({members or '...'})"
+        if isinstance(x, Sample):
+            return f"<sample {x.sequence} at {x.time:.3f} s: {self.repr1(x.value, level - 1)}>"
+        return super().repr_instance(x, level)
 
-_repr: Final = _BoundedRepr()
+    def _elements(self, values: Collection[object], level: int) -> str:
+        if level <= 0:
+            return "..."
+        shown = list(itertools.islice(values, self.maxset))
+        items = [self.repr1(value, level - 1) for value in shown]
+        return ", ".join(items + ["..."] * (len(values) > len(shown)))

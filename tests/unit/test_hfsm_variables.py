@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, State
 from hfsm_runtime.variables import short_repr, variables_of
+from interfaces.jderobot import ImageData, ImageDescription, Time
+from zenoh_ice import Sample
 
 
 def test_the_variables_that_code_uses_are_shown() -> None:
@@ -77,6 +79,48 @@ def test_objects_whose_repr_fails_or_is_endless_are_shown() -> None:
     assert "Worse" in short_repr(Worse())
     assert len(short_repr(endless)) <= 120
     assert len(short_repr(np.zeros((240, 320, 3), np.uint8))) <= 120
+
+
+IMAGE = ImageData(ImageDescription(1, 1, 3, "RGB8"), Time(1, 2), b"\x00" * 3)
+
+
+@pytest.mark.parametrize("value", [IMAGE, Time(3, 4), {1, 2}, frozenset({1}), set(), frozenset()])
+def test_structs_and_sets_are_shown_as_python_shows_them(value: object) -> None:
+    shown, whole = short_repr(value), repr(value)
+    assert shown == (whole if len(whole) <= 120 else whole[:117] + "...")
+
+
+def test_of_an_image_no_more_is_written_out_than_is_shown() -> None:
+    written_out = False
+
+    class Pixels(bytes):
+        def __repr__(self) -> str:
+            nonlocal written_out
+            written_out = True
+            return super().__repr__()
+
+    Pixels.__name__, Pixels.__module__ = "bytes", "builtins"
+
+    image = ImageData(ImageDescription(1, 1, 3, "RGB8"), Time(1, 2), Pixels(300))
+    assert short_repr(image).startswith("ImageData(description=ImageDescription(width=1, height=1, size=3")
+    assert short_repr(Sample(image, 7, 1.5, 0.0)).startswith("<sample 7 at 1.500 s: ImageData(description=")
+    assert not written_out
+
+
+def test_deeply_nested_values_are_walked_no_further_than_they_are_shown() -> None:
+    visited = 0
+
+    class Leaf:
+        def __repr__(self) -> str:
+            nonlocal visited
+            visited += 1
+            return "x"
+
+    value: object = Leaf()
+    for _ in range(5):
+        value = [value] * 40
+    assert short_repr(value).startswith("[[[[[x, x, x")
+    assert visited <= 120
 
 
 def test_a_variable_may_change_while_it_is_shown() -> None:
