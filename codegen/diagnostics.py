@@ -135,6 +135,8 @@ class Diagnostics:
         if not 0 < location.line <= len(lines):
             return []
         text = lines[location.line - 1].rstrip()
+        if not text:
+            return []
         start = min(location.column - 1, len(text))
         first = max(0, start - _LONGEST_EXCERPT // 2) if len(text) > _LONGEST_EXCERPT else 0
         text = text[first : first + _LONGEST_EXCERPT]

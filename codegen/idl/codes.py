@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Code(StrEnum):
-    """What a diagnostic is about: E is an error, W a warning."""
+    """What a diagnostic is about: E is an error, W a warning, N a note."""
 
     UNREADABLE_FILE = "E001"
     UNEXPECTED_CHARACTER = "E002"
@@ -33,15 +33,21 @@ class Code(StrEnum):
     CONTAINS_ITSELF = "E025"
     RESERVED_NAME = "E026"
     CHANGED_MEANING = "E027"
-    NEVER_DEFINED = "E028"
     BAD_STREAM = "E029"
     NAME_CLASH_IN_OUTPUT = "E030"
-    NOT_SUPPORTED = "E031"
     FOREIGN_FILE = "E032"
     NO_MEMBER = "E033"
     TOO_DEEP = "E034"
+    BAD_TAG = "E035"
+    LOCAL_TYPE = "E036"
 
     UNKNOWN_METADATA = "W001"
     TOLERATED_KEYWORD = "W002"
     UNKNOWN_ENCODING = "W003"
+    DEPRECATED = "W004"
     UNKNOWN_ESCAPE = "W005"
+    NEVER_DEFINED = "W006"
+    COMMENT_WITHOUT_END = "W007"
+    NOT_UTF8_ESCAPES = "W008"
+
+    LOCAL_LEFT_OUT = "N001"

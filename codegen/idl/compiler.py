@@ -13,6 +13,7 @@ from codegen.files import GeneratedFile
 from . import ast
 from .checker import check
 from .codes import Code
+from .dialect import DEFAULT, Dialect
 from .lexer import Source
 from .names import exported_names, module_package
 from .packages import ModuleSummary, package_files, read_summary
@@ -48,6 +49,7 @@ def compile_interfaces(
     include_directories: Sequence[Path],
     output: Path | None,
     diagnostics: Diagnostics,
+    dialect: Dialect = DEFAULT,
 ) -> Compilation:
     """Compile IDL files and all that they include.
 
@@ -60,7 +62,9 @@ def compile_interfaces(
     sources = {source: path for path in paths if (source := files.load(path)) is not None}
     for source, path in sources.items():
         unit = preprocessor.unit(source)
-        tree = parse(unit, diagnostics)
+        tree = parse(unit, diagnostics, dialect)
+        if not unit.complete:  # every name of a file that is not found would seem undefined
+            continue
         check(tree, diagnostics)
         directory = output or path.parent
         root = roots.setdefault(directory.resolve(), _Root(directory, output is None))

@@ -1,16 +1,15 @@
-"""Check and evaluate the values of constants, defaults and enumerators."""
+"""Check and evaluate values: of constants, defaults, enumerators, tags and compact ids."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
-from codegen.diagnostics import Diagnostics, Note, did_you_mean
+from codegen.diagnostics import Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .lexer import Token
-from .symbols import Symbols
+from .resolver import Resolver, declared_kind, with_article
+from .symbols import Scope
 
 INTEGER_RANGES = {
     "byte": (0, 2**8 - 1),
@@ -18,121 +17,210 @@ INTEGER_RANGES = {
     "int": (-(2**31), 2**31 - 1),
     "long": (-(2**63), 2**63 - 1),
 }
+_HIGHEST_TAG = INTEGER_RANGES["int"][1]
+_VALUE_TYPES = frozenset({*INTEGER_RANGES, "bool", "float", "double", "string"})
 
 
 class ConstantChecker:
     """Gives literals their values and reports those that do not fit."""
 
-    def __init__(self, symbols: Symbols, diagnostics: Diagnostics) -> None:
-        self._symbols = symbols
-        self._diagnostics = diagnostics
+    def __init__(self, resolver: Resolver) -> None:
+        self._resolver = resolver
 
-    def _error(self, code: Code, message: str, token: Token, notes: Iterable[Note] = ()) -> None:
-        self._diagnostics.error(code, message, token.location, notes)
+    def check_constant(self, constant: ast.Constant, scope: Scope) -> None:
+        """Give a constant its value."""
+        self._check(constant.literal, constant.type, f"constant `{constant.name}`", scope)
 
-    def check(self, literal: ast.Literal, kind: ast.Type, name: str, scope: str) -> None:
-        """Give a literal its value and report one that does not fit the constant or member `name`."""
-        if isinstance(kind, ast.NamedType) and kind.definition is None:
+    def check_default(self, member: ast.Member, scope: Scope) -> None:
+        """Give a member its default value."""
+        if member.default is not None:
+            self._check(member.default, member.type, f"member `{member.name}`", scope)
+
+    def _check(self, literal: ast.Literal, kind: ast.Type, what: str, scope: Scope) -> None:
+        if literal.name is not None and not self._resolve(literal, scope):
             return
         if isinstance(kind, ast.NamedType) and isinstance(kind.definition, ast.Enumeration):
-            self._check_enumerator(literal, kind.definition, scope)
+            self._check_enumerator(literal, kind.definition, what)
+        elif isinstance(kind, ast.BuiltinType) and kind.name in _VALUE_TYPES:
+            self._check_builtin(literal, kind.name, what, scope)
+        else:
+            message = f"{what} can have no value: its type is neither built in nor an enumeration"
+            self._resolver.error(Code.BAD_CONSTANT, message, kind.token)
+
+    def _resolve(self, literal: ast.Literal, scope: Scope) -> bool:
+        """Find what a literal names, if it is declared; report a name that has no value."""
+        name = literal.name or ""
+        target = self._resolver.symbols.find(name, scope.name)
+        if target is None:  # perhaps an enumerator of the wanted type
+            return True
+        if not isinstance(target, ast.Constant | ast.Enumerator):
+            note = Note(f"`{target.name}` is defined here", target.token.location)
+            message = f"`{name}` is {with_article(declared_kind(target).kind)}, which has no value"
+            self._resolver.error(Code.BAD_CONSTANT, message, literal.token, note)
+            return False
+        self._resolver.introduce(name, scope, literal.token, target)
+        literal.target = target
+        return True
+
+    def _check_builtin(self, literal: ast.Literal, kind: str, what: str, scope: Scope) -> None:
+        target = literal.target
+        if literal.name is not None and target is None:
+            notes = self._resolver.symbols.proposal(literal.name, scope.name)
+            message = f"`{literal.name}` is not defined"
+            self._resolver.error(Code.UNDEFINED_NAME, message, literal.token, *notes)
             return
-        if not isinstance(kind, ast.BuiltinType):
-            message = f"`{name}` can have no value: its type is neither built in nor an enumeration"
-            self._error(Code.BAD_CONSTANT, message, kind.token)
+        if isinstance(target, ast.Enumerator) or _is_enumeration(target):
+            note = Note(f"`{literal.name}` is defined here", target.token.location) if target else None
+            message = f"the value of {what} is an enumerator, not a {kind}"
+            self._resolver.error(Code.BAD_CONSTANT, message, literal.token, *([note] if note else []))
+            return
+        if isinstance(target, ast.Constant):
+            literal.value = target.literal.value
+        value = literal.value
+        if value is None:  # it has been reported
+            return
+        if not _fits(kind, value):
+            message = f"the value of {what} is {_described(value)}, not a {kind}"
+            self._resolver.error(Code.BAD_CONSTANT, message, literal.token)
+        elif kind in INTEGER_RANGES and isinstance(value, int):
+            lowest, highest = INTEGER_RANGES[kind]
+            if not lowest <= value <= highest:
+                message = f"{what} is out of range: a {kind} lies between {lowest} and {highest}"
+                self._resolver.error(Code.OUT_OF_RANGE, message, literal.token)
+        elif kind in {"float", "double"} and isinstance(value, int | float):
+            literal.value = _as_float(value)
+            if math.isinf(literal.value):
+                self._resolver.error(Code.OUT_OF_RANGE, f"{what} is out of range for a {kind}", literal.token)
+
+    def _check_enumerator(self, literal: ast.Literal, enumeration: ast.Enumeration, what: str) -> None:
+        """Resolve a value of an enumeration: an enumerator, scoped or not, or a constant of the type."""
+        if literal.name is None:
+            message = f"{what} is an enumerator of `{enumeration.name}`, not {_described(literal.value)}"
+            self._resolver.error(Code.BAD_CONSTANT, message, literal.token)
+            return
+        target = literal.target
+        if isinstance(target, ast.Constant):
+            target = target.literal.target
+        elif target is None:
+            # An enumerator can be named as if it stood beside its enumeration.
+            container, separator, last = literal.name.rpartition("::")
+            name = f"{container}{separator}{enumeration.name}::{last}" if separator else last
+            found = self._resolver.symbols.find(name, enumeration.scoped)
+            target = found if isinstance(found, ast.Enumerator) else None
+        if isinstance(target, ast.Enumerator) and target.enumeration is enumeration:
+            literal.target = target
+            literal.value = target.value
+            return
+        literal.target = None
+        notes = did_you_mean(literal.name, [each.name for each in enumeration.enumerators])
+        message = f"`{literal.name}` is not an enumerator of `{enumeration.name}`"
+        self._resolver.error(Code.BAD_CONSTANT, message, literal.token, *notes)
+
+    # Enumerations
+
+    def check_enumerator_value(self, enumerator: ast.Enumerator, scope: Scope) -> None:
+        """Evaluate the value that an enumerator is given, if it is."""
+        literal = enumerator.literal
+        if literal is None:
             return
         if literal.name is not None:
-            self._resolve(literal, scope)
-        value = literal.value
-        if value is None:
-            return
-        if not _fits(kind.name, value):
-            message = f"the value of `{name}` is {_described(value)}, not a {kind.name}"
-            self._error(Code.BAD_CONSTANT, message, literal.token)
-        elif kind.name in INTEGER_RANGES and isinstance(value, int):
-            lowest, highest = INTEGER_RANGES[kind.name]
-            if not lowest <= value <= highest:
-                message = f"`{name}` is out of range: a {kind.name} lies between {lowest} and {highest}"
-                self._error(Code.OUT_OF_RANGE, message, literal.token)
-        elif kind.name in {"float", "double"} and isinstance(value, int | float):
-            self._check_float(literal, value, kind.name, name)
+            target = self._resolver.symbols.find(literal.name, scope.name)
+            if target is None:
+                notes = self._resolver.symbols.proposal(literal.name, scope.name)
+                message = f"`{literal.name}` is not defined"
+                self._resolver.error(Code.UNDEFINED_NAME, message, literal.token, *notes)
+                return
+            if isinstance(target, ast.Constant):
+                literal.target = target
+                literal.value = target.literal.value
+        if not isinstance(literal.value, int) or isinstance(literal.value, bool):
+            literal.value = None
+            message = f"the value of enumerator `{enumerator.name}` is not an integer"
+            self._resolver.error(Code.BAD_ENUMERATION, message, literal.token)
 
-    def check_enumeration(self, enumeration: ast.Enumeration, scope: str) -> None:
-        """Give the enumerators their values; report values that are wrong, out of range, or used twice."""
+    def number_enumerators(self, enumeration: ast.Enumeration) -> None:
+        """Count the enumerators; report values out of range or used twice."""
         used: dict[int, ast.Enumerator] = {}
         value = -1
         for enumerator in enumeration.enumerators:
             value += 1
             place = enumerator.token
             if enumerator.literal is not None:
-                place = enumerator.literal.token
-                given = self._enumerator_value(enumerator.literal, scope)
-                if given is None:
+                if not isinstance(enumerator.literal.value, int):
                     continue
-                value = given
+                place = enumerator.literal.token
+                value = enumerator.literal.value
             enumerator.value = value
             if not 0 <= value <= INTEGER_RANGES["int"][1]:
                 message = f"the value {value} of `{enumerator.name}` is not between 0 and 2147483647"
-                self._error(Code.BAD_ENUMERATION, message, place)
+                self._resolver.error(Code.BAD_ENUMERATION, message, place)
             elif value in used:
                 note = Note("first used here", used[value].token.location)
                 message = f"`{enumerator.name}` has the same value as `{used[value].name}`"
-                self._error(Code.BAD_ENUMERATION, message, place, [note])
+                self._resolver.error(Code.BAD_ENUMERATION, message, place, note)
             used.setdefault(value, enumerator)
 
-    def _enumerator_value(self, literal: ast.Literal, scope: str) -> int | None:
-        if literal.name is not None:
-            self._resolve(literal, scope)
-        value = literal.value
-        if isinstance(value, int) and not isinstance(value, bool):
-            return value
-        if value is not None:
-            message = f"the value of an enumerator is an integer, not {_described(value)}"
-            self._error(Code.BAD_ENUMERATION, message, literal.token)
+    # Tags
+
+    def check_tag(self, tag: ast.Literal, scope: Scope) -> None:
+        """Evaluate the number in `optional(n)`."""
+        self._check_number(tag, "the tag of an optional value", scope)
+
+    def check_compact_id(self, number: ast.Literal, scope: Scope) -> None:
+        """Evaluate the number in `class C(n)`."""
+        self._check_number(number, "the compact id of a class", scope)
+
+    def _check_number(self, number: ast.Literal, what: str, scope: Scope) -> None:
+        if number.name is not None:
+            target = self._named_number(number.name, number, scope)
+            if target is None:
+                return
+            self._resolver.introduce(number.name, scope, number.token, target)
+            number.target = target
+            number.value = target.value if isinstance(target, ast.Enumerator) else target.literal.value
+        value = number.value
+        if isinstance(value, bool) or not isinstance(value, int):
+            if value is not None or number.name is not None:
+                self._resolver.error(Code.BAD_TAG, f"{what} is not an integer", number.token)
+            number.value = None
+        elif not 0 <= value <= _HIGHEST_TAG:
+            message = f"{what} is out of range: it lies between 0 and {_HIGHEST_TAG}"
+            self._resolver.error(Code.BAD_TAG, message, number.token)
+
+    def _named_number(
+        self, name: str, number: ast.Literal, scope: Scope
+    ) -> ast.Constant | ast.Enumerator | None:
+        """Find a constant or an enumerator, which needs no enumeration before its name here."""
+        target = self._resolver.symbols.find(name, scope.name)
+        if isinstance(target, ast.Constant | ast.Enumerator):
+            return target
+        if target is not None:
+            note = Note(f"`{target.name}` is defined here", target.token.location)
+            message = f"`{name}` is {with_article(declared_kind(target).kind)}, not a constant"
+            self._resolver.error(Code.BAD_TAG, message, number.token, note)
+            return None
+        enumerators = self._resolver.symbols.enumerators(name, scope.name)
+        if len(enumerators) == 1:
+            return enumerators[0]
+        notes: list[Note] = [Note("it could be this one", each.token.location) for each in enumerators]
+        if enumerators:
+            message = f"`{name}` is an enumerator of more than one enumeration"
+        else:
+            message = f"`{name}` is not defined"
+            notes += self._resolver.symbols.proposal(name, scope.name)
+        self._resolver.error(Code.UNDEFINED_NAME, message, number.token, *notes)
         return None
 
-    def _check_enumerator(self, literal: ast.Literal, enumeration: ast.Enumeration, scope: str) -> None:
-        """Resolve a value of an enumeration: an enumerator, scoped or not, or a constant of the type."""
-        if literal.name is None:
-            message = f"a value of the enumeration `{enumeration.name}` is one of its enumerators"
-            self._error(Code.BAD_CONSTANT, message, literal.token)
-            return
-        target = self._symbols.find(literal.name, scope)
-        if target is None and "::" not in literal.name:
-            target = next((each for each in enumeration.enumerators if each.name == literal.name), None)
-        if isinstance(target, ast.Constant) and isinstance(target.literal.target, ast.Enumerator):
-            target = target.literal.target
-        if isinstance(target, ast.Enumerator) and target.enumeration is enumeration:
-            literal.target = target
-            literal.value = target.value
-            return
-        notes = did_you_mean(literal.name, [each.name for each in enumeration.enumerators])
-        message = f"`{literal.name}` is not an enumerator of `{enumeration.name}`"
-        self._error(Code.BAD_CONSTANT, message, literal.token, notes)
 
-    def _resolve(self, literal: ast.Literal, scope: str) -> None:
-        """Give a literal the value of the constant that it names; report a name that is none."""
-        name = literal.name or ""
-        target = self._symbols.find(name, scope)
-        if target is None:
-            notes = self._symbols.proposal(name, scope)
-            self._error(Code.UNDEFINED_NAME, f"`{name}` is not defined", literal.token, notes)
-        elif not isinstance(target, ast.Constant) or isinstance(target.literal.target, ast.Enumerator):
-            note = Note(f"`{target.name}` is defined here", target.token.location)
-            message = f"`{name}` is not a constant of this type"
-            self._error(Code.BAD_CONSTANT, message, literal.token, [note])
-        else:
-            literal.target = target
-            literal.value = target.literal.value
+def _is_enumeration(target: ast.Constant | ast.Enumerator | None) -> bool:
+    return isinstance(target, ast.Constant) and isinstance(target.literal.target, ast.Enumerator)
 
-    def _check_float(self, literal: ast.Literal, value: float, kind: str, name: str) -> None:
-        try:
-            literal.value = float(value)
-        except OverflowError:
-            literal.value = math.inf
-        if math.isinf(literal.value):
-            message = f"`{name}` is out of range for a {kind}"
-            self._error(Code.OUT_OF_RANGE, message, literal.token)
+
+def _as_float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _fits(kind: str, value: ast.Value) -> bool:
@@ -145,7 +233,9 @@ def _fits(kind: str, value: ast.Value) -> bool:
     return kind == "string"
 
 
-def _described(value: ast.Value) -> str:
+def _described(value: ast.Value | None) -> str:
     if isinstance(value, bool):
         return "a bool"
+    if value is None:
+        return "this"
     return {int: "an integer", float: "a floating-point number", str: "a string"}[type(value)]

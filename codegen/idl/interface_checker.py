@@ -1,123 +1,127 @@
-"""The rules for interfaces and their operations."""
+"""The rules for interfaces, for what classes implement, and for their operations."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from codegen.diagnostics import Note
 
 from . import ast
 from .codes import Code
-from .lexer import Token
-from .name_rules import NameRules
+from .constants import ConstantChecker
+from .declarer import Declarer
+from .locality import LocalityRules
+from .member_checker import inherited_names
+from .output_rules import check_generated_names
 from .resolver import Resolver
+from .symbols import Scope
 
 
 class InterfaceChecker:
     """Resolves the names in interfaces and reports operations that break a rule."""
 
-    def __init__(self, resolver: Resolver, names: NameRules) -> None:
+    def __init__(self, resolver: Resolver, declarer: Declarer, constants: ConstantChecker) -> None:
         self._resolver = resolver
-        self._names = names
+        self._declarer = declarer
+        self._constants = constants
+        self._locality = LocalityRules(resolver)
 
-    def check(self, interface: ast.Interface, scope: str) -> None:
-        """Check an interface that stands in `scope`."""
-        direct: dict[str, ast.NamedType] = {}
-        for named in interface.bases:
-            base = self._resolver.base(named, interface, scope)
+    def bases(
+        self, derived: ast.Interface | ast.Class, named: Sequence[ast.NamedType], scope: Scope
+    ) -> list[ast.NamedType]:
+        """Resolve the interfaces that are extended or implemented; return those that are good, each once."""
+        good: dict[str, ast.NamedType] = {}
+        for each in named:
+            base = self._resolver.complete(each, ast.Interface, derived, scope)
             if base is not None:
-                direct.setdefault(base.scoped, named)
-        interface.bases = list(direct.values())
-        inherited = self._inherited_operations(interface)
-        self._names.unique(interface.operations, interface.scoped, inherited)
-        used: dict[str, Token] = {}
-        for operation in interface.operations:
-            self._operation_name(operation, interface)
-            self._types(operation, interface.scoped)
-            self._unchanged_meaning(operation, interface, used)
-            self._parameters(operation)
-            self._throws(operation, interface.scoped)
-        self._generated_names(interface, inherited)
+                self._locality.bases(derived, [(base, each.token)])
+                good.setdefault(base.scoped, each)
+        return list(good.values())
 
-    def _inherited_operations(self, interface: ast.Interface) -> dict[str, ast.Operation]:
-        inherited: dict[str, ast.Operation] = {}
-        for base in interface.ancestors():
-            for operation in base.operations:
-                other = inherited.setdefault(operation.name.lower(), operation)
-                if other.scoped != operation.scoped:
+    def inherited(self, derived: ast.Interface | ast.Class) -> dict[str, ast.Definition]:
+        """Return what bases bring with them by name in lower case; report what two of them bring."""
+        named = derived.bases if isinstance(derived, ast.Interface) else [derived.base, *derived.implements]
+        bases = [each.definition for each in named if each is not None and each.definition is not None]
+        brought: dict[str, ast.Definition] = {}
+        for base in bases:
+            for name, operation in inherited_names([base]).items():
+                other = brought.setdefault(name, operation)
+                if other is not operation and isinstance(operation, ast.Operation):
                     notes = [Note("one is here", other.token.location)]
                     notes.append(Note("the other is here", operation.token.location))
-                    message = f"`{interface.name}` inherits `{operation.name}` from two unrelated interfaces"
-                    self._resolver.error(Code.AMBIGUOUS_OPERATION, message, interface.token, *notes)
-        return inherited
+                    message = f"`{derived.name}` inherits `{operation.name}` from two unrelated interfaces"
+                    self._resolver.error(Code.AMBIGUOUS_OPERATION, message, derived.token, *notes)
+        return brought
 
-    def _operation_name(self, operation: ast.Operation, interface: ast.Interface) -> None:
-        if operation.name.startswith("ice_"):
-            message = f"operation `{operation.name}`: names with `ice_` belong to what every object offers"
-            self._resolver.error(Code.RESERVED_NAME, message, operation.token)
-        if operation.name.lower() == interface.name.lower():
-            message = f"operation `{operation.name}` has the name of its interface"
-            self._resolver.error(Code.REDEFINITION, message, operation.token)
+    def operations(self, owner: ast.Interface, scope: Scope, inherited: dict[str, ast.Definition]) -> None:
+        """Check the operations of an interface with the body `scope`."""
+        for operation in owner.operations:
+            self.operation(operation, owner, scope, inherited)
+        check_generated_names(owner, inherited, self._resolver)
 
-    def _types(self, operation: ast.Operation, scope: str) -> None:
+    def operation(
+        self,
+        operation: ast.Operation,
+        owner: ast.Interface | ast.Class,
+        scope: Scope,
+        inherited: dict[str, ast.Definition],
+    ) -> None:
+        """Check an operation of an interface or a class."""
+        if operation.return_tag is not None:
+            self._constants.check_tag(operation.return_tag, scope)
         if operation.returns is not None:
             self._resolver.data_type(operation.returns, scope)
-        for parameter in operation.parameters:
-            self._resolver.data_type(parameter.type, scope)
+            self._locality.type(operation.returns, scope, f"what `{operation.name}` returns")
+        new = self._declarer.declare_inside(operation, scope)
+        self._declarer.inherited(operation, inherited)
+        if operation.name.lower() == owner.name.lower():
+            message = f"operation `{operation.name}` has the name of its {owner.kind}"
+            self._resolver.error(Code.REDEFINITION, message, operation.token)
         if operation.streamed and operation.returns is None and not operation.outputs:
             message = f"operation `{operation.name}` is streamed but returns nothing"
             self._resolver.error(Code.BAD_STREAM, message, operation.token)
+        if new:
+            self._resolver.introduce(operation.name, scope, operation.token, operation)
+        self._parameters(operation, Scope(operation.scoped, scope.local))
+        self._throws(operation, scope)
 
-    def _unchanged_meaning(
-        self, operation: ast.Operation, interface: ast.Interface, used: dict[str, Token]
-    ) -> None:
-        """Report an operation with the name of a type; `used` are those that the interface used so far."""
-        for kind in (operation.returns, *(parameter.type for parameter in operation.parameters)):
-            if kind is not None:
-                used.setdefault(_first_name(kind).lower(), kind.token)
-        meaning = used.get(operation.name.lower())
-        if meaning is not None:
-            note = Note(f"`{meaning.text}` is used here with its former meaning", meaning.location)
-            message = f"`{operation.name}` changes its meaning in `{interface.name}`"
-            self._resolver.error(Code.CHANGED_MEANING, message, operation.token, note)
-
-    def _parameters(self, operation: ast.Operation) -> None:
-        self._names.unique(operation.parameters, operation.scoped)
-        out: ast.Parameter | None = None
+    def _parameters(self, operation: ast.Operation, scope: Scope) -> None:
+        tags: dict[int, ast.Literal] = {}
+        self._unique_tag(operation.return_tag, tags)
+        before: ast.Parameter | None = None
         for parameter in operation.parameters:
-            if parameter.out:
-                out = out or parameter
-            elif out is not None:
-                note = Note("the out parameter is here", out.token.location)
+            if parameter.tag is not None:
+                self._constants.check_tag(parameter.tag, scope)
+            if self._resolver.data_type(parameter.type, scope):
+                self._locality.type(parameter.type, scope, f"parameter `{parameter.name}`")
+                self._resolver.warn_of_deprecated_type(parameter.type)
+            if self._declarer.declare_inside(parameter, scope):
+                self._resolver.introduce(parameter.name, scope, parameter.token, parameter)
+            if before is not None and before.out and not parameter.out:
+                note = Note("the out parameter is here", before.token.location)
                 message = f"in parameter `{parameter.name}` stands behind an out parameter"
                 self._resolver.error(Code.OUT_BEFORE_IN, message, parameter.token, note)
-            if parameter.out and parameter.name == "returnValue" and operation.returns is not None:
-                message = "`returnValue` is how the wire calls what an operation returns"
-                self._resolver.error(Code.RESERVED_NAME, message, parameter.token)
+            self._unique_tag(parameter.tag, tags)
+            before = parameter
 
-    def _throws(self, operation: ast.Operation, scope: str) -> None:
-        thrown: set[str] = set()
+    def _unique_tag(self, tag: ast.Literal | None, tags: dict[int, ast.Literal]) -> None:
+        if tag is None or not isinstance(tag.value, int):
+            return
+        first = tags.setdefault(tag.value, tag)
+        if first is not tag:
+            note = Note("first used here", first.token.location)
+            message = f"tag {tag.value} is used twice in this operation"
+            self._resolver.error(Code.BAD_TAG, message, tag.token, note)
+
+    def _throws(self, operation: ast.Operation, scope: Scope) -> None:
+        thrown: dict[str, ast.NamedType] = {}
         for named in operation.throws:
-            exception = self._resolver.definition_of(ast.ExceptionType, named, scope, Code.BAD_THROWS)
+            exception = self._resolver.exception(named, scope, Code.BAD_THROWS)
             if exception is None:
                 continue
-            if exception.scoped in thrown:
-                self._resolver.error(Code.BAD_THROWS, f"`{named.name}` stands in `throws` twice", named.token)
-            thrown.add(exception.scoped)
-
-    def _generated_names(self, interface: ast.Interface, inherited: dict[str, ast.Operation]) -> None:
-        """Report an operation with the name of a method that another operation brings with it."""
-        operations = {operation.name: operation for operation in (*inherited.values(), *interface.operations)}
-        for operation in operations.values():
-            for suffix in ("Async", "Publisher") if operation.streamed else ("Async",):
-                other = operations.get(operation.name + suffix)
-                if other is None or not {operation, other} & set(interface.operations):
-                    continue
-                note = Note(f"`{operation.name}` brings `{other.name}` with it", operation.token.location)
-                message = f"operation `{other.name}` has the name of a generated method"
-                self._resolver.error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
-
-
-def _first_name(kind: ast.Type) -> str:
-    """Return the name by which a type is looked up, nothing for a builtin."""
-    if isinstance(kind, ast.ProxyType):
-        return _first_name(kind.target)
-    return kind.name.partition("::")[0] if isinstance(kind, ast.NamedType) else ""
+            first = thrown.setdefault(exception.scoped, named)
+            if first is not named:
+                note = Note("it stands here already", first.token.location)
+                message = f"`{named.name}` stands in `throws` twice"
+                self._resolver.error(Code.BAD_THROWS, message, named.token, note)
+            self._locality.thrown(exception, named, scope)

@@ -111,10 +111,10 @@ class Token:
 
 _TOKEN = re.compile(
     r"""
-      (?P<space>   [\s\ufeff]+ )
+      (?P<space>   \s+ )
     | (?P<comment> //[^\n]* | /\*.*?\*/ )
     | (?P<word>    \\?[A-Za-z_][A-Za-z_0-9]* )
-    | (?P<mark>    :: | [{}()\[\]<>,;:=*] )
+    | (?P<mark>    :: | \[\[ | \]\] | [{}()\[\]<>,;:=*] )
     | (?P<float>   [+-]? (?: (?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)? | \d+[eE][+-]?\d+ )[fF]?(?!\w) )
     | (?P<integer> [+-]? (?: 0x[0-9a-fA-F]+ | \d+ ) (?!\w) )
     | (?P<string>  "(?:[^"\\\x00-\x1f\x7f]|\\[^\x00-\x1f\x7f])*" )
@@ -122,7 +122,7 @@ _TOKEN = re.compile(
     | (?P<open>    " [^\n]* | /\*.* )
     | (?P<junk>    [+-]?\d\w* | [^\s\w"#/{}()\[\]<>,;:=*]+ | . )
     """,
-    re.VERBOSE | re.DOTALL,
+    re.VERBOSE | re.DOTALL | re.ASCII,
 )
 _DOC_COMMENT = re.compile(r"/\*\*(?!/|\*\*)|//[/!](?!/)")
 

@@ -54,8 +54,9 @@ def parse_float(text: str) -> float:
 def parse_string(text: str) -> tuple[str, list[str]]:
     r"""Return the value of a quoted string literal, and the escapes in it that Slice does not have.
 
-    Escapes of single bytes above 127 (`\xe9`, `\303`) stand for the bytes of UTF-8. An
-    unknown escape stands for itself. Raises LiteralError for one that is no byte or no character.
+    Escapes of single bytes above 127 (`\xe9`, `\303`) stand for the bytes of UTF-8; bytes that are none
+    become U+FFFD. An unknown escape stands for itself. Raises LiteralError for one that is no byte or no
+    character.
     """
     body = text[1:-1]
     if "\\" not in body:
@@ -68,10 +69,7 @@ def parse_string(text: str) -> tuple[str, list[str]]:
         parts.append(_escaped(match, unknown))
         position = match.end()
     parts.append(body[position:].encode("utf-8", "surrogatepass"))
-    try:
-        return b"".join(parts).decode(), unknown
-    except UnicodeDecodeError:
-        raise LiteralError("the escapes of this string are not UTF-8") from None
+    return b"".join(parts).decode(errors="replace"), unknown
 
 
 def _escaped(match: re.Match[str], unknown: list[str]) -> bytes:

@@ -41,7 +41,8 @@ def load_interfaces(
     for source, path in sources.items():
         unit = preprocessor.unit(source)
         tree = parse(unit, diagnostics)
-        check(tree, diagnostics)
+        if unit.complete:
+            check(tree, diagnostics)
         loaded.append(CheckedFile(path, source, tuple(unit.included), tree))
     return loaded
 

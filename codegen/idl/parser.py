@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from codegen.diagnostics import Diagnostics, did_you_mean
+from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .lexer import Kind, Source
+from .dialect import DEFAULT, Dialect
+from .lexer import Kind, Source, Token
 from .member_parser import MemberParser
 from .preprocessor import TranslationUnit
 from .token_reader import SliceSyntaxError, shown
@@ -16,16 +17,16 @@ from .token_reader import SliceSyntaxError, shown
 _DEEPEST_MODULE = 50
 
 
-def parse(unit: TranslationUnit, diagnostics: Diagnostics) -> ast.Module:
+def parse(unit: TranslationUnit, diagnostics: Diagnostics, dialect: Dialect = DEFAULT) -> ast.Module:
     """Return the root module of a translation unit: what its files define, without what could not be read."""
-    return _Parser(unit, diagnostics).root()
+    return _Parser(unit, diagnostics, dialect).root()
 
 
 class _Parser(MemberParser):
-    def __init__(self, unit: TranslationUnit, diagnostics: Diagnostics) -> None:
-        super().__init__(unit, diagnostics)
+    def __init__(self, unit: TranslationUnit, diagnostics: Diagnostics, dialect: Dialect) -> None:
+        super().__init__(unit, diagnostics, dialect)
         self._depth = 0
-        self._sources_with_definitions: set[Source] = set()
+        self._sources_with_modules: set[Source] = set()
         self._readers: dict[str, Callable[[], ast.Definition]] = {
             "class": self._class,
             "const": self._constant,
@@ -46,12 +47,11 @@ class _Parser(MemberParser):
         return root
 
     def _definition(self) -> ast.Definition | None:
-        if self._at("[") and self._tokens[self._next + 1].text == "[":
-            self._file_metadata()
+        if self._at("[["):
+            self._metadata_of_file()
             return None
         metadata, doc = self._metadata()
         token = self._token
-        self._sources_with_definitions.add(token.source)
         local = self._accept("local") is not None
         token = self._token
         read = self._readers.get(token.text) if token.kind is Kind.KEYWORD else None
@@ -65,20 +65,28 @@ class _Parser(MemberParser):
         definition.metadata += metadata
         return definition
 
-    def _file_metadata(self) -> None:
+    def _metadata_of_file(self) -> None:
         """Take `[["..."]]`; it speaks to the generators of other languages."""
         opening = self._advance()
-        if opening.source in self._sources_with_definitions:
+        metadata = self._strings("metadata of the file")
+        self._file_metadata[opening.source] += [each.text for each in metadata]
+        self._expect("]]", "behind metadata of the file")
+        if opening.source in self._sources_with_modules:
             message = "metadata of the file must stand before all definitions"
             self._diagnostics.error(Code.SYNTAX, message, opening.location)
-        self._metadata()
-        self._expect("]", "behind metadata of the file")
+
+    def _no_member(self, message: str, name: Token) -> None:
+        note = Note("it begins here", name.location)
+        self._diagnostics.error(Code.NO_MEMBER, message, self._previous.location, [note])
 
     def _end_of_body(self) -> None:
         self._accept(";")
 
     def _module(self) -> ast.Module:
+        if self._token.kind is Kind.KEYWORD:
+            self._fail(f"the keyword `{self._token.text}` cannot be the name of a module")
         name = self._name("a module")
+        self._sources_with_modules.add(name.source)
         module = ast.Module(name.text, name)
         self._depth += 1
         if self._depth > _DEEPEST_MODULE:
@@ -96,7 +104,7 @@ class _Parser(MemberParser):
         found_before = len(self._diagnostics)
         members = self._block(self._member, f"struct {name.text}")
         if not members and len(self._diagnostics) == found_before:
-            self._diagnostics.error(Code.NO_MEMBER, f"struct `{name.text}` has no member", name.location)
+            self._no_member(f"struct `{name.text}` has no member", name)
         self._end_of_body()
         return ast.Struct(name.text, name, members=members)
 
@@ -132,14 +140,19 @@ class _Parser(MemberParser):
         if self._accept(";"):
             return ast.ForwardDeclaration(name.text, name, of=ast.Interface)
         bases: list[ast.NamedType] = []
-        if self._accept("extends") or self._accept(":"):
+        if self._accept_extends():
             bases += self._list_of("an interface")
         operations = self._block(self._operation, f"interface {name.text}")
         self._end_of_body()
         return ast.Interface(name.text, name, bases=bases, operations=operations)
 
+    def _accept_extends(self) -> bool:
+        if self._at(":") and not self._dialect.colon_extends:
+            self._fail("expected `extends`, found `:`", Note("`:` for `extends` is of Slice 3.8"))
+        return self._accept("extends") is not None or self._accept(":") is not None
+
     def _base(self, what: str) -> ast.NamedType | None:
-        if self._accept("extends") or self._accept(":"):
+        if self._accept_extends():
             return ast.NamedType(*self._scoped_name(what))
         return None
 
@@ -161,8 +174,7 @@ class _Parser(MemberParser):
                     self._advance()
         self._advance()
         if not enumeration.enumerators and len(self._diagnostics) == found_before:
-            message = f"enumeration `{name.text}` has no enumerator"
-            self._diagnostics.error(Code.NO_MEMBER, message, name.location)
+            self._no_member(f"enumeration `{name.text}` has no enumerator", name)
         self._end_of_body()
         return enumeration
 
@@ -201,6 +213,8 @@ class _Parser(MemberParser):
     def _constant(self) -> ast.Constant:
         metadata, _ = self._metadata()
         kind = self._type("the type of a constant")
+        if self._token.kind is Kind.KEYWORD:
+            self._fail(f"the keyword `{self._token.text}` cannot be the name of a constant")
         name = self._name("a constant")
         self._expect("=", "behind the name of a constant")
         literal = self._literal()

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from codegen.diagnostics import Note, did_you_mean
+from collections import defaultdict
+
+from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .lexer import Kind, Token
+from .dialect import DEFAULT, Dialect
+from .lexer import Kind, Source, Token
 from .literals import LiteralError, parse_float, parse_integer, parse_string
+from .name_rules import why_reserved
+from .preprocessor import TranslationUnit
 from .token_reader import TokenReader, shown
 
 BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "string")
@@ -17,11 +22,26 @@ _TYPE_KEYWORDS = frozenset({*BUILTIN_TYPES, "Object", "LocalObject", "Value"})
 class PhraseParser(TokenReader):
     """Reads what stands inside of definitions."""
 
+    def __init__(self, unit: TranslationUnit, diagnostics: Diagnostics, dialect: Dialect) -> None:
+        super().__init__(unit, diagnostics)
+        self._dialect = dialect
+        self._main_source = unit.source
+        self._file_metadata: defaultdict[Source, list[str]] = defaultdict(list)
+
+    def _check_spelling(self, token: Token) -> None:
+        """Report a reserved name; what only the dialect forbids is allowed in included files."""
+        source = token.source
+        dialect = self._dialect if source is self._main_source else DEFAULT
+        reason = why_reserved(token.text, dialect, self._file_metadata[source])
+        if reason:
+            self._diagnostics.error(Code.RESERVED_NAME, f"`{token.text}`: {reason}", token.location)
+
     def _name(self, what: str) -> Token:
         """Take the name of something that is being defined."""
         token = self._token
         if token.kind is Kind.KEYWORD:
-            if token.text == "Value" and what in {"a member", "a parameter"}:
+            allowed = {"a member", "a parameter", "a member or an operation"}
+            if token.text == "Value" and what in allowed and self._dialect.value_as_name:
                 message = "`Value` is a keyword of Ice since 3.7"
                 self._diagnostics.warning(Code.TOLERATED_KEYWORD, message, token.location)
                 return self._advance()
@@ -31,19 +51,29 @@ class PhraseParser(TokenReader):
             return self._advance()
         if token.kind is not Kind.NAME:
             self._fail(f"expected the name of {what}, found {shown(token)}")
+        self._check_spelling(token)
         return self._advance()
 
     def _scoped_name(self, what: str) -> tuple[str, Token]:
         """Take `A`, `A::B` or `::A::B`; return it with its last part, where errors point to."""
+        start = self._token
         parts = [""] if self._accept("::") else []
         while True:
             token = self._token
-            if token.kind is not Kind.NAME:
+            if token.kind is not Kind.NAME and not (token.kind is Kind.KEYWORD and parts):
                 notes = did_you_mean(token.text, _TYPE_KEYWORDS) if token.kind is Kind.KEYWORD else ()
                 self._fail(f"expected the name of {what}, found {shown(token)}", *notes)
             parts.append(self._advance().text)
             if not self._accept("::"):
-                return "::".join(parts), token
+                break
+        end = token.offset + token.escaped + len(token.text)
+        if len(parts) > 1 and token.source is start.source:
+            written = start.source.text[start.offset : end]
+            if any(character.isspace() for character in written):
+                message = "a name with `::` has no space in it"
+                self._diagnostics.error(Code.SYNTAX, message, start.location)
+        self._check_spelling(token)
+        return "::".join(parts), token
 
     def _list_of(self, what: str) -> list[ast.NamedType]:
         """Take names with commas between them."""
@@ -54,30 +84,37 @@ class PhraseParser(TokenReader):
 
     def _metadata(self) -> tuple[list[ast.Metadata], str | None]:
         """Take metadata in brackets, if there is any; return it with the doc comment before it."""
-        found: list[ast.Metadata] = []
         doc = self._token.doc
-        while self._at("["):
-            self._advance()
-            while True:
-                token = self._token
-                text = self._string()
-                while self._token.kind is Kind.STRING:  # adjacent strings are one
-                    text += self._string()
-                found.append(ast.Metadata(text, token))
-                if not self._accept(","):
-                    break
-            self._expect("]", "behind metadata")
+        if not self._accept("["):
+            return [], doc
+        found = self._strings("metadata")
+        self._expect("]", "behind metadata")
         return found, self._token.doc or doc
 
+    def _strings(self, what: str) -> list[ast.Metadata]:
+        """Take strings with commas between them; adjacent strings are one."""
+        found: list[ast.Metadata] = []
+        while True:
+            token = self._token
+            if token.kind is not Kind.STRING:
+                self._fail(f"expected {what} in quotes, found {shown(token)}")
+            text = self._string()
+            while self._token.kind is Kind.STRING:
+                text += self._string()
+            found.append(ast.Metadata(text, token))
+            if not self._accept(","):
+                return found
+
     def _string(self) -> str:
-        if self._token.kind is not Kind.STRING:
-            self._fail(f"expected a string, found {shown(self._token)}")
         token = self._advance()
         try:
             text, unknown = parse_string(token.text)
         except LiteralError as error:
             self._diagnostics.error(Code.BAD_LITERAL, str(error), token.location)
             return ""
+        if "\N{REPLACEMENT CHARACTER}" in text and "\N{REPLACEMENT CHARACTER}" not in token.text:
+            message = "the escapes of this string are not UTF-8; what is not is replaced"
+            self._diagnostics.warning(Code.NOT_UTF8_ESCAPES, message, token.location)
         for escape in unknown:
             message = f"unknown escape `{escape}` is kept as it is"
             self._diagnostics.warning(Code.UNKNOWN_ESCAPE, message, token.location)
@@ -114,6 +151,8 @@ class PhraseParser(TokenReader):
             kind = ast.NamedType(*self._scoped_name("a type"))
         else:
             self._fail(f"expected {what}, found {shown(token)}")
+        if isinstance(kind, ast.BuiltinType) and kind.name != "Object":
+            return kind
         star = self._accept("*")
         return ast.ProxyType(kind, star) if star else kind
 

@@ -15,20 +15,18 @@ from codegen.diagnostics import Diagnostics, Location, Note
 from .codes import Code
 from .conditions import ConditionError, evaluate
 from .lexer import Kind, Source, Token
+from .macros import ExpansionTooLargeError, MacroError, Macros, is_macro_use
 
 EXTENSIONS = (".idl", ".ice")
 _DEEPEST_INCLUDE = 64
 _LARGEST_FILE = 16 * 2**20
-# Against files that include each other without guards, and macros that grow what they stand in.
+# Against files that include each other without guards.
 _MOST_INCLUDES = 10_000
 _MOST_TOKENS = 2_000_000
 
-# What the reference compiler defines too, so that files with parts for one language are read alike.
-_PREDEFINED = {"ICE_VERSION": "30711", "__SLICE2PY__": "1"}
-
 _DIRECTIVE = re.compile(r"#\s*(?P<name>[a-z]*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
-_DEFINE = re.compile(r"(?P<name>[A-Za-z_]\w*)(?P<parameters>\()?\s*(?P<value>.*)", re.DOTALL)
+_NAME = re.compile(r"[A-Za-z_]\w*")
 _COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
 
 
@@ -67,6 +65,8 @@ class SourceFiles:
             self._diagnostics.warning(Code.UNKNOWN_ENCODING, message, Location(path, line, column))
             text = content.decode("latin-1")
         text = text.replace("\r\n", "\n")
+        if text and not text.endswith("\n"):
+            text += "\n"
         self._diagnostics.add_source(path, text)
         return Source(path, text)
 
@@ -79,6 +79,8 @@ class TranslationUnit:
     tokens: list[Token] = field(default_factory=list)
     included: list[Source] = field(default_factory=list)
     """Every file that it includes, directly or not, each once."""
+    complete: bool = True
+    """Whether every included file was found; if not, names that seem undefined may be defined there."""
 
 
 @dataclass(slots=True)
@@ -128,13 +130,11 @@ class _Reader:
         self._files = files
         self._include_directories = include_directories
         self._diagnostics = diagnostics
-        self._macros: dict[str, list[Token]] = {}
+        self._macros = Macros()
         self._once: set[Source] = set()
         self._depth = 0
         self._includes = 0
         self._stopped = False
-        for name, value in _PREDEFINED.items():
-            self._macros[name] = Source(Path("<predefined>"), value).tokens[:-1]
 
     def read(self, source: Source) -> None:
         """Append the tokens of `source` that count to the unit."""
@@ -142,7 +142,11 @@ class _Reader:
         active = True
         output = self._unit.tokens
         macros = self._macros
-        for token in source.tokens:
+        tokens = source.tokens
+        index = 0
+        while index < len(tokens):
+            token = tokens[index]
+            index += 1
             kind = token.kind
             if kind is Kind.DIRECTIVE:
                 active = self._directive(token, conditions)
@@ -150,10 +154,9 @@ class _Reader:
                     return
             elif not active or kind is Kind.END:
                 continue
-            elif kind is Kind.NAME and token.text in macros and not token.escaped:
-                output += [replacement.moved_to(token) for replacement in macros[token.text]]
-                if len(output) > _MOST_TOKENS:
-                    self._stop("the file is too large once its macros are replaced", token)
+            elif token.text in macros and is_macro_use(token):
+                index = self._expand(tokens, index - 1)
+                if self._stopped:
                     return
             elif kind is Kind.INVALID or kind is Kind.UNTERMINATED:
                 self._report_bad_token(token)
@@ -167,14 +170,28 @@ class _Reader:
     def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
         self._diagnostics.error(code, message, token.location, notes)
 
+    def _expand(self, tokens: list[Token], index: int) -> int:
+        """Append what the macro used at `index` stands for; return the index behind its use."""
+        try:
+            replacement, index = self._macros.expand(tokens, index)
+        except MacroError as error:
+            self._error(Code.BAD_DIRECTIVE, str(error), tokens[index])
+            self._stopped = isinstance(error, ExpansionTooLargeError)
+            return index + 1
+        self._unit.tokens += replacement
+        return index
+
     def _stop(self, message: str, token: Token) -> None:
         self._stopped = True
         self._error(Code.INCLUDE_TOO_DEEP, message, token)
 
     def _report_bad_token(self, token: Token) -> None:
         if token.kind is Kind.UNTERMINATED:
-            what = "string" if token.text.startswith('"') else "comment"
-            self._error(Code.UNTERMINATED, f"this {what} has no end", token)
+            if token.text.startswith("/*"):
+                message = "this comment has no end"
+                self._diagnostics.warning(Code.COMMENT_WITHOUT_END, message, token.location)
+            else:
+                self._error(Code.UNTERMINATED, "this string has no end", token)
         elif token.text[0].isdigit() or token.text[1:2].isdigit():
             self._error(Code.BAD_LITERAL, f"`{_cut(token.text)}` is not a number", token)
         else:
@@ -215,17 +232,16 @@ class _Reader:
 
     def _holds(self, name: str, rest: str, token: Token) -> bool:
         if name == "if":
-            values = {macro: " ".join(part.text for part in parts) for macro, parts in self._macros.items()}
             try:
-                return evaluate(rest, values)
+                return evaluate(rest, self._macros.values())
             except ConditionError as error:
                 self._error(Code.BAD_DIRECTIVE, f"#if: {error}", token)
                 return False
-        match = _DEFINE.match(rest)
+        match = _NAME.match(rest)
         if match is None:
             self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
             return False
-        return (match["name"] in self._macros) == (name == "ifdef")
+        return (match[0] in self._macros) == (name == "ifdef")
 
     def _plain_directive(self, name: str, rest: str, token: Token) -> None:
         match name:
@@ -234,7 +250,9 @@ class _Reader:
             case "define":
                 self._define(rest, token)
             case "undef":
-                self._macros.pop(rest, None)
+                if not rest:
+                    self._error(Code.BAD_DIRECTIVE, "#undef needs a name", token)
+                self._macros.undefine(rest.partition(" ")[0])
             case "pragma":
                 if rest.split()[:1] == ["once"]:
                     self._once.add(token.source)
@@ -248,14 +266,10 @@ class _Reader:
                 self._error(Code.BAD_DIRECTIVE, f"unknown directive #{name}", token)
 
     def _define(self, rest: str, token: Token) -> None:
-        match = _DEFINE.fullmatch(rest)
-        if match is None:
-            self._error(Code.BAD_DIRECTIVE, "#define needs a name", token)
-        elif match["parameters"]:
-            self._error(Code.BAD_DIRECTIVE, "a macro of Slice has no parameters", token)
-        else:
-            value = Source(token.source.path, match["value"])
-            self._macros[match["name"]] = value.tokens[:-1]
+        try:
+            self._macros.define(rest, token.source.path)
+        except MacroError as error:
+            self._error(Code.BAD_DIRECTIVE, str(error), token)
 
     def _include(self, rest: str, token: Token) -> None:
         match = _INCLUDE.match(rest)
@@ -268,6 +282,7 @@ class _Reader:
             searched = ", ".join(str(each) for each in (token.source.path.parent, *self._include_directories))
             note = Note(f"searched in {searched}; -I DIR adds a directory")
             self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, note)
+            self._unit.complete = False
             return
         source = self._files.load(path, token.location)
         if source is None or source in self._once:

@@ -1,4 +1,4 @@
-"""Find what the names of types mean, and report those that mean nothing or the wrong thing."""
+"""Find what names mean, and report those that mean nothing, the wrong thing, or no longer the same."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from . import ast
 from .codes import Code
 from .lexer import Token
 from .phrase_parser import BUILTIN_TYPES
-from .symbols import Symbols
+from .symbols import Introduction, Scope, Symbols
 
 _DATA_TYPES = ast.Struct | ast.Class | ast.Interface | ast.Enumeration | ast.Sequence | ast.Dictionary
 _PROXY_TARGETS = ast.Interface | ast.Class
@@ -30,75 +30,164 @@ class Resolver:
         """Report a warning at a token."""
         self._diagnostics.warning(code, message, token.location, notes)
 
-    def definition(self, named: ast.NamedType, scope: str) -> ast.Definition | None:
-        """Find what a name means where it stands; report it when it means nothing."""
-        definition = self.symbols.find(named.name, scope)
-        if definition is None:
-            definition = self.symbols.find_any_case(named.name, scope)
-            if definition is None:
-                notes = self.symbols.proposal(named.name, scope, BUILTIN_TYPES)
-                self.error(Code.UNDEFINED_NAME, f"`{named.name}` is not defined", named.token, *notes)
-                return None
-            message = f"`{named.name}` differs only in capitalization from `{definition.name}`"
-            note = Note("defined here", definition.token.location)
-            self.error(Code.CAPITALIZATION, message, named.token, note)
-        named.definition = definition
-        self._named_types.append(named)
-        return definition
+    def note(self, code: Code, message: str, token: Token) -> None:
+        """Tell something about a token that need not be changed."""
+        self._diagnostics.note(code, message, token.location)
 
-    def definition_of(
-        self, kind: type[ast.Definition], named: ast.NamedType, scope: str, code: Code = Code.WRONG_KIND
+    # Types
+
+    def data_type(self, kind: ast.Type, scope: Scope) -> bool:
+        """Resolve the type of something that travels; return whether it means something."""
+        if isinstance(kind, ast.BuiltinType):
+            return True
+        if isinstance(kind, ast.NamedType):
+            return self._type(kind, scope)
+        target = kind.target
+        if isinstance(target, ast.BuiltinType):
+            return True
+        if not self._type(target, scope):
+            return False
+        definition = target.definition
+        if definition is None or not issubclass(declared_kind(definition), _PROXY_TARGETS):
+            return not self._wrong_kind(Code.WRONG_KIND, target, "an interface")
+        if definition.local:
+            message = f"`{target.name}` is local: there is no proxy for it"
+            self.error(Code.LOCAL_TYPE, message, target.token)
+        return True
+
+    def _type(self, named: ast.NamedType, scope: Scope) -> bool:
+        """Look a type up; what is found in an inner scope but is no type hides no type further out."""
+        wrong: ast.Definition | None = None
+        for definition, expected in self.symbols.candidates(named.name, scope.name):
+            kind = declared_kind(definition)
+            if issubclass(kind, _DATA_TYPES):
+                self._found(named, definition, expected, scope)
+                return True
+            wrong = wrong or definition
+            if kind is ast.ExceptionType:
+                break
+        if wrong is None:
+            self._undefined(named, scope)
+        else:
+            named.definition = wrong
+            self._wrong_kind(Code.WRONG_KIND, named, "a type of data")
+        return False
+
+    def warn_of_deprecated_type(self, kind: ast.Type) -> None:
+        """Warn of interfaces by value and of proxies for classes."""
+        if isinstance(kind, ast.NamedType) and is_kind(kind.definition, ast.Interface):
+            message = f"interface `{kind.name}` by value is deprecated; `{kind.name}*` is its proxy"
+            self.warning(Code.DEPRECATED, message, kind.token)
+        if isinstance(kind, ast.ProxyType) and is_class(kind.target):
+            message = f"`{kind.target.name}*`, a proxy for a class, is deprecated"
+            self.warning(Code.DEPRECATED, message, kind.target.token)
+
+    # Bases and exceptions
+
+    def base(self, named: ast.NamedType, derived: ast.Definition, scope: Scope) -> ast.Definition | None:
+        """Resolve a class or interface that `derived` extends: it must be complete."""
+        wanted = ast.Interface if isinstance(derived, ast.Interface) else ast.Class
+        return self.complete(named, wanted, derived, scope)
+
+    def complete(
+        self, named: ast.NamedType, wanted: type[ast.Definition], derived: ast.Definition, scope: Scope
     ) -> ast.Definition | None:
-        """Find a definition, or a declaration, of one kind; report a name that means something else."""
-        definition = self.definition(named, scope)
-        if definition is None or (declared_kind(definition) is kind):
-            return definition
-        self._wrong_kind(code, named, definition, with_article(kind.kind))
-        return None
-
-    def data_type(self, kind: ast.Type, scope: str) -> None:
-        """Resolve the type of something that travels."""
-        if isinstance(kind, ast.ProxyType):
-            if isinstance(kind.target, ast.NamedType):
-                definition = self.definition(kind.target, scope)
-                if definition is not None and not issubclass(declared_kind(definition), _PROXY_TARGETS):
-                    self._wrong_kind(Code.WRONG_KIND, kind.target, definition, "an interface")
-        elif isinstance(kind, ast.NamedType):
-            definition = self.definition(kind, scope)
-            if definition is not None and not issubclass(declared_kind(definition), _DATA_TYPES):
-                self._wrong_kind(Code.WRONG_KIND, kind, definition, "a type of data")
-
-    def base(self, named: ast.NamedType, derived: ast.Definition, scope: str) -> ast.Definition | None:
-        """Resolve a base, which must be of the same kind and complete."""
-        base = self.definition_of(type(derived), named, scope)
-        if base is derived or (isinstance(base, ast.ForwardDeclaration) and base.scoped == derived.scoped):
-            message = f"{derived.kind} `{derived.name}` extends itself"
-            self.error(Code.BAD_INHERITANCE, message, named.token)
-        elif isinstance(base, ast.ForwardDeclaration):
-            note = Note("declared here", base.token.location)
+        """Resolve a class or interface of the wanted kind that is defined, not only declared."""
+        if named.name.removeprefix("::") in {derived.name, derived.scoped.removeprefix("::")}:
+            found = self.symbols.find(named.name, scope.name)
+            if found is None or found.scoped == derived.scoped:
+                message = f"{derived.kind} `{derived.name}` extends itself"
+                self.error(Code.BAD_INHERITANCE, message, named.token)
+                return None
+        if not self._type(named, scope):
+            return None
+        definition = named.definition
+        if definition is None or declared_kind(definition) is not wanted:
+            self._wrong_kind(Code.WRONG_KIND, named, with_article(wanted.kind))
+            return None
+        if isinstance(definition, ast.ForwardDeclaration):
+            note = Note("declared here", definition.token.location)
             message = f"`{named.name}` is declared but not defined yet"
             self.error(Code.BAD_INHERITANCE, message, named.token, note)
-        else:
-            return base
-        named.definition = None
+            named.definition = None
+            return None
+        return definition
+
+    def exception(self, named: ast.NamedType, scope: Scope, code: Code) -> ast.ExceptionType | None:
+        """Resolve what is thrown or extended by an exception."""
+        for definition, expected in self.symbols.candidates(named.name, scope.name):
+            if isinstance(definition, ast.ExceptionType):
+                self._found(named, definition, expected, scope)
+                return definition
+            named.definition = definition
+            self._wrong_kind(code, named, "an exception")
+            return None
+        self._undefined(named, scope)
         return None
 
-    def _wrong_kind(self, code: Code, named: ast.NamedType, found: ast.Definition, wanted: str) -> None:
-        note = Note(f"`{found.name}` is defined here", found.token.location)
-        message = f"`{named.name}` is {with_article(declared_kind(found).kind)}, not {wanted}"
-        self.error(code, message, named.token, note)
+    def _found(self, named: ast.NamedType, definition: ast.Definition, expected: str, scope: Scope) -> None:
+        named.definition = definition
+        self._named_types.append(named)
+        if definition.scoped != expected:
+            message = f"`{named.name}` differs only in capitalization from `{definition.scoped}`"
+            note = Note("defined here", definition.token.location)
+            self.error(Code.CAPITALIZATION, message, named.token, note)
+        self.introduce(named.name, scope, named.token)
+
+    def _undefined(self, named: ast.NamedType, scope: Scope) -> None:
+        notes = self.symbols.proposal(named.name, scope.name, BUILTIN_TYPES)
+        self.error(Code.UNDEFINED_NAME, f"`{named.name}` is not defined", named.token, *notes)
+
+    def _wrong_kind(self, code: Code, named: ast.NamedType, wanted: str) -> bool:
+        found = named.definition
+        if found is not None:
+            note = Note(f"`{found.name}` is defined here", found.token.location)
+            message = f"`{named.name}` is {with_article(declared_kind(found).kind)}, not {wanted}"
+            self.error(code, message, named.token, note)
         named.definition = None
+        return True
+
+    # Meanings
+
+    def introduce(
+        self, name: str, scope: Scope, token: Token, definition: ast.Definition | None = None
+    ) -> None:
+        """Fix the meaning of a name in a scope from its first use or declaration on.
+
+        Of `A::B` it is the meaning of `A` that is fixed. Names of members and of parameters are apart from
+        those of types. `definition` is what the whole name means; without it, it is looked up.
+        """
+        first, _, rest = name.partition("::")
+        if not first:
+            return
+        if definition is None or rest:
+            definition = self.symbols.find(first, scope.name)
+        if definition is None:
+            return
+        kind = declared_kind(definition)
+        introduction = Introduction(definition.scoped, kind, token)
+        before = scope.introduced.setdefault(first.lower(), introduction)
+        if before.scoped == introduction.scoped:
+            return
+        for apart in (ast.Parameter, ast.Member):
+            if (before.kind is apart) != (kind is apart):
+                return
+        note = Note(f"it means `{before.scoped}` here", before.token.location)
+        self.error(Code.CHANGED_MEANING, f"`{first}` changes its meaning in this scope", token, note)
 
     def finish(self) -> None:
         """Let names that were declared before they were defined mean their definition."""
         for named in self._named_types:
             if isinstance(named.definition, ast.ForwardDeclaration):
-                defined = self.symbols.get(named.definition.scoped)
-                if defined is named.definition and named.definition.of is ast.Class:
-                    note = Note("declared here", named.definition.token.location)
-                    message = f"`{named.name}` is declared but not defined in any file included here"
-                    self.error(Code.NEVER_DEFINED, message, named.token, note)
-                named.definition = defined
+                named.definition = self.symbols.get(named.definition.scoped)
+                if isinstance(named.definition, ast.ForwardDeclaration):
+                    self._never_defined(named, named.definition)
+
+    def _never_defined(self, named: ast.NamedType, declaration: ast.ForwardDeclaration) -> None:
+        if declaration.of is ast.Class:
+            note = Note("declared here", declaration.token.location)
+            message = f"`{named.name}` is declared but not defined in any file included here"
+            self.warning(Code.NEVER_DEFINED, message, named.token, note)
 
 
 def with_article(noun: str) -> str:
@@ -109,3 +198,25 @@ def with_article(noun: str) -> str:
 def declared_kind(definition: ast.Definition) -> type[ast.Definition]:
     """Return the kind of a definition, or of what a declaration announces."""
     return definition.of if isinstance(definition, ast.ForwardDeclaration) else type(definition)
+
+
+def is_kind(definition: ast.Definition | None, kind: type[ast.Definition]) -> bool:
+    """Return whether a definition, or what a declaration announces, is of a kind."""
+    return definition is not None and declared_kind(definition) is kind
+
+
+def is_class(kind: ast.Type) -> bool:
+    """Return whether a type is a class by its name."""
+    return isinstance(kind, ast.NamedType) and is_kind(kind.definition, ast.Class)
+
+
+def is_local(kind: ast.Type | None) -> bool:
+    """Return whether a type never travels: `LocalObject`, and what is marked `local`."""
+    match kind:
+        case ast.BuiltinType(name=name):
+            return name == "LocalObject"
+        case ast.NamedType(definition=ast.Definition() as definition):
+            return definition.local
+        case ast.ProxyType(target=target):
+            return is_local(target)
+    return False

@@ -2,16 +2,39 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 from itertools import chain, islice
 
 from codegen.diagnostics import Note, did_you_mean
 
 from . import ast
+from .lexer import Token
 
 # Looking for near names is slow; a file with more wrong names than this needs no proposal for each.
 _MOST_PROPOSALS = 30
 _MOST_CANDIDATES = 3000
+
+
+@dataclass(frozen=True, slots=True)
+class Introduction:
+    """The first use or declaration of a name in a scope: what it means there from then on."""
+
+    scoped: str
+    kind: type[ast.Definition]
+    token: Token
+
+
+@dataclass(slots=True, eq=False)
+class Scope:
+    """A body of the source that names are looked up from; a module has one each time it is opened."""
+
+    name: str = ""
+    """The scoped name of what it is the body of: `::jderobot`; empty for the root."""
+    local: bool = False
+    introduced: dict[str, Introduction] = field(default_factory=dict)
+    """By name in lower case."""
 
 
 def enclosing_scopes(scope: str) -> Iterator[str]:
@@ -23,48 +46,52 @@ def enclosing_scopes(scope: str) -> Iterator[str]:
 
 
 class Symbols:
-    """Definitions by scoped name, and without regard to capitalization."""
+    """Definitions by scoped name without regard to capitalization, as Slice allows only one of a spelling."""
 
     def __init__(self) -> None:
-        self._by_name: dict[str, ast.Definition] = {}
         self._by_lower_case: dict[str, ast.Definition] = {}
+        self._enumerators: defaultdict[str, list[ast.Enumerator]] = defaultdict(list)
         self._proposals = 0
 
     def get(self, scoped: str) -> ast.Definition | None:
-        """Return the definition of exactly this scoped name."""
-        return self._by_name.get(scoped)
-
-    def get_any_case(self, scoped: str) -> ast.Definition | None:
         """Return the first definition whose scoped name differs from `scoped` at most in capitalization."""
         return self._by_lower_case.get(scoped.lower())
 
     def add(self, definition: ast.Definition) -> None:
         """Declare a definition under its scoped name; it takes the place of a declaration of it."""
-        self._by_name[definition.scoped] = definition
         key = definition.scoped.lower()
         if isinstance(self._by_lower_case.get(key), ast.ForwardDeclaration):
             self._by_lower_case[key] = definition
         self._by_lower_case.setdefault(key, definition)
+        if isinstance(definition, ast.Enumerator):
+            enumeration, _, name = key.rpartition("::")
+            container = enumeration.rpartition("::")[0]
+            self._enumerators[f"{container}::{name}"].append(definition)
+
+    def candidates(self, name: str, scope: str) -> Iterator[tuple[ast.Definition, str]]:
+        """Yield what `name` could mean in `scope`, the innermost first, and what it is called there."""
+        for outer in ("",) if name.startswith("::") else enclosing_scopes(scope):
+            expected = f"{outer}::{name.removeprefix('::')}"
+            definition = self._by_lower_case.get(expected.lower())
+            if definition is not None:
+                yield definition, expected
 
     def find(self, name: str, scope: str) -> ast.Definition | None:
-        """Return what `name` means in `scope`: the definition of the innermost scope that has it."""
-        if name.startswith("::"):
-            return self._by_name.get(name)
-        for outer in enclosing_scopes(scope):
-            definition = self._by_name.get(f"{outer}::{name}")
-            if definition is not None:
-                return definition
-        return None
+        """Return what `name` means in `scope`, whatever its capitalization."""
+        return next((definition for definition, _ in self.candidates(name, scope)), None)
 
-    def find_any_case(self, name: str, scope: str) -> ast.Definition | None:
-        """Return what `name` would mean if capitalization did not matter."""
-        if name.startswith("::"):
-            return self.get_any_case(name)
-        for outer in enclosing_scopes(scope):
-            definition = self.get_any_case(f"{outer}::{name}")
-            if definition is not None:
-                return definition
-        return None
+    def enumerators(self, name: str, scope: str) -> list[ast.Enumerator]:
+        """Return the enumerators that `name` could mean when their enumeration is left out of it."""
+        container, separator, last = name.rpartition("::")
+        scopes = enclosing_scopes(scope)
+        if separator:
+            found = self.find(container, scope)
+            scopes = iter([found.scoped] if found else [])
+        for each in scopes:
+            enumerators = self._enumerators.get(f"{each}::{last}".lower())
+            if enumerators:
+                return enumerators
+        return []
 
     def proposal(self, name: str, scope: str, also: Iterable[str] = ()) -> tuple[Note, ...]:
         """Return a note with the name, declared or one of `also`, that is nearest to an undefined one."""
@@ -75,8 +102,8 @@ class Symbols:
 
     def _spellings(self, scope: str) -> Iterator[str]:
         """Yield every declared name the way it can be written in `scope`."""
-        for scoped in self._by_name:
+        for definition in self._by_lower_case.values():
             for outer in enclosing_scopes(scope):
-                if scoped.startswith(f"{outer}::"):
-                    yield scoped.removeprefix(f"{outer}::")
+                if definition.scoped.startswith(f"{outer}::"):
+                    yield definition.scoped.removeprefix(f"{outer}::")
                     break

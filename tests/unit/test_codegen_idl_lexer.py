@@ -104,7 +104,7 @@ def test_strings_survive_escaping(value: str) -> None:
     assert parse_string(f'"{in_octal}"') == (value, [])
 
 
-@pytest.mark.parametrize("text", [r'"\xff"', r'"\400"', r'"\ud800"', r'"\U00110000"', r'"\u12"', r'"\x"'])
+@pytest.mark.parametrize("text", [r'"\400"', r'"\ud800"', r'"\U00110000"', r'"\u12"', r'"\x"'])
 def test_escapes_that_are_no_character_are_refused(text: str) -> None:
     with pytest.raises(LiteralError):
         parse_string(text)

@@ -35,6 +35,10 @@ def preprocess(
         ("#if 0\n#if 1\nno\n#else\nno\n#endif\n#else\nyes\n#endif", "yes"),
         ("#define A\n#undef A\n#ifdef A\nno\n#endif\nyes", "yes"),
         ("#define A 5\na A b", "a 5 b"),
+        ("#define A B C\n#define B A\nA", "A C"),
+        ("#define F(x) (x)\nF(a) F F((b, c)) F(F(d))", "( a ) F ( ( b , c ) ) ( ( d ) )"),
+        ("#define F(x, y) y x\n#define G() g\nF(a b, c) G()", "c a b g"),
+        ("#define F(x)\nint a F(= 5);", "int a ;"),
         ("#define A\n#if defined(A) && !defined B\nyes\n#endif", "yes"),
         ("#if ICE_VERSION >= 30700\nyes\n#endif", "yes"),
         ('#if 0\n"no end $ \n#endif\nyes', "yes"),
@@ -92,11 +96,13 @@ def test_files_that_include_each_other_without_guards_are_an_error(tmp_path: Pat
         ("#if 1\nx\n", [("E007", 2, 1)]),
         ("#if (1\n#endif", [("E007", 1, 1)]),
         ("#ifdef\n#endif", [("E007", 1, 1)]),
-        ("#define\n#define F(x) x", [("E007", 1, 1), ("E007", 2, 1)]),
+        ("#define\n#define F(x x", [("E007", 1, 1), ("E007", 2, 1)]),
         ("#import x", [("E007", 1, 1)]),
+        ("#undef", [("E007", 1, 1)]),
+        ("#define F(x) x\nF(a, b)\nF(", [("E007", 2, 1), ("E007", 3, 1)]),
         ("#error stop", [("E007", 1, 1)]),
         ("a $ b\n  12x", [("E002", 1, 3), ("E004", 2, 3)]),
-        ('"a\n/*', [("E003", 1, 1), ("E003", 2, 1)]),
+        ('"a\n/*', [("E003", 1, 1), ("W007", 2, 1)]),
         ("#define A /* no end\nx", [("E003", 1, 1)]),
     ],
 )
@@ -113,7 +119,7 @@ def test_a_file_that_is_not_utf8_is_read_with_a_warning(tmp_path: Path) -> None:
     diagnostics = Diagnostics()
     source = SourceFiles(diagnostics).load(path)
     assert source is not None
-    assert source.text == "\n// a\xf1o\nx"
+    assert source.text == "\n// a\xf1o\nx\n"
     assert findings(diagnostics) == [("W003", 2, 5)]
 
 
