@@ -1,7 +1,8 @@
-"""Write an interface in canonical form and take its fingerprint.
+"""Write interfaces and types in canonical form and take their fingerprints.
 
-Two interfaces have the same form exactly when their calls are the same on the wire: comments, files, the
-order of definitions and of members, and the names of sequences and dictionaries do not count.
+Two have the same form exactly when they are the same on the wire: comments, files, the order of definitions
+and of members, the names of sequences and dictionaries, default values, the numbers of optional members and
+those of classes do not count.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ def fingerprint(definition: str) -> str:
     return hashlib.sha256(definition.encode()).hexdigest()[:FINGERPRINT_DIGITS]
 
 
-def canonical_definition(interface: ast.Interface) -> str:
-    """Return the interface, those that it extends and every type that they use, one member a line, sorted.
+def canonical_definition(definition: ast.Definition) -> str:
+    """Return an interface or a type, what it extends and every type that they use, one member a line, sorted.
 
     Each line stands for itself, so that two definitions can be compared line by line.
     """
     form = _CanonicalForm()
-    form.add(interface)
+    form.add(definition)
     form.describe_all()
     return "\n".join(sorted(form.lines)) + "\n"
 
@@ -66,15 +67,23 @@ class _CanonicalForm:
             case ast.Enumeration():
                 self.lines.append(f"enum {name}")
                 self.lines += [f"{each.scoped} = {each.value}" for each in definition.enumerators]
+            case ast.Sequence():
+                self.lines.append(f"sequence<{self._type(definition.element)}>")
+            case ast.Dictionary():
+                self.lines.append(f"dictionary<{self._type(definition.key)}, {self._type(definition.value)}>")
+            case ast.Constant():
+                self.lines.append(
+                    f"const {name}: {self._type(definition.type)} = {definition.literal.value!r}"
+                )
 
     def _member(self, member: ast.Member) -> str:
-        return f"{member.scoped}: {self._type(member.type)}"
+        return f"{member.scoped}: {self._type(member.type, member.tag)}"
 
     def _operation(self, operation: ast.Operation) -> str:
-        inputs = ", ".join(f"{self._type(each.type)} {each.name}" for each in operation.inputs)
-        results = [f"{self._type(each.type)} {each.name}" for each in operation.outputs]
+        inputs = ", ".join(f"{self._type(each.type, each.tag)} {each.name}" for each in operation.inputs)
+        results = [f"{self._type(each.type, each.tag)} {each.name}" for each in operation.outputs]
         if operation.returns is not None:
-            results.insert(0, self._type(operation.returns))
+            results.insert(0, self._type(operation.returns, operation.return_tag))
         line = f"{operation.scoped}({inputs}): {', '.join(results) or 'void'}"
         thrown = [named.definition for named in operation.throws if named.definition]
         if thrown:
@@ -87,17 +96,19 @@ class _CanonicalForm:
             line += " stream"
         return line
 
-    def _type(self, kind: ast.Type) -> str:
+    def _type(self, kind: ast.Type, tag: ast.Literal | None = None) -> str:
+        if tag is not None:
+            return f"optional {self._type(kind)}"
         match kind:
             case ast.BuiltinType(name=name):
                 return name
             case ast.ProxyType(target=target):
                 known = target.definition if isinstance(target, ast.NamedType) else None
                 return f"{known.scoped if known else target.name}*"
-            case ast.NamedType(definition=ast.Sequence() as sequence):
-                return f"sequence<{self._type(sequence.element)}>"
-            case ast.NamedType(definition=ast.Dictionary() as dictionary):
-                return f"dictionary<{self._type(dictionary.key)}, {self._type(dictionary.value)}>"
+            case ast.NamedType(definition=ast.Sequence(element=element)):
+                return f"sequence<{self._type(element)}>"
+            case ast.NamedType(definition=ast.Dictionary(key=key, value=value)):
+                return f"dictionary<{self._type(key)}, {self._type(value)}>"
             case ast.NamedType(definition=definition):
                 self.add(definition)
                 return definition.scoped if definition else kind.name

@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 from . import ast
+from .annotations import Annotations
 from .doc_comments import DocComment, parse_doc_comment
 from .fingerprint import canonical_definition, fingerprint
 from .layout import INDENT, bracketed, docstring, multiline_string, string
 from .names import ModuleNames, python_name
+from .record_writer import Field, fields_of, write_record
 from .type_writer import TypeWriter
 
 
-def write_interface(interface: ast.Interface, types: TypeWriter, names: ModuleNames) -> list[list[str]]:
+def write_interface(
+    interface: ast.Interface, types: TypeWriter, annotations: Annotations, names: ModuleNames
+) -> list[list[str]]:
     """Return the statements of an interface: structs and operations, then the proxy, then the servant."""
-    return _InterfaceWriter(interface, types, names).write()
+    return _InterfaceWriter(interface, types, annotations, names).write()
 
 
 class _InterfaceWriter:
-    def __init__(self, interface: ast.Interface, types: TypeWriter, names: ModuleNames) -> None:
+    def __init__(
+        self, interface: ast.Interface, types: TypeWriter, annotations: Annotations, names: ModuleNames
+    ) -> None:
         self._interface = interface
         self._types = types
+        self._annotations = annotations
         self._names = names
         self._name = python_name(interface)
         self._description = names.private(interface.name)
@@ -50,23 +57,30 @@ class _InterfaceWriter:
         arguments = result = ""
         if operation.inputs:
             arguments = self._names.private(private.removeprefix("_"), "Arguments")
-            fields = self._types.fields(operation.inputs, documented=False)
-            chunks.append(self._types.record(arguments, "", struct, fields))
-        results = self._types.fields(operation.outputs, documented=False)
+            fields = fields_of(operation.inputs, self._annotations, documented=False)
+            chunks.append(write_record(arguments, "", [struct], fields))
+        results = fields_of(operation.outputs, self._annotations, documented=False)
         if operation.returns is not None:
-            results.insert(0, ("returnValue", "returnValue", self._types.annotation(operation.returns), ""))
+            optional = operation.return_tag is not None
+            annotation = self._annotations.type(operation.returns, optional=optional)
+            default = "None" if optional else ""
+            results.insert(0, Field("returnValue", "returnValue", annotation, default=default))
         if results:
             result = self._names.private(private.removeprefix("_"), "Result")
-            chunks.append(self._types.record(result, "", struct, results))
+            chunks.append(write_record(result, "", [struct], results))
         class_ = self._names.runtime("Operation")
-        inputs = ", ".join(self._types.annotation(parameter.type) for parameter in operation.inputs)
+        inputs = ", ".join(self._type(parameter) for parameter in operation.inputs)
         kind = f"{class_}[[{inputs}], {self._returned(operation)}]"
         items = [
             string(operation.name),
             f"arguments={arguments or self._types.empty_struct()}",
             f"result={result or self._types.empty_struct()}",
         ]
-        thrown = [self._types.reference(named.definition) for named in operation.throws if named.definition]
+        thrown = [
+            self._annotations.reference(named.definition, at_import=True)
+            for named in operation.throws
+            if named.definition
+        ]
         if thrown:
             items.append(self._tuple("exceptions", thrown))
         if operation.idempotent:
@@ -78,7 +92,9 @@ class _InterfaceWriter:
 
     def _interface_description(self) -> list[str]:
         definition = canonical_definition(self._interface)
-        bases = [f"{self._types.reference(base)}.ice_interface" for base in self._bases()]
+        bases = [
+            f"{self._annotations.reference(base, at_import=True)}.ice_interface" for base in self._bases()
+        ]
         items = [string(self._interface.scoped)]
         if bases:
             items.append(self._tuple("bases", bases))
@@ -112,9 +128,10 @@ class _InterfaceWriter:
     # Proxy and servant
 
     def _class(self, suffix: str, root: str, doc: str) -> list[str]:
-        bases = [self._types.reference(base, python_name(base) + suffix) for base in self._bases()] or [
-            self._names.runtime(root)
-        ]
+        bases = [
+            self._annotations.reference(base, python_name(base) + suffix, at_import=True)
+            for base in self._bases()
+        ] or [self._names.runtime(root)]
         class_var = self._names.imported("typing", "ClassVar")
         interface = self._names.runtime("Interface")
         return [
@@ -128,7 +145,7 @@ class _InterfaceWriter:
         lines = self._class("Prx", "ObjectPrx", self._class_doc("Proxy"))
         for operation in self._interface.operations:
             name, private = python_name(operation), self._operations[operation.name]
-            parameters = ["self", *self._parameters(operation)]
+            parameters = ["self", *self._parameters_with_defaults(operation)]
             arguments = [private, *(python_name(parameter) for parameter in operation.inputs)]
             returned = self._returned(operation)
             future = self._names.imported("concurrent.futures", "Future")
@@ -175,17 +192,27 @@ class _InterfaceWriter:
                 ]
         return lines
 
+    def _type(self, parameter: ast.Parameter) -> str:
+        return self._annotations.type(parameter.type, optional=parameter.tag is not None)
+
     def _parameters(self, operation: ast.Operation) -> list[str]:
-        return [
-            f"{python_name(parameter)}: {self._types.annotation(parameter.type)}"
-            for parameter in operation.inputs
-        ]
+        return [f"{python_name(parameter)}: {self._type(parameter)}" for parameter in operation.inputs]
+
+    def _parameters_with_defaults(self, operation: ast.Operation) -> list[str]:
+        """Return the parameters, of which the optional ones at the end need not be given."""
+        parameters = self._parameters(operation)
+        for number in reversed(range(len(parameters))):
+            if operation.inputs[number].tag is None:
+                break
+            parameters[number] += " = None"
+        return parameters
 
     def _returned(self, operation: ast.Operation) -> str:
         """Return the type of what a proxy's method returns: nothing, a value, or a tuple of them."""
-        results = [self._types.annotation(parameter.type) for parameter in operation.outputs]
+        results = [self._type(parameter) for parameter in operation.outputs]
         if operation.returns is not None:
-            results.insert(0, self._types.annotation(operation.returns))
+            optional = operation.return_tag is not None
+            results.insert(0, self._annotations.type(operation.returns, optional=optional))
         if not results:
             return "None"
         return results[0] if len(results) == 1 else f"{self._names.builtin('tuple')}[{', '.join(results)}]"

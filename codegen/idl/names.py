@@ -81,6 +81,7 @@ class ModuleNames:
         self._shadowed: set[str] = set()
         self._defined: set[str] = set()
         self._external: dict[str, str] = {}
+        self._at_the_end: dict[str, str] = {}
         self._private = {EMPTY_STRUCT}
         for definition in definitions:
             self._defined |= exported_names(definition)
@@ -105,6 +106,17 @@ class ModuleNames:
             local = f"{module.strip('.').replace('.', '_')}_{name}_"
         self._imports[module][name] = local
         return local
+
+    def imported_at_the_end(self, module: str) -> str:
+        """Return the name under which a module that needs this one, too, is known here, and import it."""
+        if module not in self._at_the_end:
+            wanted = "_".join(module.strip(".").split("."))
+            taken = self._shadowed | self._defined | {*self._external, *self._at_the_end.values()}
+            while wanted in taken:
+                wanted += "_"
+            self._external[wanted] = module
+            self._at_the_end[module] = wanted
+        return self._at_the_end[module]
 
     def runtime(self, name: str) -> str:
         """Return the name under which something of the run-time library is known here, and import it."""
@@ -137,6 +149,18 @@ class ModuleNames:
             shared += 1
         dots = "." * (len(self._package) - shared + 1)
         return dots + ".".join((*package[shared:], module))
+
+    def lines_at_the_end(self) -> list[str]:
+        """Return the import statements that stand at the end of the module, if there are any."""
+        if not self._at_the_end:
+            return []
+        lines = ["# At the end, and by module: these modules need this one, too."]
+        for module, local in sorted(self._at_the_end.items()):
+            parent, _, name = module.rpartition(".")
+            parent = parent if parent.strip(".") else f"{parent}."
+            known_as = "" if name == local else f" as {local}"
+            lines.append(f"from {parent} import {name}{known_as}  # noqa: E402")
+        return lines
 
     def import_lines(self) -> list[str]:
         """Return the import statements, grouped as isort does."""

@@ -1,17 +1,18 @@
-"""Where definitions go: which Python module of which package."""
+"""Where definitions go: which Python module of which package, and which modules need each other."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
 from . import ast
+from .dependencies import named_elements, needed_at_import, needed_in_annotations
 from .lexer import Source
 from .names import exported_names, file_module, module_package
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class GeneratedModule:
     """A Python module: what one IDL file defines in one Slice module."""
 
@@ -30,32 +31,126 @@ class GeneratedModule:
 
 
 class Places:
-    """The Python modules for everything that a translation unit defines."""
+    """The Python modules for everything that a translation unit defines.
+
+    A file has one for each Slice module that it opens. Where these could not be imported, because of two
+    modules each needs the other to be there first, a file has one for each time that it opens a module.
+    """
 
     def __init__(self, root: ast.Module) -> None:
-        self._modules: dict[tuple[Source, str], GeneratedModule] = {}
+        self._late: dict[str, bool] = {}
+        self._build(root, split=False)
+        self._at_import = _Reach(self._edges(needed_at_import))
+        if self._at_import.has_cycle():
+            self._build(root, split=True)
+            self._at_import = _Reach(self._edges(needed_at_import))
+        self._at_import_with_names = _Reach(self._edges(needed_at_import, named_elements))
+        self._in_all = _Reach(self._edges(needed_at_import, named_elements, needed_in_annotations))
+
+    def of(self, definition: ast.Definition) -> GeneratedModule:
+        """Return the module that a definition goes to."""
+        return self._places[definition.scoped]
+
+    def modules_of(self, source: Source) -> list[GeneratedModule]:
+        """Return the modules that a file makes."""
+        return [module for module in self._modules if module.source is source]
+
+    def needed_packages(self, module: GeneratedModule) -> set[tuple[str, ...]]:
+        """Return the packages of other modules that a module imports."""
+        return {other.package for other in self._in_all.direct(module)} - {module.package}
+
+    def need_each_other(self, one: GeneratedModule, other: GeneratedModule) -> bool:
+        """Return whether each of two modules imports the other, at once or by way of more."""
+        return self._in_all.leads(one, other) and self._in_all.leads(other, one)
+
+    def is_late(self, definition: ast.Definition) -> bool:
+        """Return whether a sequence or dictionary is of a class that can only be defined after it."""
+        if definition.scoped not in self._late:
+            here = self.of(definition)
+            late = any(
+                self._at_import_with_names.leads(self.of(element), here)
+                for element in named_elements(definition)
+                if self.of(element) is not here
+            )
+            self._late[definition.scoped] = late or any(
+                self.is_late(element)
+                for element in needed_at_import(definition)
+                if isinstance(element, ast.Sequence | ast.Dictionary)
+            )
+        return self._late[definition.scoped]
+
+    def _build(self, root: ast.Module, *, split: bool) -> None:
+        self._modules: list[GeneratedModule] = []
+        self._places: dict[str, GeneratedModule] = {}
         nested: defaultdict[str, set[str]] = defaultdict(set)
+        opened: dict[tuple[Source, str], GeneratedModule] = {}
+        current: GeneratedModule | None = None
         for module, definition in _walk(root):
             if isinstance(definition, ast.Module):
                 nested[module.scoped.removeprefix("::")].add(definition.name)
             elif not isinstance(definition, ast.ForwardDeclaration):
-                place = self._place(definition.token.source, definition.module)
+                key = (definition.token.source, definition.module)
+                place = opened.get(key)
+                if place is None or (split and place is not current):
+                    place = opened[key] = GeneratedModule(*key)
+                    self._modules.append(place)
+                current = place
                 place.definitions.append(definition)
                 place.doc = place.doc or module.doc
-        for place in self._modules.values():
+                self._places.setdefault(definition.scoped, place)
+        self._name_modules(nested)
+
+    def _name_modules(self, nested: defaultdict[str, set[str]]) -> None:
+        numbers: defaultdict[tuple[Source, str], int] = defaultdict(int)
+        for place in self._modules:
             taken = {name for definition in place.definitions for name in exported_names(definition)}
             place.name = file_module(place.source.path, taken | nested[place.slice_module])
+            numbers[place.source, place.slice_module] += 1
+            number = numbers[place.source, place.slice_module]
+            if number > 1:
+                place.name += f"_{number}"
 
-    def _place(self, source: Source, module: str) -> GeneratedModule:
-        return self._modules.setdefault((source, module), GeneratedModule(source, module))
+    def _edges(
+        self, *needed: Callable[[ast.Definition], Iterable[ast.Definition]]
+    ) -> dict[GeneratedModule, list[GeneratedModule]]:
+        """Return the other modules that each one needs."""
+        edges: dict[GeneratedModule, list[GeneratedModule]] = {}
+        for module in self._modules:
+            others = {
+                place: None  # a dict, as it keeps the order
+                for definition in module.definitions
+                for need in needed
+                for other in need(definition)
+                if (place := self._places.get(other.scoped)) is not None and place is not module
+            }
+            edges[module] = list(others)
+        return edges
 
-    def of(self, definition: ast.Definition) -> GeneratedModule:
-        """Return the module that a definition goes to."""
-        return self._modules[definition.token.source, definition.module]
 
-    def modules_of(self, source: Source) -> list[GeneratedModule]:
-        """Return the modules that a file makes."""
-        return [module for module in self._modules.values() if module.source is source]
+class _Reach:
+    """What leads where in a graph of modules."""
+
+    def __init__(self, edges: dict[GeneratedModule, list[GeneratedModule]]) -> None:
+        self._edges = edges
+        self._found: dict[GeneratedModule, set[GeneratedModule]] = {}
+
+    def direct(self, module: GeneratedModule) -> list[GeneratedModule]:
+        return self._edges[module]
+
+    def leads(self, start: GeneratedModule, end: GeneratedModule) -> bool:
+        if start not in self._found:
+            found: set[GeneratedModule] = set()
+            waiting = list(self._edges[start])
+            while waiting:
+                module = waiting.pop()
+                if module not in found:
+                    found.add(module)
+                    waiting += self._edges[module]
+            self._found[start] = found
+        return end in self._found[start]
+
+    def has_cycle(self) -> bool:
+        return any(self.leads(module, module) for module in self._edges)
 
 
 def _walk(module: ast.Module) -> Iterator[tuple[ast.Module, ast.Definition]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from . import ast
+from .annotations import Annotations
 from .doc_comments import parse_doc_comment
 from .interface_writer import write_interface
 from .layout import bracketed, docstring, source_order, stacked
@@ -34,15 +35,15 @@ def default_module_text(slice_module: str) -> str:
 def write_module(module: GeneratedModule, places: Places) -> str:
     """Return the source of a generated module."""
     names = ModuleNames(module.package, module.definitions)
-    types = TypeWriter(names, places, module)
+    annotations = Annotations(names, places, module)
+    types = TypeWriter(names, annotations, module)
     chunks: list[list[str]] = []
     for definition in types.in_order_of_use():
         if isinstance(definition, ast.Interface):
-            chunks += write_interface(definition, types, names)
+            chunks += write_interface(definition, types, annotations, names)
         else:
             chunks += types.write(definition)
-    if types.uses_empty_struct:
-        chunks.insert(0, types.write_empty_struct())
+    chunks = [*types.write_empty_struct(), *chunks]
     exported = {name for definition in module.definitions for name in exported_names(definition)}
     lines = stacked(
         [
@@ -50,6 +51,7 @@ def write_module(module: GeneratedModule, places: Places) -> str:
             names.import_lines(),
             bracketed("__all__ = [", [f'"{name}"' for name in source_order(exported)], "]"),
             *chunks,
+            *([at_the_end] if (at_the_end := names.lines_at_the_end()) else []),
         ]
     )
     return "\n".join(lines) + "\n"

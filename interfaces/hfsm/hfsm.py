@@ -203,7 +203,7 @@ class NoSuchElement(UserException):
 
     ice_type_id: ClassVar[str] = "::hfsm::NoSuchElement"
 
-    class Members(Struct):
+    class Members(UserException.Members):
         """The members that travel."""
 
         what: str

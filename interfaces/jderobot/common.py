@@ -38,7 +38,7 @@ class JderobotException(UserException):
 
     ice_type_id: ClassVar[str] = "::jderobot::JderobotException"
 
-    class Members(Struct):
+    class Members(UserException.Members):
         """The members that travel."""
 
         what: str

@@ -95,7 +95,7 @@ Lights = list[Light]
 class Broken(UserException):
     ice_type_id: ClassVar[str] = "::home::Broken"
 
-    class Members(Struct):
+    class Members(UserException.Members):
         """The members that travel."""
 
         what: str
