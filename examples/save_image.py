@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from interfaces.jderobot import CameraPrx
-from zenoh_ice import initialize
+from zenoh_ice import ZenohIceError, initialize
 
 
 def main(identity: str = "Camera", file: str = "nao.ppm") -> None:
@@ -26,4 +26,7 @@ def main(identity: str = "Camera", file: str = "nao.ppm") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    try:
+        main(*sys.argv[1:])
+    except ZenohIceError as error:  # it says what is missing and what to do
+        sys.exit(str(error))

@@ -5,8 +5,10 @@ Start a robot first, `naoserver-sim`, then `python examples/turn_head.py`.
 
 from __future__ import annotations
 
+import sys
+
 from interfaces.nao import PoseHeadPrx
-from zenoh_ice import initialize
+from zenoh_ice import ZenohIceError, initialize
 
 SIDES = (0.6, -0.6, 0.0)  # rad, positive to the left
 FRACTION = 0.3  # of the head's full speed
@@ -30,4 +32,9 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except ZenohIceError as error:  # it says what is missing and what to do
+        sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit(130)

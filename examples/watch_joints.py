@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 
 from interfaces.nao import JointsPrx
-from zenoh_ice import initialize
+from zenoh_ice import ZenohIceError, initialize
 
 PERIOD = 0.5  # s of the robot's time
 
@@ -18,6 +18,8 @@ def main(*wanted: str) -> None:
     with initialize() as communicator:
         body = JointsPrx.checkedCast(communicator.stringToProxy("Body"))
         names = body.getJointNames()
+        if unknown := set(wanted) - set(names):
+            sys.exit(f"there is no joint {', '.join(sorted(unknown))}; there are {', '.join(names)}")
         columns = [names.index(name) for name in wanted or ("HeadYaw", "HeadPitch")]
         while True:
             state = body.getJointState.wait(timeout=2.0).value
@@ -29,5 +31,7 @@ def main(*wanted: str) -> None:
 if __name__ == "__main__":
     try:
         main(*sys.argv[1:])
+    except ZenohIceError as error:  # it says what is missing and what to do
+        sys.exit(str(error))
     except KeyboardInterrupt:
         sys.exit(130)

@@ -63,3 +63,18 @@ def test_watch_joints(environment: dict[str, str]) -> None:
         watching.process.send_signal(2)
         assert watching.wait(5.0) == 130
         assert "Traceback" not in watching.output
+
+
+@pytest.mark.parametrize("name", ["turn_head", "save_image", "watch_joints"])
+def test_without_a_robot_an_example_says_how_to_start_one(name: str) -> None:
+    nowhere = {"VISUALHFSM_CONNECT": free_endpoint(), "PYTHONPATH": str(REPOSITORY)}
+    with ComponentProcess(command(name), nowhere) as example:
+        assert example.wait() == 1
+        assert "naoserver-sim" in example.output
+        assert example.output.count("\n") == 1
+
+
+def test_a_joint_that_does_not_exist_is_named(environment: dict[str, str]) -> None:
+    with ComponentProcess(command("watch_joints", "LeftKnee"), environment) as watching:
+        assert watching.wait() == 1
+        assert watching.output.startswith("there is no joint LeftKnee; there are HeadYaw")
