@@ -46,11 +46,13 @@ class Annotations:
                 raise AssertionError(f"the checker let pass {kind}")
         return f"{text} | None" if nullable or optional else text
 
-    def target(self, definition: ast.Sequence | ast.Dictionary) -> str:
-        """Return what a name for sequences or dictionaries stands for, where the module defines it."""
-        lazy = self._places.is_late(definition)
-        text = self._container(definition, at_import=not lazy)
-        return string(text) if lazy else text
+    def alias(self, definition: ast.Sequence | ast.Dictionary) -> str:
+        """Return the statement that names a list or a dictionary."""
+        name = python_name(definition)
+        if self._places.is_late(definition):  # a text, as the class that it is of comes later
+            alias = self._names.imported("typing", "TypeAlias")
+            return f"{name}: {alias} = {string(self._container(definition, at_import=False))}"
+        return f"{name} = {self._container(definition, at_import=True)}"
 
     def reference(self, definition: ast.Definition, name: str | None = None, *, at_import: bool) -> str:
         """Return how a definition, or another name that goes with it, is written here."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from .codes import Code
 from .dialect import DEFAULT, Dialect
 from .lexer import Source
 from .names import exported_names, module_package
-from .packages import ModuleSummary, package_files, read_summary
+from .packages import ModuleSummary, package_files, packages_in_cycles, read_summary
 from .parser import parse
 from .places import GeneratedModule, Places
 from .preprocessor import Preprocessor, SourceFiles
@@ -38,7 +38,14 @@ class _Root:
     directory: Path
     knows_all_sources: bool
     """Whether every IDL file of its packages lies in it, so that a module without its file is a leftover."""
-    modules: dict[tuple[Source, str], tuple[GeneratedModule, Places]] = field(default_factory=dict)
+    sources: dict[Source, Places] = field(default_factory=dict)
+    """The files, each with the places of the translation unit that was taken for it."""
+
+    def modules(self) -> Iterator[tuple[GeneratedModule, Places]]:
+        """Yield all modules."""
+        for source, places in self.sources.items():
+            for module in places.modules_of(source):
+                yield module, places
 
     def path(self, module: GeneratedModule) -> Path:
         return self.directory.joinpath(*module.package, f"{module.name}.py")
@@ -69,13 +76,9 @@ def compile_interfaces(
         directory = output or path.parent
         root = roots.setdefault(directory.resolve(), _Root(directory, output is None))
         places = Places(tree)
-        for each in (source, *unit.included):
-            for module in places.modules_of(each):
-                key = (each, module.slice_module)
-                if each is source:
-                    root.modules[key] = (module, places)
-                else:
-                    root.modules.setdefault(key, (module, places))
+        root.sources[source] = places
+        for included in unit.included:
+            root.sources.setdefault(included, places)
     if diagnostics.has_errors:
         return Compilation()
     return _generate_all(list(roots.values()), output, diagnostics)
@@ -100,7 +103,7 @@ def _report_clashes(root: _Root, diagnostics: Diagnostics) -> None:
     """Report names that files which do not include each other define twice, and modules of one path."""
     defined: dict[tuple[str, ...], ast.Definition] = {}
     paths: dict[Path, GeneratedModule] = {}
-    for module, _ in root.modules.values():
+    for module, _ in root.modules():
         path = root.path(module)
         other = paths.setdefault(path, module)
         if other is not module:
@@ -120,34 +123,48 @@ def _report_clashes(root: _Root, diagnostics: Diagnostics) -> None:
 def _generate(root: _Root) -> Compilation:
     files: list[GeneratedFile] = []
     summaries: defaultdict[str, list[ModuleSummary]] = defaultdict(list)
-    for module, places in root.modules.values():
+    for module, places in root.modules():
         files.append(GeneratedFile(root.path(module), write_module(module, places)))
         exported = {name for definition in module.definitions for name in exported_names(definition)}
-        summary = ModuleSummary(module.name, module.source.path.name, module_text(module), tuple(exported))
+        summary = ModuleSummary(
+            module.name,
+            module.source.path.name,
+            module_text(module),
+            tuple(exported),
+            frozenset(places.needed_packages(module)),
+        )
         summaries[module.slice_module].append(summary)
         parts = module.slice_module.split("::")
         for length in range(1, len(parts)):
             summaries.setdefault("::".join(parts[:length]), [])
     generated = {file.path for file in files}
-    sources = {source.path.name for source, _ in root.modules}
+    sources = {source.path.name for source in root.sources}
     leftovers: list[Path] = []
     for slice_module, modules in summaries.items():
         directory = root.directory.joinpath(*module_package(slice_module))
-        for path, summary in _modules_on_disk(directory):
+        for path, summary in _modules_on_disk(directory, module_package(slice_module)):
             if path in generated:
                 continue
             if summary.source in sources or _is_orphan(summary, root):
                 leftovers.append(path)
             else:
                 modules.append(summary)
-        files += package_files(directory, slice_module, modules)
+    needed = {
+        module_package(slice_module): frozenset().union(*(module.needs for module in modules))
+        for slice_module, modules in summaries.items()
+    }
+    lazy = packages_in_cycles(needed)
+    for slice_module, modules in summaries.items():
+        package = module_package(slice_module)
+        directory = root.directory.joinpath(*package)
+        files += package_files(directory, slice_module, modules, lazy=package in lazy)
     kept = {root.directory.joinpath(*module_package(name)) for name in summaries}
     return Compilation(tuple(files), (*leftovers, *_orphan_packages(root, kept)))
 
 
-def _modules_on_disk(directory: Path) -> Iterable[tuple[Path, ModuleSummary]]:
+def _modules_on_disk(directory: Path, package: tuple[str, ...]) -> Iterator[tuple[Path, ModuleSummary]]:
     for path in sorted(directory.glob("*.py")):
-        summary = read_summary(path) if path.name != "__init__.py" else None
+        summary = read_summary(path, package) if path.name != "__init__.py" else None
         if summary is not None:
             yield path, summary
 
@@ -162,9 +179,9 @@ def _orphan_packages(root: _Root, kept: set[Path]) -> list[Path]:
     if root.knows_all_sources:
         for init in sorted(root.directory.glob("*/__init__.py")):
             package = init.parent
-            if package in kept or read_summary(init) is None:
+            if package in kept or read_summary(init, (package.name,)) is None:
                 continue
-            modules = list(_modules_on_disk(package))
+            modules = list(_modules_on_disk(package, (package.name,)))
             if modules and all(_is_orphan(summary, root) for _, summary in modules):
                 leftovers += [init, package / "py.typed", *(path for path, _ in modules)]
     return leftovers

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,18 +23,40 @@ class ModuleSummary:
     text: str
     """First paragraphs of its docstring."""
     exported: tuple[str, ...]
+    needs: frozenset[tuple[str, ...]]
+    """Paths of the packages that it imports from, its own apart."""
+
+
+def packages_in_cycles(needed: Mapping[tuple[str, ...], Iterable[tuple[str, ...]]]) -> set[tuple[str, ...]]:
+    """Return the packages that need themselves by way of others; `needed` is what each one needs."""
+
+    def reachable(start: tuple[str, ...]) -> set[tuple[str, ...]]:
+        found: set[tuple[str, ...]] = set()
+        waiting = [start]
+        while waiting:
+            for package in needed.get(waiting.pop(), ()):
+                # Before a package those around it are imported.
+                around = {package[:length] for length in range(1, len(package) + 1)}
+                waiting += around - found
+                found |= around
+        return found
+
+    return {package for package in needed if package in reachable(package)}
 
 
 def package_files(
-    directory: Path, slice_module: str, modules: Iterable[ModuleSummary]
+    directory: Path, slice_module: str, modules: Iterable[ModuleSummary], *, lazy: bool = False
 ) -> list[GeneratedFile]:
-    """Return the files that make a directory a typed package which offers all that its modules define."""
+    """Return the files that make a directory a typed package which offers all that its modules define.
+
+    A `lazy` one imports a module only when a name of it is asked for, so that packages can need each other.
+    """
     ordered = sorted(modules, key=lambda module: module.name)
     default = default_module_text(slice_module)
     text = next((module.text for module in ordered if module.text != default), default)
     sources = sorted({module.source for module in ordered})
     imports: list[str] = []
-    exported: list[str] = []
+    module_of: dict[str, str] = {}
     for module in ordered:
         names = source_order(module.exported)
         line = f"from .{module.name} import {', '.join(names)}"
@@ -42,14 +64,20 @@ def package_files(
             imports += [f"from .{module.name} import (", *(f"{INDENT}{name}," for name in names), ")"]
         elif names:
             imports.append(line)
-        exported += names
+        module_of |= dict.fromkeys(names, module.name)
+    exported = source_order(module_of)
+    every = bracketed("__all__ = [", [f'"{name}"' for name in exported], "]")
+    if lazy:
+        pairs = [f'"{name}": "{module_of[name]}"' for name in exported]
+        body = _lazy_imports(imports, every, bracketed("_MODULES = {", pairs, "}"))
+    else:
+        body = [*([*imports, ""] if imports else []), *every]
     lines = [
         *docstring(header(text, *map(Path, sources))),
         "",
         "from __future__ import annotations",
         "",
-        *([*imports, ""] if imports else []),
-        *bracketed("__all__ = [", [f'"{name}"' for name in source_order(exported)], "]"),
+        *body,
     ]
     return [
         GeneratedFile(directory / "__init__.py", "\n".join(lines) + "\n"),
@@ -57,7 +85,31 @@ def package_files(
     ]
 
 
-def read_summary(path: Path) -> ModuleSummary | None:
+def _lazy_imports(imports: list[str], every: list[str], modules: list[str]) -> list[str]:
+    return [
+        "from importlib import import_module",
+        "from typing import TYPE_CHECKING",
+        "",
+        "if TYPE_CHECKING:",
+        *(INDENT + line for line in imports),
+        "",
+        *every,
+        "",
+        "# These packages need each other: a module is imported when one of its names is first asked for.",
+        *modules,
+        "",
+        "if not TYPE_CHECKING:",
+        "",
+        f"{INDENT}def __getattr__(name):",
+        f"{INDENT * 2}if name not in _MODULES:",
+        f'{INDENT * 3}raise AttributeError(f"module {{__name__!r}} has no attribute {{name!r}}")',
+        f'{INDENT * 2}value = getattr(import_module(f".{{_MODULES[name]}}", __name__), name)',
+        f"{INDENT * 2}globals()[name] = value",
+        f"{INDENT * 2}return value",
+    ]
+
+
+def read_summary(path: Path, package: tuple[str, ...]) -> ModuleSummary | None:
     """Return the summary of a generated module on disk, or None for a file that codegen did not make."""
     try:
         tree = ast.parse(path.read_bytes())
@@ -75,4 +127,14 @@ def read_summary(path: Path) -> ModuleSummary | None:
                 exported = [e.value for e in statement.value.elts if isinstance(e, ast.Constant)]  # type: ignore[misc]
     paragraphs = [" ".join(paragraph.split()) for paragraph in text.strip().split("\n\n")]
     source = made_from.partition(". Do not edit")[0]
-    return ModuleSummary(path.stem, source, "\n\n".join(paragraphs), tuple(exported))
+    needs = frozenset(_imported_packages(tree, package))
+    return ModuleSummary(path.stem, source, "\n\n".join(paragraphs), tuple(exported), needs)
+
+
+def _imported_packages(tree: ast.Module, package: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Yield the packages that a module of `package` imports from, and their modules, which does no harm."""
+    for statement in tree.body:
+        if isinstance(statement, ast.ImportFrom) and statement.level > 1:
+            root = package[: len(package) - statement.level + 1]
+            parts = (*root, *(statement.module or "").split("."))
+            yield from (parts[:length] for length in range(1, len(parts) + 1))

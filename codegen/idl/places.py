@@ -39,12 +39,11 @@ class Places:
 
     def __init__(self, root: ast.Module) -> None:
         self._late: dict[str, bool] = {}
-        self._build(root, split=False)
-        self._at_import = _Reach(self._edges(needed_at_import))
-        if self._at_import.has_cycle():
-            self._build(root, split=True)
-            self._at_import = _Reach(self._edges(needed_at_import))
-        self._at_import_with_names = _Reach(self._edges(needed_at_import, named_elements))
+        self._build(root, split=set())
+        in_cycles = _Reach(self._edges(needed_at_import)).in_cycles()
+        if in_cycles:
+            self._build(root, split={module.source for module in in_cycles})
+        self._at_import = _Reach(self._edges(needed_at_import, named_elements))
         self._in_all = _Reach(self._edges(needed_at_import, named_elements, needed_in_annotations))
 
     def of(self, definition: ast.Definition) -> GeneratedModule:
@@ -68,7 +67,7 @@ class Places:
         if definition.scoped not in self._late:
             here = self.of(definition)
             late = any(
-                self._at_import_with_names.leads(self.of(element), here)
+                self._at_import.leads(self.of(element), here)
                 for element in named_elements(definition)
                 if self.of(element) is not here
             )
@@ -79,7 +78,7 @@ class Places:
             )
         return self._late[definition.scoped]
 
-    def _build(self, root: ast.Module, *, split: bool) -> None:
+    def _build(self, root: ast.Module, *, split: set[Source]) -> None:
         self._modules: list[GeneratedModule] = []
         self._places: dict[str, GeneratedModule] = {}
         nested: defaultdict[str, set[str]] = defaultdict(set)
@@ -91,7 +90,7 @@ class Places:
             elif not isinstance(definition, ast.ForwardDeclaration):
                 key = (definition.token.source, definition.module)
                 place = opened.get(key)
-                if place is None or (split and place is not current):
+                if place is None or (key[0] in split and place is not current):
                     place = opened[key] = GeneratedModule(*key)
                     self._modules.append(place)
                 current = place
@@ -149,8 +148,8 @@ class _Reach:
             self._found[start] = found
         return end in self._found[start]
 
-    def has_cycle(self) -> bool:
-        return any(self.leads(module, module) for module in self._edges)
+    def in_cycles(self) -> list[GeneratedModule]:
+        return [module for module in self._edges if self.leads(module, module)]
 
 
 def _walk(module: ast.Module) -> Iterator[tuple[ast.Module, ast.Definition]]:

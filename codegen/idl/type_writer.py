@@ -103,8 +103,7 @@ class TypeWriter:
 
     def _alias(self, definition: ast.Sequence | ast.Dictionary) -> list[str]:
         doc = parse_doc_comment(definition.doc).text
-        target = self._annotations.target(definition)
-        return [f"{python_name(definition)} = {target}", *(docstring(doc) if doc else [])]
+        return [self._annotations.alias(definition), *(docstring(doc) if doc else [])]
 
     def _constant(self, definition: ast.Constant) -> list[str]:
         final = self._names.imported("typing", "Final")
