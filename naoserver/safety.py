@@ -240,10 +240,15 @@ class Safety:
         for joint in dict.fromkeys((*named, *self._table_of)):
             goal = self._goals.get(joint)
             if goal is not None:
-                safe = clamp(goal.target, *self._range(joint, horizon, reading))
+                limits = self._range(joint, horizon, reading)
+                safe = clamp(goal.target, *limits)
                 if safe == goal.target:
                     self._held_back.discard(joint)
-                    self._issue_position(joint, safe, goal.speed, outcome)
+                    setpoint = self._setpoint(joint, reading)
+                    if _is_within(setpoint, limits):
+                        self._issue_position(joint, safe, goal.speed, outcome)
+                    else:  # the other joint comes near: out of its way first, however slow the goal
+                        self._issue_position(joint, clamp(setpoint, *limits), self.speed_cap(joint), outcome)
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
                 if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
@@ -262,7 +267,7 @@ class Safety:
         lower, upper = self._range(joint, horizon, reading)
         setpoint = self._setpoint(joint, reading)
         ahead = setpoint + velocity * horizon
-        inside = lower - _REACHED <= setpoint <= upper + _REACHED
+        inside = _is_within(setpoint, (lower, upper))
         end = clamp(ahead if inside else setpoint, lower, upper)
         if not inside or end != ahead:
             if not inside or abs(end - setpoint) <= _REACHED:
@@ -323,3 +328,7 @@ class Safety:
     def _moving(self, joint: str, reading: JointReading) -> bool:
         goal = self.goal(joint)
         return goal is not None and abs(self._setpoint(joint, reading) - goal.target) > _REACHED
+
+
+def _is_within(setpoint: float, limits: tuple[float, float]) -> bool:
+    return limits[0] - _REACHED <= setpoint <= limits[1] + _REACHED

@@ -139,10 +139,25 @@ def test_after_it_has_arrived_nothing_is_left_to_watch():
     assert rig.safety.next_watch(rig.device.read(), rig.wall) is None
 
 
+def test_a_slow_pitch_makes_way_for_a_fast_yaw_at_full_speed():
+    rig = Rig({"HeadPitch": 0.47})
+    rig.move({"HeadYaw": -1.4, "HeadPitch": 0.1}, {"HeadYaw": 8.0, "HeadPitch": 0.1})
+    rig.run(1)
+    for setpoints in rig.trace:
+        assert setpoints["HeadPitch"] <= TABLES["HeadPitch"].at(setpoints["HeadYaw"])[1] + 0.01
+    assert rig.setpoints()["HeadPitch"] > 0.1, "once out of the way it goes on as slowly as it was told"
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(
-        st.tuples(st.floats(-3, 3), st.floats(-1, 1), st.floats(0, 9), st.booleans(), st.floats(0.02, 0.6)),
+        st.tuples(
+            st.floats(-3, 3),
+            st.floats(-1, 1),
+            st.tuples(st.floats(0, 9), st.floats(0, 9)),
+            st.booleans(),
+            st.floats(0.02, 0.6),
+        ),
         min_size=1,
         max_size=6,
     )
@@ -150,11 +165,13 @@ def test_after_it_has_arrived_nothing_is_left_to_watch():
 def test_the_head_stays_clear_whatever_is_commanded(commands):
     """A setpoint may pass a table's edge by what the yaw turns in one period while the pitch gets out of the way."""
     rig = Rig()
-    for pan, tilt, speed, velocity, seconds in commands:
+    for pan, tilt, speeds, velocity, seconds in commands:
         if velocity:
             rig.drive({"HeadYaw": pan * 3, "HeadPitch": tilt * 7})
         else:
-            rig.move({"HeadYaw": pan, "HeadPitch": tilt}, {"HeadYaw": speed, "HeadPitch": speed})
+            rig.move(
+                {"HeadYaw": pan, "HeadPitch": tilt}, dict(zip(("HeadYaw", "HeadPitch"), speeds, strict=True))
+            )
         rig.run(seconds)
     rig.run(1)
     for setpoints in rig.trace:
