@@ -28,6 +28,17 @@ class RangeTable:
             if lower > upper:
                 raise RobotError(f"range table of {self.dependent}: empty range at {angle} rad")
 
+    @property
+    def steepest(self) -> float:
+        """How far a limit of `dependent` moves at most for each rad of `independent`."""
+        return max(
+            (
+                max(abs(after[1] - before[1]), abs(after[2] - before[2])) / (after[0] - before[0])
+                for before, after in pairwise(self.rows)
+            ),
+            default=0.0,
+        )
+
     def at(self, angle: float) -> tuple[float, float]:
         """Return the range of `dependent` at `angle` of `independent`; beyond the table, that of its edge."""
         rows = self.rows

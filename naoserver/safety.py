@@ -5,7 +5,8 @@ What it does to a command:
 - a value that is not finite, a joint that the device does not have: refused with InvalidCommand;
 - a target out of the joint's range, or out of the range that the other joint's angle leaves it (the
   anti-collision tables of `naoserver.body`): clamped, also on the way there while both joints move;
-- a position speed above the cap (a fraction of the joint's full speed): capped;
+- a position speed above the cap (a fraction of the joint's full speed), or at which another joint could not
+  make way in time: capped;
 - a velocity: capped, reached and left by a ramp, ended at the joint's limit;
 - a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
   robot time: a client that hangs stops the joint as soon however fast a simulation runs;
@@ -108,6 +109,7 @@ class Safety:
             speed = limits.get(joint, 0.0) or rules.default_speed(joint)
             self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, outcome)))
         self._clear_tables(wanted, reading, outcome)
+        self._leave_time(wanted, reading, outcome)
         self._command(wanted, reading, outcome)
         outcome.accepted = {joint: self._goals[joint].target for joint in targets}
         return outcome
@@ -187,6 +189,20 @@ class Safety:
             safe = self._rules.clamp_target(joint, goal.target, limits, why, outcome)
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed))
+
+    def _leave_time(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
+        """Slow a joint down that would come near before the other has made way at its own full speed."""
+        for table in self._tables:
+            joint, other = table.independent, table.dependent
+            if joint not in wanted or table.steepest == 0.0:
+                continue
+            goal = self._goals[joint]
+            way = table.over((self._setpoint(joint, reading), goal.target))
+            speed = self.speed_cap(other) / table.steepest
+            if speed < goal.speed and not _is_within(self._setpoint(other, reading), way):
+                reason = f"speed {goal.speed:.4g} leaves {other} no time to make way, taken {speed:.4g}"
+                outcome.limitations.append(Limitation(joint, reason))
+                self._goals[joint] = Goal(goal.target, speed)
 
     # -- what the joints are told ------------------------------------------------------------------------
 

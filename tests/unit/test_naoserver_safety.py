@@ -148,6 +148,21 @@ def test_a_slow_pitch_makes_way_for_a_fast_yaw_at_full_speed():
     assert rig.setpoints()["HeadPitch"] > 0.1, "once out of the way it goes on as slowly as it was told"
 
 
+def test_a_joint_is_slowed_down_before_which_another_cannot_make_way_in_time():
+    rig = Rig({"LAnklePitch": -0.3, "LAnkleRoll": 0.76})
+    rig.move({"LAnklePitch": -0.75}, {"LAnklePitch": 1.9})
+    assert any("no time to make way" in limitation.reason for limitation in rig.limitations)
+    rig.run(2)
+    for setpoints in rig.trace:
+        assert setpoints["LAnkleRoll"] <= TABLES["LAnkleRoll"].at(setpoints["LAnklePitch"])[1] + 0.01
+    assert rig.setpoints()["LAnklePitch"] == pytest.approx(-0.75)
+
+
+def test_a_joint_that_has_its_way_free_keeps_its_speed():
+    rig = Rig({"LAnklePitch": -0.3})
+    assert rig.move({"LAnklePitch": -0.75}, {"LAnklePitch": 1.9}).limitations == []
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(
