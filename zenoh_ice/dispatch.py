@@ -15,7 +15,7 @@ from .exceptions import ObjectNotExistException, OverloadedException
 
 __all__ = ["Dispatcher", "Lane", "is_marked_thread", "mark_thread"]
 
-Job = Callable[[], None]
+Job = Callable[[], object]
 
 _logger = logging.getLogger(__name__)
 

@@ -10,6 +10,7 @@ import textwrap
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -530,13 +531,15 @@ def test_destroy_in_the_middle_of_everything(
         for servant in servants:
             servant.getReadingPublisher.publish(Reading(1, []))
 
+    def use(proxy: CalculatorPrx) -> None:
+        proxy.add(1.0, 2.0)
+        proxy.addAsync(1.0, 2.0)
+        proxy.getReading.latest()
+
     steps: list[Callable[[], object]] = [publish, publish]
     for proxy in proxies:
         proxy.getReading.subscribe(lambda _: None)
-        steps += [
-            lambda proxy=proxy: (proxy.add(1.0, 2.0), proxy.addAsync(1.0, 2.0), proxy.getReading.latest()),
-            lambda proxy=proxy: proxy.getReading.wait(timeout=0.5),
-        ]
+        steps += [partial(use, proxy), partial(proxy.getReading.wait, timeout=0.5)]
     threads = [threading.Thread(target=repeat, args=(step,)) for step in steps]
     for thread in threads:
         thread.start()

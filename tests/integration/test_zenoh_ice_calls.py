@@ -176,10 +176,10 @@ class TestExceptions:
 
     def test_result_that_does_not_fit_is_told(self, pair: Pair) -> None:
         class Careless(CalculatorI):
-            def divide(self, a, b, current):  # type: ignore[no-untyped-def]
+            def divide(self, a, b, current):
                 return a / b
 
-            def count(self, current):  # type: ignore[no-untyped-def]
+            def count(self, current):
                 return "many"
 
         pair.adapter.add(Careless(), "Careless")
@@ -379,7 +379,7 @@ class TestTime:
 
     def test_servant_may_call_itself(self, pair: Pair) -> None:
         class Nested(CalculatorI):
-            def power(self, a, b, current):  # type: ignore[no-untyped-def]
+            def power(self, a, b, current):
                 own = CalculatorPrx.checkedCast(current.communicator.stringToProxy(current.identity))
                 return own.add(a, b)
 
@@ -395,7 +395,7 @@ class TestTime:
         adapter.activate()
 
         class Link(CalculatorI):
-            def power(self, a, b, current):  # type: ignore[no-untyped-def]
+            def power(self, a, b, current):
                 if b == 0:
                     return a
                 following = ScientificPrx.checkedCast(server.stringToProxy(f"Link{int(b) - 1}"))
@@ -413,13 +413,18 @@ class TestThreads:
         done = threading.Event()
 
         class Named(CalculatorI):
-            def add(self, a, b, current):  # type: ignore[no-untyped-def]
+            def add(self, a, b, current):
                 names.append(threading.current_thread().name)
                 return a + b
 
         pair.adapter.add(Named(), "Named")
         future = CalculatorPrx.checkedCast(pair.client.stringToProxy("Named")).addAsync(1.0, 2.0)
-        future.add_done_callback(lambda _: (names.append(threading.current_thread().name), done.set()))
+
+        def note(_future):
+            names.append(threading.current_thread().name)
+            done.set()
+
+        future.add_done_callback(note)
         assert done.wait(5)
         assert names[0] == "servant Named"
         assert names[1].startswith("zenoh_ice nao") or names[1] == "MainThread"  # if it was done already
@@ -428,7 +433,7 @@ class TestThreads:
         results: list[float] = []
         done = threading.Event()
 
-        def again(future):  # type: ignore[no-untyped-def]
+        def again(future):
             results.append(remote.add(future.result(), 1.0))
             done.set()
 
@@ -464,7 +469,7 @@ class TestLife:
 
     def test_servant_may_destroy_its_communicator(self, pair: Pair) -> None:
         class Last(CalculatorI):
-            def count(self, current):  # type: ignore[no-untyped-def]
+            def count(self, current):
                 current.communicator.destroy()
                 return 1
 

@@ -6,6 +6,7 @@ import logging
 import math
 import threading
 import time
+from functools import partial
 
 import msgspec
 import pytest
@@ -130,7 +131,7 @@ def test_callback_runs_until_closed_and_survives_its_own_failure(
         for count in (1, 2):
             servant.getReadingPublisher.publish(Reading(count, []))
             with arrived:
-                assert arrived.wait_for(lambda count=count: count in seen, LIMIT)
+                assert arrived.wait_for(partial(seen.__contains__, count), LIMIT)
     assert "the callback's own fault" in caplog.text
     assert names == {"subscription Calculator.getReading"}
     servant.getReadingPublisher.publish(Reading(3, []))

@@ -84,4 +84,5 @@ class CalculatorI(Scientific):
         return Reading(self.counted, [float(self.counted)])
 
     def power(self, a: float, b: float, current: Current) -> float:
-        return a**b
+        result: float = a**b
+        return result

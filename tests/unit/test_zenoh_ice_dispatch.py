@@ -100,7 +100,7 @@ def test_busy_lane_leaves_the_pool_to_others(dispatcher: Dispatcher) -> None:
     busy, other = Lane(dispatcher, "busy"), Lane(dispatcher, "other")
     leave, done = threading.Event(), threading.Event()
     for _ in range(20):
-        busy.submit(lambda: leave.wait(LIMIT))  # type: ignore[arg-type,return-value]
+        busy.submit(lambda: leave.wait(LIMIT))
     other.submit(done.set)
     assert done.wait(LIMIT)
     leave.set()
@@ -111,7 +111,7 @@ def test_full_lane_refuses(dispatcher: Dispatcher) -> None:
     lane = Lane(dispatcher, "servant", depth=2)
     leave = threading.Event()
     for _ in range(3):
-        lane.submit(lambda: leave.wait(LIMIT))  # type: ignore[arg-type,return-value]
+        lane.submit(lambda: leave.wait(LIMIT))
     with pytest.raises(OverloadedException, match="servant: 2 calls wait already"):
         lane.submit(leave.set)
     leave.set()
