@@ -108,12 +108,13 @@ class Diagnostics:
     def __len__(self) -> int:
         return len(self._found)
 
-    def render(self, *, color: bool = False) -> str:
-        """Return everything found as text, one block each and a line that counts the errors."""
+    def render(self, *, color: bool = False, outcome: str = "nothing was written") -> str:
+        """Return everything found as text, one block each, then the number of errors with their outcome."""
         blocks = ["\n".join(self._render(found, color)) for found in self]
         errors = sum(found.severity is Severity.ERROR for found in self)
         if errors:
-            blocks.append(f"{errors} error{'s' if errors > 1 else ''}; nothing was written")
+            count = f"{errors} error{'s' if errors > 1 else ''}"
+            blocks.append(f"{count}; {outcome}" if outcome else count)
         return "\n".join(blocks)
 
     def _render(self, found: Diagnostic, color: bool) -> list[str]:

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import typer
 
+from .breaking import breaking
 from .default_group import DEFAULT_COMMAND, DefaultGroup
+from .format import fmt
 from .generate import generate
+from .inspect import decode, describe, fingerprint
 
 __all__ = ["app"]
 
 app = typer.Typer(
     cls=DefaultGroup,
-    add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     subcommand_metavar="FILES... | COMMAND [ARGS]...",
@@ -43,3 +45,8 @@ def codegen() -> None:
 
 
 app.command(DEFAULT_COMMAND)(generate)
+app.command()(fmt)
+app.command()(breaking)
+app.command()(fingerprint)
+app.command()(describe)
+app.command()(decode)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import typer
 from typer.core import TyperGroup
 
 __all__ = ["DEFAULT_COMMAND", "DefaultGroup"]
 
 DEFAULT_COMMAND = "generate"
-_OF_THE_GROUP = frozenset({"--help"})
+_OF_THE_GROUP = frozenset({"--help", "--install-completion", "--show-completion"})
 
 
 class DefaultGroup(TyperGroup):
@@ -21,7 +23,16 @@ class DefaultGroup(TyperGroup):
             args = [DEFAULT_COMMAND, *args]
         return super().parse_args(ctx, args)
 
-    def format_options(self, ctx: typer.Context, formatter: object) -> None:  # type: ignore[override]
-        """Show the options of the default command, then the commands."""
-        self.commands[DEFAULT_COMMAND].format_options(ctx, formatter)  # type: ignore[arg-type]
-        self.format_commands(ctx, formatter)  # type: ignore[arg-type]
+    def shell_complete(self, ctx: typer.Context, incomplete: str) -> list[Any]:  # type: ignore[override]
+        """Propose the options of the default command beside what the group has."""
+        default = self.commands[DEFAULT_COMMAND].shell_complete(ctx, incomplete)
+        proposals = {item.value: item for item in (*super().shell_complete(ctx, incomplete), *default)}
+        return list(proposals.values())
+
+    def format_options(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]  # noqa: ANN401
+        """Show the options of the default command, then those of completion, then the commands."""
+        self.commands[DEFAULT_COMMAND].format_options(ctx, formatter)
+        own = (param.get_help_record(ctx) for param in self.params)
+        with formatter.section("Completion"):
+            formatter.write_dl([record for record in own if record is not None])
+        self.format_commands(ctx, formatter)

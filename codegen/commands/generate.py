@@ -18,6 +18,7 @@ from .options import (
     INTERFACES,
     Format,
     Include,
+    Strict,
     require_directories,
     require_extensions,
 )
@@ -33,6 +34,7 @@ class _Job:
     interfaces: list[Path]
     documents: list[Path]
     include: list[Path]
+    strict: bool
     interface_output: Path | None
     document_output: Path | None
     packages_above: tuple[Path, ...]
@@ -69,9 +71,10 @@ def generate(
     watch: Annotated[
         bool, typer.Option("--watch", help="Go on, and generate again when a file changes; Ctrl-C ends it.")
     ] = False,
+    strict: Strict = False,
     error_format: Format = ErrorFormat.TEXT,
 ) -> None:
-    """Generate Python; the command that is meant when none is named.
+    """Generate Python: the command when none is named.
 
     Interfaces become packages of typed structs, proxies and servants; an automaton document becomes a
     component that runs it. All files are written, or none when there is an error; a file that would not
@@ -88,6 +91,7 @@ def generate(
         interfaces,
         [path for path in files if path.suffix.lower() in DOCUMENTS],
         require_directories(include),
+        strict,
         root,
         output,
         above,
@@ -126,9 +130,11 @@ def _run(job: _Job) -> _Result:
     result = _Result()
     if job.interfaces:
         from codegen.idl import compile_interfaces
+        from codegen.idl.dialect import DEFAULT, STRICT_3_7
 
+        dialect = STRICT_3_7 if job.strict else DEFAULT
         compilation = compile_interfaces(
-            job.interfaces, job.include, job.interface_output, result.diagnostics
+            job.interfaces, job.include, job.interface_output, result.diagnostics, dialect
         )
         result.generated += compilation.files
         result.leftovers += compilation.leftovers

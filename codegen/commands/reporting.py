@@ -21,19 +21,19 @@ class ErrorFormat(StrEnum):
     GITHUB = "github"
 
 
-def show(diagnostics: Diagnostics, error_format: ErrorFormat) -> None:
-    """Write everything found to stderr."""
+def show(diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str = "nothing was written") -> None:
+    """Write everything found to stderr, with the outcome of errors where people read it."""
     if error_format is ErrorFormat.TEXT:
-        text = diagnostics.render(color=_wants_color())
+        text = diagnostics.render(color=_wants_color(), outcome=outcome)
     else:
         raise NotImplementedError
     if text:
         typer.echo(text, err=True)
 
 
-def report(diagnostics: Diagnostics, error_format: ErrorFormat) -> None:
+def report(diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str = "nothing was written") -> None:
     """Write everything found to stderr, and end the command with exit code 1 when there is an error."""
-    show(diagnostics, error_format)
+    show(diagnostics, error_format, outcome)
     if diagnostics.has_errors:
         raise typer.Exit(1)
 

@@ -30,6 +30,11 @@ def canonical_definition(definition: ast.Definition) -> str:
     return "\n".join(sorted(form.lines)) + "\n"
 
 
+def canonical_type(kind: ast.Type) -> str:
+    """Return a type as it stands in canonical forms: sequences and dictionaries by what they are made of."""
+    return _CanonicalForm().type(kind)
+
+
 class _CanonicalForm:
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -68,22 +73,22 @@ class _CanonicalForm:
                 self.lines.append(f"enum {name}")
                 self.lines += [f"{each.scoped} = {each.value}" for each in definition.enumerators]
             case ast.Sequence():
-                self.lines.append(f"sequence<{self._type(definition.element)}>")
+                self.lines.append(f"sequence<{self.type(definition.element)}>")
             case ast.Dictionary():
-                self.lines.append(f"dictionary<{self._type(definition.key)}, {self._type(definition.value)}>")
+                self.lines.append(f"dictionary<{self.type(definition.key)}, {self.type(definition.value)}>")
             case ast.Constant():
                 self.lines.append(
-                    f"const {name}: {self._type(definition.type)} = {definition.literal.value!r}"
+                    f"const {name}: {self.type(definition.type)} = {definition.literal.value!r}"
                 )
 
     def _member(self, member: ast.Member) -> str:
-        return f"{member.scoped}: {self._type(member.type, member.tag)}"
+        return f"{member.scoped}: {self.type(member.type, member.tag)}"
 
     def _operation(self, operation: ast.Operation) -> str:
-        inputs = ", ".join(f"{self._type(each.type, each.tag)} {each.name}" for each in operation.inputs)
-        results = [f"{self._type(each.type, each.tag)} {each.name}" for each in operation.outputs]
+        inputs = ", ".join(f"{self.type(each.type, each.tag)} {each.name}" for each in operation.inputs)
+        results = [f"{self.type(each.type, each.tag)} {each.name}" for each in operation.outputs]
         if operation.returns is not None:
-            results.insert(0, self._type(operation.returns, operation.return_tag))
+            results.insert(0, self.type(operation.returns, operation.return_tag))
         line = f"{operation.scoped}({inputs}): {', '.join(results) or 'void'}"
         thrown = [named.definition for named in operation.throws if named.definition]
         if thrown:
@@ -96,9 +101,9 @@ class _CanonicalForm:
             line += " stream"
         return line
 
-    def _type(self, kind: ast.Type, tag: ast.Literal | None = None) -> str:
+    def type(self, kind: ast.Type, tag: ast.Literal | None = None) -> str:
         if tag is not None:
-            return f"optional {self._type(kind)}"
+            return f"optional {self.type(kind)}"
         match kind:
             case ast.BuiltinType(name=name):
                 return name
@@ -106,9 +111,9 @@ class _CanonicalForm:
                 known = target.definition if isinstance(target, ast.NamedType) else None
                 return f"{known.scoped if known else target.name}*"
             case ast.NamedType(definition=ast.Sequence(element=element)):
-                return f"sequence<{self._type(element)}>"
+                return f"sequence<{self.type(element)}>"
             case ast.NamedType(definition=ast.Dictionary(key=key, value=value)):
-                return f"dictionary<{self._type(key)}, {self._type(value)}>"
+                return f"dictionary<{self.type(key)}, {self.type(value)}>"
             case ast.NamedType(definition=definition):
                 self.add(definition)
                 return definition.scoped if definition else kind.name

@@ -10,6 +10,7 @@ from codegen.diagnostics import Diagnostics
 
 from . import ast
 from .checker import check
+from .dialect import DEFAULT, Dialect
 from .lexer import Source
 from .parser import parse
 from .preprocessor import Preprocessor, SourceFiles
@@ -28,7 +29,10 @@ class CheckedFile:
 
 
 def load_interfaces(
-    paths: Sequence[Path], include_directories: Sequence[Path], diagnostics: Diagnostics
+    paths: Sequence[Path],
+    include_directories: Sequence[Path],
+    diagnostics: Diagnostics,
+    dialect: Dialect = DEFAULT,
 ) -> list[CheckedFile]:
     """Read, parse and check files, each once, with all that they include.
 
@@ -40,7 +44,7 @@ def load_interfaces(
     loaded: list[CheckedFile] = []
     for source, path in sources.items():
         unit = preprocessor.unit(source)
-        tree = parse(unit, diagnostics)
+        tree = parse(unit, diagnostics, dialect)
         if unit.complete:
             check(tree, diagnostics)
         loaded.append(CheckedFile(path, source, tuple(unit.included), tree))

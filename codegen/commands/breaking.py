@@ -1,0 +1,133 @@
+"""`codegen breaking`: tell what would break a client or a server."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from codegen.diagnostics import Diagnostics, Location, Note
+
+from .options import (
+    INTERFACES,
+    Format,
+    Include,
+    InterfaceFiles,
+    Strict,
+    require_directories,
+    require_extensions,
+)
+from .reporting import ErrorFormat, report
+
+if TYPE_CHECKING:
+    from codegen.idl import ast
+    from codegen.idl.breaking import BreakingChange
+    from codegen.idl.dialect import Dialect
+    from codegen.idl.lexer import Token
+    from codegen.older_version import OlderVersion
+
+__all__ = ["breaking"]
+
+
+class Kind(StrEnum):
+    """What a change has to break to be told."""
+
+    ANY = "any"
+    WIRE = "wire"
+    SOURCE = "source"
+
+
+def breaking(
+    files: InterfaceFiles,
+    against: Annotated[
+        str,
+        typer.Option(
+            "--against", metavar="REV|DIR", help="The older version: a git revision or a directory."
+        ),
+    ],
+    include: Include = None,
+    *,
+    kind: Annotated[
+        Kind, typer.Option("--kind", help="Tell only what breaks programs as they run, or source code.")
+    ] = Kind.ANY,
+    ignore: Annotated[
+        list[str] | None, typer.Option("--ignore", metavar="CODE", help="Leave out a rule; repeatable.")
+    ] = None,
+    strict: Strict = False,
+    error_format: Format = ErrorFormat.TEXT,
+) -> None:
+    """Tell what changed that breaks clients or servers.
+
+    A change breaks the wire when programs generated from the old files and from the new refuse each other,
+    and source code when code written for the old files must change. A git revision is read without a
+    checkout. The codes are explained in docs/breaking-changes.md. Exit code 1 when something breaks.
+    """
+    require_extensions(files, INTERFACES)
+    directories = require_directories(include)
+    from codegen.idl.breaking import breaking_changes
+    from codegen.idl.breaking_rules import Break, BreakingRule
+    from codegen.idl.dialect import DEFAULT, STRICT_3_7
+    from codegen.older_version import OlderVersionError, older_version
+
+    ignored = set(ignore or ())
+    unknown = ignored - {rule.code for rule in BreakingRule}
+    if unknown:
+        raise typer.BadParameter(f"there is no rule {', '.join(sorted(unknown))}", param_hint="--ignore")
+    dialect = STRICT_3_7 if strict else DEFAULT
+    diagnostics = Diagnostics()
+    new = _definitions(files, directories, diagnostics, dialect)
+    try:
+        with older_version(against, files, directories) as older:
+            old = _definitions_of_older(older, diagnostics, dialect)
+            report(diagnostics, error_format, "")
+            if not older.files:
+                typer.echo(f"{against} has none of the files: nothing can break")
+                return
+            found = Diagnostics()
+            for change in breaking_changes(old, new):
+                wanted = kind is Kind.ANY or Break(kind.value) in change.rule.breaks
+                if wanted and change.rule.code not in ignored:
+                    _tell(change, older, found)
+    except OlderVersionError as error:
+        raise typer.BadParameter(str(error), param_hint="--against") from error
+    report(found, error_format, f"compared with {against}")
+    typer.echo(f"nothing breaks, compared with {against}")
+
+
+def _definitions(
+    files: Sequence[Path], include: Sequence[Path], diagnostics: Diagnostics, dialect: Dialect
+) -> dict[str, ast.Definition]:
+    from codegen.idl.loading import definitions_of, load_interfaces
+
+    return definitions_of(load_interfaces(files, include, diagnostics, dialect))
+
+
+def _definitions_of_older(
+    older: OlderVersion, diagnostics: Diagnostics, dialect: Dialect
+) -> dict[str, ast.Definition]:
+    """Return the older definitions; errors among them are told under the names that people know."""
+    found = Diagnostics()
+    definitions = _definitions(older.files, older.include, found, dialect)
+    for each in found.errors:
+        place = Location(
+            older.shown(each.location.path), each.location.line, each.location.column, each.location.length
+        )
+        diagnostics.error(each.code, each.message, place)
+    return definitions
+
+
+def _tell(change: BreakingChange, older: OlderVersion, diagnostics: Diagnostics) -> None:
+    notes = [Note(f"breaks {' and '.join(change.rule.breaks)}: {change.rule.consequence}")]
+    if change.before is not None:
+        notes.append(Note("it was here", _place(change.before, older, diagnostics)))
+    diagnostics.error(change.rule.code, change.message, _place(change.token, older, diagnostics), notes)
+
+
+def _place(token: Token, older: OlderVersion, diagnostics: Diagnostics) -> Location:
+    place = token.location
+    path = older.shown(place.path)
+    diagnostics.add_source(path, token.source.text)
+    return Location(path, place.line, place.column, place.length)
