@@ -20,6 +20,7 @@ from .packages import ModuleSummary, package_files, packages_in_cycles, read_sum
 from .parser import parse
 from .places import GeneratedModule, Places
 from .preprocessor import Preprocessor, SourceFiles
+from .schema import SCHEMA_FILE, schema_entry
 from .writer import GENERATED_BY, module_text, write_module
 
 
@@ -132,6 +133,7 @@ def _generate(root: _Root) -> Compilation:
             module_text(module),
             tuple(exported),
             frozenset(places.needed_packages(module)),
+            {each.scoped: schema_entry(each, module.name) for each in module.definitions},
         )
         summaries[module.slice_module].append(summary)
         parts = module.slice_module.split("::")
@@ -183,7 +185,12 @@ def _orphan_packages(root: _Root, kept: set[Path]) -> list[Path]:
                 continue
             modules = list(_modules_on_disk(package, (package.name,)))
             if modules and all(_is_orphan(summary, root) for _, summary in modules):
-                leftovers += [init, package / "py.typed", *(path for path, _ in modules)]
+                leftovers += [
+                    init,
+                    package / "py.typed",
+                    package / SCHEMA_FILE,
+                    *(path for path, _ in modules),
+                ]
     return leftovers
 
 

@@ -6,10 +6,12 @@ import ast
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from codegen.files import GeneratedFile
 
 from .layout import INDENT, LINE_LENGTH, bracketed, docstring, source_order
+from .schema import SCHEMA_FILE, kept_entries, schema_text
 from .writer import GENERATED_BY, default_module_text, header
 
 
@@ -25,6 +27,8 @@ class ModuleSummary:
     exported: tuple[str, ...]
     needs: frozenset[tuple[str, ...]]
     """Paths of the packages that it imports from, its own apart."""
+    entries: Mapping[str, dict[str, Any]] | None = None
+    """What the schema says of it; None for a module on disk, whose entries are kept."""
 
 
 def packages_in_cycles(needed: Mapping[tuple[str, ...], Iterable[tuple[str, ...]]]) -> set[tuple[str, ...]]:
@@ -82,7 +86,19 @@ def package_files(
     return [
         GeneratedFile(directory / "__init__.py", "\n".join(lines) + "\n"),
         GeneratedFile(directory / "py.typed", ""),
+        GeneratedFile(directory / SCHEMA_FILE, _schema(directory / SCHEMA_FILE, ordered, sources)),
     ]
+
+
+def _schema(path: Path, modules: list[ModuleSummary], sources: list[str]) -> str:
+    """Return the schema of a package; of modules that were not made anew it says what it said before."""
+    on_disk = {module.name for module in modules if module.entries is None}
+    entries: dict[str, dict[str, Any]] = {}
+    if on_disk and path.is_file():
+        entries = kept_entries(path.read_text("utf-8", errors="replace"), on_disk)
+    for module in modules:
+        entries |= module.entries or {}
+    return schema_text(f"{GENERATED_BY}{', '.join(sources)}. Do not edit: change the IDL.", entries)
 
 
 def _lazy_imports(imports: list[str], every: list[str], modules: list[str]) -> list[str]:

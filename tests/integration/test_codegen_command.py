@@ -43,7 +43,7 @@ def test_the_packages_of_the_project_are_current() -> None:
 def test_a_package_goes_beside_its_files_and_can_be_imported(home: Path) -> None:
     done = codegen("lamp.idl", "room.idl", cwd=home)
     assert done.returncode == 0, done.stderr
-    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "room.py", "py.typed"}
+    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "room.py", "py.typed", "schema.json"}
     script = "from home import LampPrx, RoomPrx, Light; print(Light(1.5), RoomPrx.lightOf.__name__)"
     ran = subprocess.run(
         [sys.executable, "-c", script],
@@ -60,7 +60,7 @@ def test_a_package_goes_beside_its_files_and_can_be_imported(home: Path) -> None
 def test_an_included_file_is_generated_too_and_the_package_stays_complete(home: Path) -> None:
     (home / "fan.idl").write_text("module home { interface Fan { void spin(); }; };")
     assert codegen("room.idl", cwd=home).returncode == 0
-    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "room.py", "py.typed"}
+    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "room.py", "py.typed", "schema.json"}
     assert codegen("fan.idl", cwd=home).returncode == 0
     one_by_one = files_in(home / "home")
     assert "from .lamp import Lamp, LampPrx, Light" in one_by_one["__init__.py"]
@@ -75,7 +75,7 @@ def test_a_second_run_touches_nothing(home: Path) -> None:
     assert codegen("lamp.idl", cwd=home).returncode == 0
     before = {path: path.stat().st_mtime_ns for path in (home / "home").iterdir()}
     done = codegen("lamp.idl", cwd=home)
-    assert done.stdout == "3 files up to date\n"
+    assert done.stdout == "4 files up to date\n"
     assert {path: path.stat().st_mtime_ns for path in (home / "home").iterdir()} == before
 
 
@@ -129,6 +129,7 @@ def test_output_and_include_directories(home: Path) -> None:
         "home/lamp.py",
         "home/room.py",
         "home/py.typed",
+        "home/schema.json",
     }
     done = codegen("--check", "own/room.idl", "-I", ".", "-o", "api", cwd=home)
     assert done.returncode == 0, done.stdout

@@ -327,7 +327,12 @@ def test_the_package_offers_what_its_modules_define(tmp_path: Path) -> None:
         __all__ = ["Broken", "Burnt", "Color", "Lamp", "LampPrx", "Light", "Lights", "limit"]
     '''
     assert init == cleandoc(expected) + "\n"
-    assert {file.path.name for file in compilation.files} == {"__init__.py", "main.py", "py.typed"}
+    assert {file.path.name for file in compilation.files} == {
+        "__init__.py",
+        "main.py",
+        "py.typed",
+        "schema.json",
+    }
 
 
 def test_the_output_is_the_same_from_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -342,7 +347,7 @@ def test_the_output_is_the_same_from_anywhere(tmp_path: Path, monkeypatch: pytes
         compilation = compile_interfaces(given, [], None, Diagnostics())
         texts.append({file.path.resolve(): file.text for file in compilation.files})
     assert texts[0] == texts[1] == texts[2]
-    assert len(texts[0]) == 9
+    assert len(texts[0]) == 12
 
 
 def test_awkward_names_pass_the_type_checker_and_the_formatter(tmp_path: Path) -> None:
