@@ -55,4 +55,4 @@ def fmt(
         typer.echo(f"formatted {file.path}")
     unchanged = len(formatted) - len(changes.write)
     if unchanged:
-        typer.echo(f"{unchanged} file{'s' if unchanged > 1 else ''} left as they are")
+        typer.echo(f"{unchanged} files left as they are" if unchanged > 1 else "1 file left as it is")

@@ -8,22 +8,10 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.support.codegen_command import ROOT, codegen, files_in
+
 LAMP = "module home { struct Light { float power; }; interface Lamp { Light get(); }; };\n"
 ROOM = '#include "lamp.idl"\nmodule home { interface Room { Light lightOf(string lamp); }; };\n'
-
-
-def codegen(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
-    command = [sys.executable, "-m", "codegen", *map(str, arguments)]
-    return subprocess.run(
-        command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=60, check=False
-    )
-
-
-def files_in(directory: Path) -> dict[str, str]:
-    paths = (path for path in directory.rglob("*") if path.is_file())
-    return {str(path.relative_to(directory)): path.read_text() for path in paths}
 
 
 @pytest.fixture
