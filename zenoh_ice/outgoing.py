@@ -190,6 +190,8 @@ class OutgoingCall:
         if presence.interfaces(self._target):
             if lost_now:
                 raise ConnectionLostException(f"{self.what}: the server restarted during the call")
+            if presence.link_lost_since(started):  # the servant's token outlives its link for a while
+                raise ConnectionLostException(f"{self.what}: the connection was lost during the call")
             raise OverloadedException(
                 f"{self.what} was not executed: too many calls wait for {self._target}, or access control "
                 "denies it"

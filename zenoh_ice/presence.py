@@ -109,6 +109,10 @@ class Presence:
         """Return whether a servant that was there went away after a moment of the monotonic clock."""
         return self._lost.get(target, -1.0) >= moment
 
+    def link_lost_since(self, moment: float) -> bool:
+        """Return whether a link to another process ended after a moment of the monotonic clock."""
+        return self._last_link_lost >= moment
+
     def wait_for(self, target: Target, type_id: str | None, timeout: float) -> bool:
         """Wait until a servant, with a certain interface if one is given, is there; return whether it is.
 
