@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -144,9 +144,7 @@ def _generate(root: _Root) -> Compilation:
     leftovers: list[Path] = []
     for slice_module, modules in summaries.items():
         directory = root.directory.joinpath(*module_package(slice_module))
-        for path, summary in _modules_on_disk(directory, module_package(slice_module)):
-            if path in generated:
-                continue
+        for path, summary in _modules_on_disk(directory, module_package(slice_module), generated):
             if summary.source in sources or _is_orphan(summary, root):
                 leftovers.append(path)
             else:
@@ -164,9 +162,13 @@ def _generate(root: _Root) -> Compilation:
     return Compilation(tuple(files), (*leftovers, *_orphan_packages(root, kept)))
 
 
-def _modules_on_disk(directory: Path, package: tuple[str, ...]) -> Iterator[tuple[Path, ModuleSummary]]:
+def _modules_on_disk(
+    directory: Path, package: tuple[str, ...], but: Collection[Path] = ()
+) -> Iterator[tuple[Path, ModuleSummary]]:
+    """Yield the modules that earlier runs made, leaving out some paths."""
     for path in sorted(directory.glob("*.py")):
-        summary = read_summary(path, package) if path.name != "__init__.py" else None
+        skipped = path.name == "__init__.py" or path in but
+        summary = None if skipped else read_summary(path, package)
         if summary is not None:
             yield path, summary
 

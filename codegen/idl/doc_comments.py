@@ -10,6 +10,7 @@ _LEADING_STAR = re.compile(r"^[ \t]*\*+(?!/)[ \t]?", re.MULTILINE)
 _INLINE_TAG = re.compile(r"\{@\w+\s+([^{}]*)\}")
 _HTML_TAG = re.compile(r"</?[A-Za-z][A-Za-z0-9]*(?:\s[^<>]*)?/?>")
 _PARAGRAPH_TAG = re.compile(r"<(?:p|br|li|ul|ol|dl|dt|dd)\b[^<>]*>", re.IGNORECASE)
+_LAYOUT = str.maketrans("", "", "\n\t")
 _BLOCK_TAG = re.compile(r"^[ \t]*[@\\](\w+)[ \t]*", re.MULTILINE)
 _IGNORED_TAGS = frozenset({"author", "date", "file", "ingroup", "since", "version"})
 
@@ -60,6 +61,7 @@ def _clean(text: str) -> str:
     text = _INLINE_TAG.sub(lambda match: match[1].strip().lstrip("#").replace("#", "."), text)
     text = _PARAGRAPH_TAG.sub("\n\n", text)
     text = html.unescape(_HTML_TAG.sub("", text))
-    text = "".join(character for character in text if character.isprintable() or character in "\n\t")
+    if not text.translate(_LAYOUT).isprintable():
+        text = "".join(character for character in text if character.isprintable() or character in "\n\t")
     paragraphs = [" ".join(paragraph.split()) for paragraph in re.split(r"\n[ \t]*\n", text)]
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
