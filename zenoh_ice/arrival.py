@@ -28,7 +28,7 @@ from typing import (
 import msgspec
 
 from .exceptions import MarshalException
-from .values import TYPE_FIELD, Reference, Struct, Value, classes_made, derived_classes, type_ids_of
+from .values import TYPE_FIELD, Reference, Struct, Value, classes_made, derived_classes
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -195,9 +195,7 @@ class _Forms:
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
-        by_id: dict[str, type[Value]] = {}
-        for derived in derived_classes(cls):
-            by_id.setdefault(type_ids_of(derived)[0], derived)
+        by_id = derived_classes(cls)
         found = {str(derived.__struct_config__.tag): derived for derived in by_id.values()}
         for type_ids in self._sliced:
             nearest = next((by_id[base] for base in type_ids.split() if base in by_id), None)

@@ -186,7 +186,7 @@ def _holds_bytes(node: object, seen: set[type]) -> bool:
             if cls in seen:
                 return False
             seen.add(cls)
-            derived = derived_classes(cls) if issubclass(cls, Value) else ()
+            derived = derived_classes(cls).values() if issubclass(cls, Value) else ()
             return any(_holds_bytes(field.type, seen) for field in fields) or any(
                 _holds_bytes(inspect.type_info(each), seen) for each in derived
             )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import msgspec
@@ -67,11 +67,22 @@ def classes_made() -> int:
     return _made
 
 
-def derived_classes(cls: type[Value]) -> Iterator[type[Value]]:
-    """Yield a class and every known one that extends it, near or far."""
-    yield cls
-    for derived in cls.__subclasses__():
-        yield from derived_classes(derived)
+def derived_classes(cls: type[Value]) -> dict[str, type[Value]]:
+    """Return a class and every known one that extends it, near or far, by type id.
+
+    A subclass without a type id of its own, made by hand, does not count; nor do classes of modules that were
+    unloaded, and of a module that was loaded again those of the last time do.
+    """
+    found = {type_ids_of(cls)[0]: cls}
+    waiting = list(cls.__subclasses__())
+    while waiting:
+        derived = waiting.pop(0)
+        waiting += derived.__subclasses__()
+        if derived.__module__ in sys.modules:
+            type_id = type_ids_of(derived)[0]
+            if type_id != type_ids_of(derived.__mro__[1])[0]:
+                found[type_id] = derived
+    return found
 
 
 def type_ids_of(cls: type[Value]) -> list[str]:

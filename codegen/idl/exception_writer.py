@@ -30,7 +30,7 @@ def write_exception(definition: ast.ExceptionType, annotations: Annotations, nam
         follows_default = any(field.default for field in _sent(inherited))
         members = write_record("Members", doc, bases, _sent(own), follows_default=follows_default)
         lines += ["", *(INDENT + line if line else "" for line in members)]
-        lines += ["", *_constructor(own, inherited, names)]
+        lines += ["", *_constructor(parent, own, inherited, names)]
     return lines
 
 
@@ -47,7 +47,7 @@ def _sent(fields: list[Field]) -> list[Field]:
     return [field if field.default == "None" else replace(field, default="") for field in fields]
 
 
-def _constructor(own: list[Field], inherited: list[Field], names: ModuleNames) -> list[str]:
+def _constructor(parent: str, own: list[Field], inherited: list[Field], names: ModuleNames) -> list[str]:
     every = [*inherited, *own]
     body = INDENT * 2
     # The arguments of Exception are those of the whole exception: that is what repr shows.
@@ -55,9 +55,12 @@ def _constructor(own: list[Field], inherited: list[Field], names: ModuleNames) -
     arguments = [field.name for field in handed_on]
     if inherited and needs_names(inherited):
         arguments = [f"{name}={name}" for name in arguments]
+    call = f"{names.builtin('super')}().__init__("
+    if call != "super().__init__(":  # a member is called super
+        call, arguments = f"{parent}.__init__(", ["self", *arguments]
     return [
         *bracketed("def __init__(", ["self", *_parameters(every)], ") -> None:", INDENT),
-        *bracketed(f"{names.builtin('super')}().__init__(", arguments, ")", body),
+        *bracketed(call, arguments, ")", body),
         *([f"{body}self.args = ({', '.join(field.name for field in every)})"] if inherited else []),
         *(f"{body}self.{field.name} = {field.name}" for field in own),
     ]

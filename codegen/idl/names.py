@@ -90,18 +90,26 @@ class ModuleNames:
                 if isinstance(member, ast.Operation):
                     self._shadowed |= {f"{member.name}Async", f"{member.name}Publisher"}
 
+    @property
+    def _builtins(self) -> str:
+        taken = "builtins" in self._shadowed or "builtins" in self._defined
+        return "builtins_" if taken else "builtins"
+
     def builtin(self, name: str) -> str:
         """Return how a builtin is written here."""
         assert hasattr(builtins, name)
         if name in self._shadowed or name in self._defined:
             self._needs_builtins = True
-            return f"builtins.{name}"
+            return f"{self._builtins}.{name}"
         return name
 
     def imported(self, module: str, name: str) -> str:
         """Return the name under which `name` of `module` is known here, and import it."""
-        taken = name in self._shadowed or name in self._defined
-        local = f"{name}_" if taken else name
+        local = name
+        if name in self._defined:
+            local = f"{self.defined(name)}_"  # twice where the definition itself is known with one
+        elif name in self._shadowed:
+            local = f"{name}_"
         if self._external.setdefault(local, module) != module:  # the same name in two modules
             local = f"{module.strip('.').replace('.', '_')}_{name}_"
         self._imports[module][name] = local
@@ -124,11 +132,14 @@ class ModuleNames:
 
     def defined(self, name: str) -> str:
         """Return how a definition of this module is written in annotations of its classes."""
-        return f"{name}_" if name in self._shadowed else name
+        return f"{name}_" if self.is_shadowed(name) else name
 
     def is_shadowed(self, name: str) -> bool:
-        """Return whether a member of a class has the name of this definition."""
-        return name in self._shadowed
+        """Return whether a member of a class has the name of this definition, or a builtin has it.
+
+        A type checker takes the builtin where the definition comes later.
+        """
+        return name in self._shadowed or hasattr(builtins, name)
 
     def private(self, *parts: str) -> str:
         """Return a name of the module's own, made of these parts."""
@@ -166,7 +177,9 @@ class ModuleNames:
         """Return the import statements, grouped as isort does."""
         groups: list[list[str]] = [["from __future__ import annotations"], [], [], []]
         if self._needs_builtins:
-            groups[1].append("import builtins")
+            groups[1].append(
+                "import builtins" if self._builtins == "builtins" else "import builtins as builtins_"
+            )
 
         def distance(module: str) -> tuple[int, str]:
             dots = len(module) - len(module.lstrip("."))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import sys
 from collections.abc import Iterator
@@ -12,6 +13,12 @@ from types import ModuleType
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import Compilation, compile_interfaces
+from codegen.idl.checker import check
+from codegen.idl.dialect import DEFAULT, Dialect
+from codegen.idl.parser import parse
+from codegen.idl.preprocessor import Preprocessor, SourceFiles
+
+from .slice_reference import Verdict
 
 
 def write_sources(directory: Path, sources: dict[str, str]) -> list[Path]:
@@ -29,6 +36,25 @@ def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation
     (*_, main) = write_sources(directory, {**sources, "main.idl": text})
     diagnostics = Diagnostics()
     return compile_interfaces([main], [], None, diagnostics), diagnostics
+
+
+def checked(path: Path, dialect: Dialect = DEFAULT) -> Diagnostics:
+    """Return what is found wrong with a file when it is parsed and checked."""
+    diagnostics = Diagnostics()
+    files = SourceFiles(diagnostics)
+    source = files.load(path)
+    if source is not None:
+        unit = Preprocessor(files, [], diagnostics).unit(source)
+        tree = parse(unit, diagnostics, dialect)
+        if unit.complete:
+            check(tree, diagnostics)
+    return diagnostics
+
+
+def first_error(diagnostics: Diagnostics) -> Verdict:
+    """Return the name of the file and the line of the first error, as the reference compiler's are."""
+    errors = diagnostics.errors
+    return Verdict((errors[0].location.path.name, errors[0].location.line) if errors else None)
 
 
 def findings(diagnostics: Diagnostics) -> list[tuple[str, int, int]]:
@@ -51,3 +77,4 @@ def imported(directory: Path, package: str, sources: dict[str, str]) -> Iterator
         sys.path.remove(str(directory))
         for name in [name for name in sys.modules if name.partition(".")[0] == package]:
             del sys.modules[name]
+        gc.collect()  # classes without their module would still be found among those that extend another

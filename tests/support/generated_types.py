@@ -1,0 +1,35 @@
+"""What a generated package holds, found by importing all of it."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterator
+from types import ModuleType
+
+import msgspec
+
+from zenoh_ice import UserException
+from zenoh_ice.operation import Interface
+
+
+def modules_of(package: ModuleType) -> Iterator[ModuleType]:
+    """Import and yield every module in a package."""
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        yield importlib.import_module(module.name)
+
+
+def structs_of(package: ModuleType) -> list[type[msgspec.Struct]]:
+    """Return every struct, every exception's members, and the arguments and results of every operation."""
+    found: dict[str, type[msgspec.Struct]] = {}
+    for module in modules_of(package):
+        for value in vars(module).values():
+            if isinstance(value, Interface):
+                for operation in value.operations:
+                    for struct in (operation.arguments.struct, operation.result.struct):
+                        found[f"{struct.__module__}.{struct.__qualname__}"] = struct
+            elif isinstance(value, type) and value.__module__ == module.__name__:
+                kind = value.Members if issubclass(value, UserException) else value
+                if issubclass(kind, msgspec.Struct):
+                    found[f"{kind.__module__}.{value.__qualname__}"] = kind
+    return [found[name] for name in sorted(found)]

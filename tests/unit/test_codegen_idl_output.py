@@ -1,0 +1,145 @@
+"""Whatever the compiler accepts becomes packages that import, pass the type checkers and carry any value."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import msgspec
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+
+from codegen.diagnostics import Diagnostics
+from codegen.files import apply, compare_with_disk
+from codegen.idl import compile_interfaces
+from tests.support.generated_types import structs_of
+from tests.support.slice_cases import all_cases
+from tests.support.slice_compiler import imported
+from tests.support.slice_grammar import slice_files
+from tests.support.wire_values import Desk, packed, plain, struct_values, unpacked
+from zenoh_ice import MarshalException
+from zenoh_ice.codec import Codec
+
+DATA = Path(__file__).parents[1] / "data" / "slice_output"
+PROGRAMS = sorted(directory for directory in DATA.iterdir() if directory.is_dir())
+DESK = Desk()
+
+
+def sources_of(directory: Path) -> dict[str, str]:
+    return {path.name: path.read_text() for path in sorted(directory.iterdir())}
+
+
+@pytest.fixture(scope="module", params=PROGRAMS, ids=lambda path: path.name)
+def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
+    home = tmp_path_factory.mktemp(request.param.name)
+    with imported(home, f"output_{request.param.name}", sources_of(request.param)) as module:
+        yield module
+
+
+def check_any_value(struct: type[msgspec.Struct]) -> None:
+    codec = Codec(struct)
+
+    @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(struct_values(struct, DESK))
+    def round_trip(value: msgspec.Struct) -> None:
+        payload = codec.pack(tuple(getattr(value, name) for name in codec.fields), "x")
+        assert unpacked(payload) == plain(value)
+        assert codec.unpack(packed(plain(value)), "x", DESK) == value  # type: ignore[arg-type]
+
+    round_trip()
+
+
+def test_any_value_crosses_the_wire(package: ModuleType) -> None:
+    for struct in structs_of(package):
+        check_any_value(struct)
+
+
+def test_members_that_are_missing_are_refused_unless_they_are_optional(package: ModuleType) -> None:
+    for struct in structs_of(package):
+        codec = Codec(struct)
+        optional = all(
+            not field.required and type(None) in getattr(field.type, "__args__", ())
+            for field in msgspec.structs.fields(struct)
+        )
+        if optional:
+            continue
+        with pytest.raises(MarshalException, match="missing required field"):
+            codec.unpack(b"\x80", "x", DESK)  # type: ignore[arg-type]
+
+
+def run_checker(command: list[str], cwd: Path) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, timeout=110, cwd=cwd, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def generate(sources: dict[str, str], home: Path) -> bool:
+    """Compile files to the package `api` of a directory; return whether they were accepted."""
+    directory = home / "idl"
+    paths = []
+    for name, text in sources.items():
+        paths.append(directory / name)
+        paths[-1].parent.mkdir(parents=True, exist_ok=True)
+        paths[-1].write_text(text)
+    diagnostics = Diagnostics()
+    compilation = compile_interfaces(paths, [], home / "api", diagnostics)
+    if not diagnostics.has_errors:
+        apply(compare_with_disk(compilation.files))
+    return not diagnostics.has_errors
+
+
+@pytest.fixture(scope="module")
+def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A directory with a package for every program, for accepted cases, and for files made from the grammar."""
+    root = tmp_path_factory.mktemp("corpus")
+    for directory in PROGRAMS:
+        assert generate(sources_of(directory), root / f"program_{directory.name}")
+    for number, case in enumerate(case for case in all_cases() if case.ours.accepted):
+        generate(case.files, root / f"case_{number}")
+    texts: list[str] = []
+
+    @settings(max_examples=200, deadline=None, phases=[Phase.generate], database=None, derandomize=True)
+    @given(slice_files())
+    def collect(text: str) -> None:
+        texts.append(text)
+
+    collect()
+    for number, text in enumerate(texts):
+        if not generate({"main.ice": text}, root / f"grammar_{number}"):
+            shutil.rmtree(root / f"grammar_{number}")
+    for home in root.iterdir():
+        shutil.rmtree(home / "idl")
+        (home / "__init__.py").touch()
+    return root
+
+
+@pytest.mark.slow
+def test_the_output_of_the_corpus_imports(corpus: Path) -> None:
+    program = """
+import importlib, pkgutil, sys
+for package in sys.argv[1:]:
+    for module in pkgutil.walk_packages(importlib.import_module(package).__path__, package + "."):
+        importlib.import_module(module.name)
+"""
+    packages = sorted(home.name for home in corpus.iterdir() if (home / "api").is_dir())
+    assert len(packages) > 100
+    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(Path.cwd())!r})\n{program}"]
+    run_checker([*command, *(f"{package}.api" for package in packages)], corpus)
+
+
+@pytest.mark.slow
+def test_the_output_of_the_corpus_passes_mypy(corpus: Path, tmp_path: Path) -> None:
+    mypy = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path)]
+    run_checker([*mypy, str(corpus)], Path(__file__).parents[2])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pyright") is None, reason="pyright is not installed")
+def test_the_output_of_the_corpus_passes_pyright(corpus: Path) -> None:
+    config = {"include": [str(corpus)], "extraPaths": [str(Path(__file__).parents[2])]}
+    (corpus / "pyrightconfig.json").write_text(json.dumps(config))
+    run_checker(["pyright", "-p", str(corpus), "--pythonpath", sys.executable], corpus)
