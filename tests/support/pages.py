@@ -1,0 +1,45 @@
+"""Read the pages of docs/: their sections and their blocks of code."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+_BLOCK = re.compile(r"(?:^`(?P<name>[^`\n]+)`:\n\n)?^```(?P<info>[^\n]*)\n(?P<text>.*?)^```$", re.M | re.S)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of code: its language and what follows that, its text, and the file that it is said to be."""
+
+    info: str
+    text: str
+    name: str | None = None
+
+    @property
+    def language(self) -> str:
+        return self.info.split()[0] if self.info else ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """What stands below a heading."""
+
+    title: str
+    text: str
+    blocks: list[Block] = field(default_factory=list)
+
+
+def blocks_of(text: str) -> list[Block]:
+    """Return the blocks of code in their order."""
+    return [Block(match["info"].strip(), match["text"], match["name"]) for match in _BLOCK.finditer(text)]
+
+
+def sections_of(page: str) -> list[Section]:
+    """Return the sections of the second level of a page."""
+    text = (DOCS / page).read_text("utf-8")
+    _, *parts = re.split(r"^## ", text, flags=re.M)
+    return [Section(part.partition("\n")[0], part, blocks_of(part)) for part in parts]

@@ -1,0 +1,54 @@
+"""docs/idl-errors.md: every code has an entry, and every example brings its own code and no other."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics, Severity
+from codegen.idl import compile_interfaces
+from codegen.idl.codes import Code
+from tests.support.pages import Block, Section, sections_of
+
+SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("idl-errors.md")}
+
+
+def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
+    assert sorted(SECTIONS) == sorted(Code)
+
+
+def write(block: Block, directory: Path) -> Path:
+    """Write an example as the file that it stands for."""
+    match block.info.split():
+        case ["idl"]:
+            path, content = directory / (block.name or "main.idl"), block.text.encode()
+        case ["idl", encoding]:
+            path, content = directory / "main.idl", block.text.encode(encoding)
+        case ["python", "generates", name]:
+            output = io.StringIO()
+            with contextlib.redirect_stdout(output):
+                exec(block.text, {})
+            path, content = directory / name, output.getvalue().encode()
+        case ["python"]:
+            path, content = directory / str(block.name), block.text.encode()
+        case ["console"]:
+            return directory / block.text.split()[-1]
+        case _:
+            raise AssertionError(f"an example cannot be {block.info}")
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS.keys())
+def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> None:
+    assert section.blocks
+    paths = [write(block, tmp_path) for block in section.blocks]
+    diagnostics = Diagnostics()
+    compile_interfaces([path for path in paths if path.suffix == ".idl"], [], None, diagnostics)
+    code = section.title.partition(":")[0]
+    noted = {found.code for found in diagnostics if found.severity is Severity.NOTE}
+    assert {found.code for found in diagnostics} - (noted - {code}) == {code}, diagnostics.render()
