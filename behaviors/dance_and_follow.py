@@ -43,9 +43,10 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     def find_ball(self, color):
         """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
         sample = self.Camera.getImageData.latest()
-        if sample is None or sample.age > 1.0:
-            return None
-        image = sample.value
+        if sample is not None and sample.age < 1.0:
+            image = sample.value
+        else:  # no stream (yet): the call brings an image, or says why there is none
+            image = self.Camera.getImageData("RGB8")
         width, height = image.description.width, image.description.height
         pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
@@ -143,7 +144,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_red(self) -> Automaton:
         """Return automaton 3, that of the state 'red'."""
-        # dance_and_follow.xml:182
+        # dance_and_follow.xml:183
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
@@ -153,7 +154,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_follow():
             nonlocal ball, ball_seen, error_u, error_v, lost_since
-            # dance_and_follow.xml:146
+            # dance_and_follow.xml:147
             ball = self.find_ball("red")
             ball_seen = ball is not None
             if ball_seen:
@@ -165,21 +166,21 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_search():
             nonlocal ball_seen, corner
-            # dance_and_follow.xml:160
+            # dance_and_follow.xml:161
             ball_seen = False
             corner = self.sweep(corner)
 
         def guard_lost():
-            # dance_and_follow.xml:170
+            # dance_and_follow.xml:171
             return lost_since is not None and self.clock.now() - lost_since > 0.5
 
         def guard_found():
-            # dance_and_follow.xml:179
+            # dance_and_follow.xml:180
             return self.find_ball("red") is not None
 
         def fired_found():
             nonlocal lost_since
-            # dance_and_follow.xml:177
+            # dance_and_follow.xml:178
             lost_since = None
 
         return Automaton(
@@ -213,7 +214,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_green(self) -> Automaton:
         """Return automaton 4, that of the state 'green'."""
-        # dance_and_follow.xml:230
+        # dance_and_follow.xml:231
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
@@ -223,7 +224,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_follow():
             nonlocal ball, ball_seen, error_u, error_v, lost_since
-            # dance_and_follow.xml:194
+            # dance_and_follow.xml:195
             ball = self.find_ball("green")
             ball_seen = ball is not None
             if ball_seen:
@@ -235,21 +236,21 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_search():
             nonlocal ball_seen, corner
-            # dance_and_follow.xml:208
+            # dance_and_follow.xml:209
             ball_seen = False
             corner = self.sweep(corner)
 
         def guard_lost():
-            # dance_and_follow.xml:218
+            # dance_and_follow.xml:219
             return lost_since is not None and self.clock.now() - lost_since > 0.5
 
         def guard_found():
-            # dance_and_follow.xml:227
+            # dance_and_follow.xml:228
             return self.find_ball("green") is not None
 
         def fired_found():
             nonlocal lost_since
-            # dance_and_follow.xml:225
+            # dance_and_follow.xml:226
             lost_since = None
 
         return Automaton(
@@ -283,7 +284,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_dance(self) -> Automaton:
         """Return automaton 5, that of the state 'dance'."""
-        # dance_and_follow.xml:276
+        # dance_and_follow.xml:277
         positions = [  # shoulder pitch and roll, elbow yaw and roll of the right arm, in rad
             (0.8, -0.3, 1.0, 0.4),
             (0.3, -0.6, 1.0, 0.9),
@@ -300,7 +301,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_right():
             nonlocal reached
-            # dance_and_follow.xml:242
+            # dance_and_follow.xml:243
             if self.arm_there("Right", positions[reached]):
                 reached += 1
             if reached < len(positions):
@@ -308,28 +309,28 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_left():
             nonlocal reached
-            # dance_and_follow.xml:252
+            # dance_and_follow.xml:253
             if self.arm_there("Left", positions[reached]):
                 reached += 1
             if reached < len(positions):
                 self.command_arm("Left", positions[reached], 0.3)
 
         def guard_ten_positions():
-            # dance_and_follow.xml:264
+            # dance_and_follow.xml:265
             return reached == len(positions)
 
         def fired_ten_positions():
             nonlocal reached
-            # dance_and_follow.xml:262
+            # dance_and_follow.xml:263
             reached = 0
 
         def guard_ten_positions_2():
-            # dance_and_follow.xml:273
+            # dance_and_follow.xml:274
             return reached == len(positions)
 
         def fired_ten_positions_2():
             nonlocal reached
-            # dance_and_follow.xml:271
+            # dance_and_follow.xml:272
             reached = 0
 
         return Automaton(

@@ -34,9 +34,10 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
     def find_ball(self, color):
         """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
         sample = self.Camera.getImageData.latest()
-        if sample is None or sample.age > 1.0:
-            return None
-        image = sample.value
+        if sample is not None and sample.age < 1.0:
+            image = sample.value
+        else:  # no stream (yet): the call brings an image, or says why there is none
+            image = self.Camera.getImageData("RGB8")
         width, height = image.description.width, image.description.height
         pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)

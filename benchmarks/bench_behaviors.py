@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import random
+import signal
 import statistics
 import sys
 import tempfile
@@ -167,6 +168,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--only", choices=["follow", "dance"])
     arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that the components end with it
     if arguments.only != "dance":
         print(
             f"{'follow_ball':<22} {'frames':>6} {'centered':>8} {'seen':>7} {'median':>8} {'worst':>8}"

@@ -96,7 +96,7 @@ def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
     return AutomatonSnapshot(
         id=run.automaton.id,
         state=run.current.id,
-        ghost=not run.active,
+        ghost=run.parent is not None and not run.active,  # the root is none, not even before it starts
         lastTransition=run.last_transition,
         enteredAt=(run.entered or 0) / 1e9,
         timers=[

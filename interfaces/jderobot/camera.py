@@ -41,9 +41,9 @@ class CameraDescription(Struct):
     fdisty: float
     """Focal length along the rows in pixels."""
     u0: float
-    """Column of the principal point in pixels."""
+    """Column of the principal point in pixels; 0 is the middle of the first column."""
     v0: float
-    """Row of the principal point in pixels."""
+    """Row of the principal point in pixels; 0 is the middle of the first row."""
     skew: float
     """Skew of the pixel axes."""
     posx: float

@@ -100,6 +100,18 @@ def test_a_number_that_is_none_is_wrong_usage(command: list[str], number: str) -
         assert "Invalid value" in process.output
 
 
+def test_a_behavior_without_images_halts_with_the_package_to_install(free_robot_endpoint: str) -> None:
+    without_gl = {"MUJOCO_GL": "disable"}
+    server = module("naoserver_sim", "--listen", free_robot_endpoint)
+    with ComponentProcess(server, without_gl) as robot:
+        robot.wait_for("ready")
+        behavior = module("behaviors.follow_ball", "--connect", free_robot_endpoint)
+
+        with ComponentProcess(behavior) as follower:
+            assert follower.wait(15) == 1
+            follower.wait_for("HardwareFailedException: .*libegl1")
+
+
 @pytest.mark.slow
 @pytest.mark.gl
 def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: str) -> None:

@@ -221,7 +221,7 @@ def test_a_camera_describes_itself(camera):
         10.0,
     )
     assert 2 * math.atan(160 / description.fdistx) == pytest.approx(math.radians(56.3), abs=0.01)
-    assert (description.u0, description.v0) == (160, 120)
+    assert (description.u0, description.v0) == (159.5, 119.5)
 
 
 @pytest.mark.gl
