@@ -6,15 +6,26 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 
-_WORD = re.compile(r"\s*(?:(\d\w*)|([A-Za-z_]\w*)|(&&|\|\||[=!<>]=|[<>!()+*/%-]))")
+_WORD = re.compile(r"\s*(?:(\d\w*)|([A-Za-z_]\w*)|(&&|\|\||<<|>>|[=!<>]=|[<>!()+*/%~&|^?:-]))")
 _DEEPEST = 50
+
+
+def _shift(bits: int) -> int:
+    if not 0 <= bits < 64:
+        raise ConditionError(f"a shift by {bits} bits")
+    return bits
+
 
 # Operators by how tightly they bind, the loosest first.
 _BINARY: list[dict[str, Callable[[int, int], int]]] = [
     {"||": lambda a, b: int(bool(a) or bool(b))},
     {"&&": lambda a, b: int(bool(a) and bool(b))},
+    {"|": operator.or_},
+    {"^": operator.xor},
+    {"&": operator.and_},
     {"==": operator.eq, "!=": operator.ne},
     {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge},
+    {"<<": lambda a, b: a << _shift(b), ">>": lambda a, b: a >> _shift(b)},
     {"+": operator.add, "-": operator.sub},
     {"*": operator.mul, "/": operator.floordiv, "%": operator.mod},
 ]
@@ -39,7 +50,7 @@ def evaluate(text: str, macros: Mapping[str, str]) -> bool:
         words.append(match.group().strip())
         position = match.end()
     evaluation = _Evaluation(words, macros)
-    value = evaluation.binary(0)
+    value = evaluation.condition()
     if evaluation.words:
         raise ConditionError(f"unexpected `{evaluation.words[-1]}`")
     return bool(value)
@@ -50,6 +61,22 @@ class _Evaluation:
         self.words = words[::-1]
         self.macros = macros
         self.depth = 0
+
+    def condition(self) -> int:
+        """Read a whole condition: `a ? b : c` binds loosest."""
+        value = self.binary(0)
+        if not self.words or self.words[-1] != "?":
+            return value
+        self._next()
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise ConditionError("too deeply nested")
+        then = self.condition()
+        if self._next() != ":":
+            raise ConditionError("`:` is missing")
+        otherwise = self.condition()
+        self.depth -= 1
+        return then if value else otherwise
 
     def binary(self, level: int) -> int:
         if level == len(_BINARY):
@@ -73,10 +100,14 @@ class _Evaluation:
             match word:
                 case "!":
                     return int(not self.unary())
+                case "~":
+                    return ~self.unary()
+                case "+":
+                    return self.unary()
                 case "-":
                     return -self.unary()
                 case "(":
-                    value = self.binary(0)
+                    value = self.condition()
                     if self._next() != ")":
                         raise ConditionError("`)` is missing")
                     return value

@@ -71,8 +71,11 @@ class Declarer:
         elif declared_kind(definition) in _FOLLOWABLE and declared_kind(before) in _FOLLOWABLE:
             if declared_kind(definition) is not declared_kind(before) or definition.local != before.local:
                 return self._different_kind(definition, before)
-            declared = isinstance(definition, ast.ForwardDeclaration)
-            if before.name == definition.name and (declared or isinstance(before, ast.ForwardDeclaration)):
+            if ast.ForwardDeclaration in {type(definition), type(before)}:
+                if before.name != definition.name:
+                    note = Note("first declared here", before.token.location)
+                    message = f"`{definition.name}` differs only in capitalization from `{before.name}`"
+                    self._resolver.warning(Code.DOUBTFUL_CAPITALIZATION, message, definition.token, note)
                 return True
         self._taken(definition, before)
         return False

@@ -44,8 +44,11 @@ def parse_integer(text: str) -> int:
 
 
 def parse_float(text: str) -> float:
-    """Return the value of a floating-point literal. Raises LiteralError when it is too large."""
-    value = float(text.rstrip("fF"))
+    """Return the value of a floating-point literal. Raises LiteralError when it is too large or small."""
+    digits = text.rstrip("fF")
+    value = float(digits)
+    if value == 0 and any(digit in "123456789" for digit in re.split("[eE]", digits)[0]):
+        raise LiteralError(f"`{text[:20]}` is too small for a floating-point number")
     if math.isinf(value):
         raise LiteralError(f"`{text[:20]}` is too large for a floating-point number")
     return value

@@ -39,6 +39,8 @@ class MemberParser(PhraseParser):
         metadata, doc = self._metadata()
         idempotent = self._accept("idempotent") is not None
         tag = self._tag()
+        if tag is not None and self._at("void"):
+            self._fail("`void` cannot be optional")
         void = self._accept("void") is not None
         returns = None if void else self._type("the type of a member or an operation")
         name = self._name("a member or an operation" if members else "an operation")

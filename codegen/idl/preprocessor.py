@@ -218,6 +218,8 @@ class _Reader:
         if not conditions:
             self._error(Code.BAD_DIRECTIVE, f"#{name} without #if", token)
             return
+        if rest and name != "elif":
+            self._error(Code.BAD_DIRECTIVE, f"only a comment can stand behind #{name}", token)
         if name == "endif":
             conditions.pop()
             return
@@ -254,8 +256,10 @@ class _Reader:
                     self._error(Code.BAD_DIRECTIVE, "#undef needs a name", token)
                 self._macros.undefine(rest.partition(" ")[0])
             case "pragma":
-                if rest.split()[:1] == ["once"]:
+                if rest == "once":
                     self._once.add(token.source)
+                else:
+                    self._error(Code.BAD_DIRECTIVE, f"unknown #pragma {rest}", token)
             case "error":
                 self._error(Code.BAD_DIRECTIVE, f"#error {rest}", token)
             case "" if not rest or rest[0].isdigit():  # `#` alone, and the line marks of a C preprocessor

@@ -1,0 +1,54 @@
+"""Print how far `codegen` agrees with slice2py on the cases of the tests and on generated files.
+
+    python benchmarks/slice_agreement.py [--generated COUNT] [--seed NUMBER] [FILES.ice...]
+
+Other files are compared too, each by itself. Differences are listed below the table.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from tests.support.slice_agreement import Agreement, compare, compare_generated
+from tests.support.slice_cases import all_cases
+
+
+def main() -> None:
+    """Compare and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--generated", type=int, default=1000, metavar="COUNT", help="files made from the grammar"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="another seed makes other files")
+    parser.add_argument("files", nargs="*", type=Path, help="files of your own, with the extension .ice")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as directory:
+        root = Path(directory)
+        paths = [case.write(root / "cases" / str(number)) for number, case in enumerate(all_cases())]
+        rows = {"cases of the tests": compare(paths, root / "out")}
+        generated = root / "generated"
+        generated.mkdir()
+        rows["generated"] = compare_generated(generated, arguments.generated, arguments.seed)
+        if arguments.files:
+            rows["given files"] = compare(arguments.files, root / "out")
+    _print(rows)
+
+
+def _print(rows: dict[str, Agreement]) -> None:
+    print(f"{'':20} {'files':>6} {'accepted':>9} {'same verdict':>13} {'same first line':>16}")
+    for name, row in rows.items():
+        print(f"{name:20} {row.files:6} {row.accepted:9} {row.verdicts:13.2%} {row.first_lines:16.2%}")
+    for row in rows.values():
+        for difference in row.differences:
+            print(difference)
+
+
+if __name__ == "__main__":
+    main()
