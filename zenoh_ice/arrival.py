@@ -49,8 +49,10 @@ _TYPE_ENTRY: Final = re.compile(
 )
 _UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
 
-# Beside the classes that a union is made of: msgspec asks for the type field only where there are several.
-_NoClass: Final = msgspec.defstruct("_NoClass", [], tag="", tag_field=TYPE_FIELD)
+# Beside the classes that a union is made of, as msgspec asks for the type field only where there are several.
+# It never arrives: no text is longer than 0 and shorter than 1.
+_Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
+_NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
 
 
 class _Form(NamedTuple):

@@ -19,7 +19,7 @@ from .codec import Codec
 from .dispatch import Dispatcher, is_marked_thread
 from .exceptions import CommunicatorDestroyedException, ConfigurationException
 from .incoming import Incoming
-from .operation import Operation
+from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
 from .presence import Presence, Target, client_token
 from .proxy import ObjectPrx
@@ -66,7 +66,7 @@ class Communicator:
         self.call_numbers: Final = itertools.count(1)
         self._lock = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
-        self._calls: dict[tuple[Target, Operation[..., Any], str, float], OutgoingCall] = {}
+        self._calls: dict[tuple[Target, Operation[..., Any], Interface, float], OutgoingCall] = {}
         self._readers: dict[tuple[Target, Operation[..., Any]], StreamReader[Any]] = {}
         self._subscriptions: set[Subscription] = set()
         self._futures: set[Future[Any]] = set()
@@ -228,10 +228,10 @@ class Communicator:
         return target in self.local_servants or bool(self.presence.interfaces(target))
 
     def outgoing_call(
-        self, target: Target, operation: Operation[..., Any], fingerprint: str, timeout: float
+        self, target: Target, operation: Operation[..., Any], interface: Interface, timeout: float
     ) -> OutgoingCall:
         """Return what calls an operation of a servant; proxies share it."""
-        key = (target, operation, fingerprint, timeout)
+        key = (target, operation, interface, timeout)
         with self._lock:
             self._check()
             call = self._calls.get(key)

@@ -11,7 +11,7 @@ import msgspec
 from .codec import Codec
 from .exceptions import UserException
 
-__all__ = ["OBJECT_TYPE_ID", "Interface", "Operation", "first_difference"]
+__all__ = ["OBJECT_TYPE_ID", "Interface", "Operation"]
 
 OBJECT_TYPE_ID: Final = "::Ice::Object"
 """The type id that every servant answers to."""
@@ -92,19 +92,3 @@ class Interface:
         yield self
         for base in self.bases:
             yield from base._walk()
-
-
-def first_difference(expected: str, found: str) -> str:
-    """Return the first line in which two definitions differ, as the two sides have it."""
-    expected_lines, found_lines = expected.splitlines(), found.splitlines()
-    known = set(expected_lines)
-    present = set(found_lines)
-    missing = next((line.strip() for line in expected_lines if line not in present), None)
-    added = next((line.strip() for line in found_lines if line not in known), None)
-    if missing is not None and added is not None:
-        return f"the proxy has `{missing}` where the servant has `{added}`"
-    if missing is not None:
-        return f"the servant lacks `{missing}`"
-    if added is not None:
-        return f"the proxy lacks `{added}`"
-    return "the same members stand in another order"

@@ -17,11 +17,13 @@ from .attachment import encode_call_attachment
 from .exceptions import (
     CommunicatorDestroyedException,
     ConnectionLostException,
+    InterfaceMismatchException,
     MarshalException,
     OverloadedException,
     TimeoutException,
 )
-from .operation import Operation
+from .mismatch import with_difference
+from .operation import Interface, Operation
 from .presence import Target
 from .session import send_limit
 from .wire_errors import ERROR_ENCODING, decode_error
@@ -48,14 +50,15 @@ class OutgoingCall:
         communicator: Communicator,
         target: Target,
         operation: Operation[..., Any],
-        fingerprint: str,
+        interface: Interface,
         timeout: float,
     ) -> None:
         self.what: Final = f"{target.identity}.{operation.name}"
         self._communicator: Final = communicator
         self._target: Final = target
         self._operation: Final = operation
-        self._fingerprint: Final = fingerprint
+        self._interface: Final = interface
+        self._fingerprint: Final = interface.fingerprint
         self._timeout: Final = timeout
         self._local: Final = communicator.local_servants
         self._request_limit: Final = communicator.size_limit(operation.arguments)
@@ -169,7 +172,11 @@ class OutgoingCall:
         raise self._error(error.payload.to_bytes())
 
     def _error(self, data: bytes) -> Exception:
-        return decode_error(data, self._operation.exceptions, self.what, self._communicator)
+        error = decode_error(data, self._operation.exceptions, self.what, self._communicator)
+        if isinstance(error, InterfaceMismatchException) and not error.member:
+            proxy = self._communicator.stringToProxy(str(self._target))
+            return with_difference(error, proxy, self._interface)
+        return error
 
     def _unanswered(self, payload: bytes, started: float, *, retry: bool) -> object:
         """Find out why a call ended without an answer; an idempotent one is sent once more."""

@@ -8,8 +8,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar, cast
 
 from .exceptions import CommunicatorDestroyedException, InterfaceMismatchException, ZenohIceError
+from .mismatch import describe_difference
 from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
-from .operation import Interface, Operation, first_difference
+from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
 from .presence import Target
 from .stream_reader import Sample, StreamReader, Subscription
@@ -182,9 +183,7 @@ class ObjectPrx(Reference):
             self._target
         ):  # as every later call: one that is lost fails at once
             communicator.find(self._target, None, self._timeout)
-        call = communicator.outgoing_call(
-            self._target, operation, self.ice_interface.fingerprint, self._timeout
-        )
+        call = communicator.outgoing_call(self._target, operation, self.ice_interface, self._timeout)
         self._calls[operation] = call
         return call
 
@@ -201,7 +200,7 @@ class ObjectPrx(Reference):
                 expected=wanted.fingerprint,
             )
         if wanted.fingerprint and fingerprint != wanted.fingerprint:
-            difference = self._describe_difference()
+            difference = describe_difference(ObjectPrx.uncheckedCast(self), wanted)
             raise InterfaceMismatchException(
                 f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "
                 f"{wanted.fingerprint}, the servant from {fingerprint}; {difference}; generate both from "
@@ -210,12 +209,3 @@ class ObjectPrx(Reference):
                 found=fingerprint,
                 member=difference,
             )
-
-    def _describe_difference(self) -> str:
-        wanted = self.ice_interface
-        try:
-            descriptions = ObjectPrx.uncheckedCast(self).ice_describe()
-        except ZenohIceError as error:
-            return f"the servant could not be asked for its definition ({error})"
-        found = next((known for known in descriptions if known.typeId == wanted.type_id), None)
-        return first_difference(wanted.definition, found.definition) if found else "the definition is unknown"

@@ -296,8 +296,13 @@ class TestPresence:
     @pytest.mark.parametrize("where", ["client", "server"])
     def test_call_of_another_version_is_refused(self, pair: Pair, servant: CalculatorI, where: str) -> None:
         proxy = NewerCalculatorPrx.uncheckedCast(getattr(pair, where).stringToProxy("Calculator"))
-        with pytest.raises(InterfaceMismatchException):
+        with pytest.raises(InterfaceMismatchException) as caught:
             proxy.add(1.0, 2.0)
+        with pytest.raises(InterfaceMismatchException) as caught_async:
+            proxy.addAsync(1.0, 2.0).result(5.0)
+        for error in (caught.value, caught_async.value):
+            assert "the proxy has `::test::Calculator::add(int a, double b): double` where" in error.member
+            assert error.member in str(error)
 
     def test_realms_are_apart(self, pair: Pair, servant: CalculatorI, make_communicator) -> None:
         other = make_communicator(connect=[pair.endpoint], realm="other")

@@ -218,6 +218,9 @@ class NewerCalculatorPrx(ObjectPrx):
     def add(self, a: float, b: float) -> float:
         return self.ice_invoke(_add, a, b)
 
+    def addAsync(self, a: float, b: float) -> Future[float]:
+        return self.ice_invokeAsync(_add, a, b)
+
 
 class UnrelatedPrx(ObjectPrx):
     ice_interface: ClassVar[Interface] = Interface("::test::Unrelated", fingerprint="c0ffee0000000004")

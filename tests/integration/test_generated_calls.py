@@ -1,0 +1,230 @@
+"""Calls of a generated interface with everything of Slice, between two sessions over loopback."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.conftest import Pair
+from tests.support.slice_compiler import imported
+from zenoh_ice import InterfaceMismatchException, MarshalException
+from zenoh_ice.reflection import describe
+
+SOURCE = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
+ZOO = """
+module zoo {
+  class Animal { string name; };
+  class Dog extends Animal { int tricks; };
+  %s
+  interface Shelter { Animal adopt(string name); };
+};
+"""
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    sources = {"everything.idl": SOURCE.read_text()}
+    with imported(tmp_path_factory.mktemp("everything"), "everything_live", sources) as package:
+        yield __import__(f"{package.__name__}.everything", fromlist=["Camera"])
+
+
+def make_servant(api: Any) -> Any:
+    class CameraI(api.Better):  # type: ignore[misc]
+        def self(self, other, any, current):
+            return other or (any and api.CameraPrx.uncheckedCast(any))
+
+        def echo(self, n, current):
+            return n, n, api.Empty() if n is None else n
+
+        def root(self, o, current):
+            return o
+
+        def maybe(self, a, b, c, current):
+            if b < 0:
+                raise api.Rich("rich", None, None, labels={}, tail="")
+            return (None if a is None else len(a)), (c and api.Node(str(c.x), [], None)), b
+
+        def fail(self, how, current):
+            node = api.Leaf("leaf", [], None, weight=how, last="end")
+            camera = api.CameraPrx.uncheckedCast(current.communicator.stringToProxy("Camera"))
+            raise api.Rich("rich", node, camera, api.Point(1, 2), labels={api.Point(3, 4): "x"}, tail="t")
+
+        def getLabels(self, labels, d, b, f, current):
+            assert d == {api.Named("n", api.Color.blue, api.Point(0, 0)): api.Color.red}
+            assert b == {api.Color.green: api.Point(5, 6)}
+            assert f == {True: 1, False: 0}
+            return labels
+
+        def getMany(self, m, d, current):
+            return [*m, api.AllDefaults(d.a, d.d)]
+
+        def getViews(self, h, current):
+            return h
+
+        def getCameras(self, m, current):
+            return list(m.values())
+
+        def getOptional(self, o, e, ns, current):
+            return o
+
+        getOptionals = getOptional
+
+        def improve(self, current):
+            pass
+
+    return CameraI()
+
+
+@pytest.fixture
+def servant(api: Any, pair: Pair) -> Any:
+    servant = make_servant(api)
+    pair.adapter.add(servant, "Camera")
+    return servant
+
+
+@pytest.fixture(params=["remote", "collocated"])
+def camera(request: pytest.FixtureRequest, api: Any, pair: Pair, servant: Any) -> Any:
+    communicator = pair.client if request.param == "remote" else pair.server
+    return api.BetterPrx.checkedCast(communicator.stringToProxy("Camera"))
+
+
+def test_proxies_are_values_and_can_be_called_where_they_arrive(api: Any, camera: Any) -> None:
+    returned = camera.self(camera, None)
+    assert type(returned) is api.CameraPrx
+    assert returned == camera
+    assert returned.ice_getCommunicator() is camera.ice_getCommunicator()
+    assert returned.root(None) is None
+    assert camera.self(None, camera) == camera
+    assert camera.self(None, None) is None
+    assert camera.getCameras({"one": camera, "none": None}) == [camera, None]
+
+
+def test_a_proxy_of_another_realm_keeps_it(camera: Any) -> None:
+    other = camera.ice_getCommunicator().stringToProxy("Camera@elsewhere")
+    assert camera.self(None, other).ice_toString() == "Camera@elsewhere"
+
+
+def test_classes_arrive_as_what_they_are(api: Any, camera: Any) -> None:
+    leaf = api.Leaf("leaf", [None, api.Node("child", [], None)], None, extra=1, last="end")
+    tree = api.Node("root", [leaf], leaf)
+    assert camera.echo(tree) == (tree, tree, tree)
+    assert camera.echo(None) == (None, None, api.Empty())
+    assert camera.root(leaf) == leaf
+    assert camera.echoAsync(leaf).result(5.0)[0] == leaf
+
+
+def test_a_value_that_holds_itself_is_refused(api: Any, camera: Any) -> None:
+    node = api.Node("root", [], None)
+    node.next = node
+    with pytest.raises(MarshalException, match="in a cycle"):
+        camera.root(node)
+
+
+def test_optional_parameters_and_results_may_be_absent(api: Any, camera: Any) -> None:
+    assert camera.maybe(None, 1) == (None, None, 1)
+    assert camera.maybe("abc", 2, api.Point(7, 8)) == (3, api.Node("7", [], None), 2)
+    empty = api.Optional(b=None)
+    assert camera.getOptionals(empty, api.Empty()) == empty
+    assert camera.getOptionals(api.Optional(5), None, [None]) == api.Optional(5, "x")
+
+
+def test_exceptions_carry_anything(api: Any, camera: Any) -> None:
+    with pytest.raises(api.Rich) as caught:
+        camera.fail(7)
+    error = caught.value
+    assert (error.what, error.at, error.code, error.tail) == ("rich", api.Point(1, 2), 4, "t")
+    assert error.node == api.Leaf("leaf", [], None, weight=7, last="end")
+    assert error.labels == {api.Point(3, 4): "x"}
+    assert type(error.camera) is api.CameraPrx
+    assert error.camera.root(None) is None
+    with pytest.raises(api.Bad, match="rich"):
+        camera.maybe(None, -1)
+
+
+def test_structs_and_enumerations_are_keys(api: Any, camera: Any) -> None:
+    labels = {api.Point(1, 2): "a", api.Point(2, 1): "b"}
+    deep = {api.Named("n", api.Color.blue, api.Point(0, 0)): api.Color.red}
+    assert camera.getLabels(labels, deep, {api.Color.green: api.Point(5, 6)}, {True: 1, False: 0}) == labels
+
+
+def test_default_values_are_those_of_constructors(api: Any, camera: Any) -> None:
+    defaults = api.Defaults(h=1)
+    assert (defaults.a, defaults.b, defaults.c, defaults.f) == (5, "text", api.Color.green, 7)
+    assert camera.getMany([api.AllDefaults()], defaults) == [api.AllDefaults(1, 2.5), api.AllDefaults(5, 3.0)]
+
+
+def test_streams_bring_proxies_and_classes(api: Any, camera: Any, servant: Any) -> None:
+    views = api.Views(camera, None, api.Leaf("leaf", [], None, last=""), api.Defaults(h=2))
+    assert camera.getViews.latest() is None
+    assert servant.getViewsPublisher.wait_for_listener(5.0)
+    servant.getViewsPublisher.publish(views)
+    arrived = camera.getViews.wait(timeout=5.0).value
+    assert arrived == views
+    assert arrived.camera.ice_getCommunicator() is camera.ice_getCommunicator()
+
+
+def test_a_class_that_the_client_does_not_know_is_sliced(tmp_path: Path, pair: Pair) -> None:
+    newer = ZOO % "class Puppy extends Dog { Animal mother; };"
+    with (
+        imported(tmp_path / "old", "zoo_old", {"zoo.idl": ZOO % ""}) as old,
+        imported(tmp_path / "new", "zoo_new", {"zoo.idl": newer}) as new,
+    ):
+        ours = __import__(f"{old.__name__}.zoo", fromlist=["Dog"])
+        theirs: Any = __import__(f"{new.__name__}.zoo", fromlist=["Dog"])
+
+        class ShelterI(theirs.Shelter):  # type: ignore[misc]
+            def adopt(self, name, current):
+                return theirs.Puppy(name, 3, theirs.Animal("Bella"))
+
+        pair.adapter.add(ShelterI(), "Shelter")
+        shelter = ours.ShelterPrx.checkedCast(pair.client.stringToProxy("Shelter"))
+        assert shelter.adopt("Rex") == ours.Dog("Rex", 3)
+
+
+def test_a_mismatch_names_the_member(tmp_path: Path, pair: Pair) -> None:
+    newer = (ZOO % "").replace("int tricks", "long tricks").replace("string name)", "string name, int age)")
+    with (
+        imported(tmp_path / "old", "zoo_before", {"zoo.idl": ZOO % ""}) as old,
+        imported(tmp_path / "new", "zoo_after", {"zoo.idl": newer}) as new,
+    ):
+        ours = __import__(f"{old.__name__}.zoo", fromlist=["Dog"])
+        theirs: Any = __import__(f"{new.__name__}.zoo", fromlist=["Dog"])
+
+        class ShelterI(theirs.Shelter):  # type: ignore[misc]
+            def adopt(self, name, age, current):
+                return None
+
+        pair.adapter.add(ShelterI(), "Shelter")
+        proxy = pair.client.stringToProxy("Shelter")
+        with pytest.raises(InterfaceMismatchException) as at_cast:
+            ours.ShelterPrx.checkedCast(proxy)
+        with pytest.raises(InterfaceMismatchException) as at_call:
+            ours.ShelterPrx.uncheckedCast(proxy).adopt("Rex")
+        assert at_cast.value.member == at_call.value.member
+        assert at_cast.value.member == (
+            "the proxy has `::zoo::Shelter::adopt(string name): ::zoo::Animal` where the servant has "
+            "`::zoo::Shelter::adopt(string name, int age): ::zoo::Animal`"
+        )
+
+
+def test_generated_classes_describe_themselves(api: Any) -> None:
+    leaf = describe(api.Leaf)
+    assert (leaf.kind, leaf.bases) == ("class", ("::everything::Node",))
+    assert [(member.name, member.optional, member.default) for member in leaf.members] == [
+        ("weight", False, 3),
+        ("extra", True, None),
+        ("other", True, None),
+        ("last", False, None),
+    ]
+    assert describe(api.Node).doc == "A node of a tree."
+    assert describe(make_servant(api).__class__).name == "Better"
+    (maybe,) = (operation for operation in describe(api.CameraPrx).operations if operation.name == "maybe")
+    assert [(member.name, member.type, member.optional) for member in maybe.parameters] == [
+        ("a", "string", True),
+        ("b", "int", False),
+        ("c", "::everything::Point", True),
+    ]
+    assert list(maybe.exceptions) == ["::everything::Rich"]

@@ -1,0 +1,173 @@
+"""What arrives as something else than msgspec alone would make of it: classes, proxies, default values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgpack
+import pytest
+
+from tests.support.wire_values import Desk
+from zenoh_ice import MarshalException, ObjectPrx
+from zenoh_ice.codec import Codec
+from zenoh_ice.generated import Int, Struct, Value
+
+DESK: Any = Desk()
+
+
+class Animal(Value, tag="::zoo::Animal"):
+    name: str
+    friend: Animal | None
+
+
+class Dog(Animal, tag="::zoo::Dog ::zoo::Animal", kw_only=True):
+    tricks: Int | None = None
+    legs: Int = 4
+
+
+class Nothing(Value, tag="::zoo::Nothing"):
+    pass
+
+
+class Settled(Struct):
+    limit: Int = 5
+
+
+class HoldsAnimal(Struct):
+    animal: Animal | None
+
+
+class HoldsAnything(Struct):
+    anything: Value | None
+
+
+class HoldsProxy(Struct):
+    proxy: ObjectPrx | None
+
+
+class HoldsMany(Struct):
+    settled: list[Settled]
+    nothing: list[Nothing | None]
+
+
+ANIMAL = Codec(HoldsAnimal)
+
+
+def animal(**members: Any) -> bytes:
+    value = {"@type": "::zoo::Animal", "name": "a", "friend": None, **members}
+    return bytes(msgpack.packb({"animal": value}))
+
+
+def test_a_value_arrives_as_the_class_that_it_was() -> None:
+    value = Dog("Rex", Animal("Tom", Dog("Bello", None, tricks=3)), legs=3)
+    assert ANIMAL.unpack(ANIMAL.pack((value,), "x"), "x").animal == value
+    anything = Codec(HoldsAnything)
+    assert anything.unpack(anything.pack((value,), "x"), "x").anything == value
+
+
+def test_classes_made_later_arrive_too() -> None:
+    class Cat(Animal, tag="::zoo::Cat ::zoo::Animal"):
+        lives: Int
+
+    assert ANIMAL.unpack(animal(), "x").animal == Animal("a", None)
+    value = Cat("Tom", None, 9)
+    assert ANIMAL.unpack(ANIMAL.pack((value,), "x"), "x").animal == value
+
+
+def test_an_unknown_class_arrives_as_the_nearest_known_one() -> None:
+    puppy = {"@type": "::new::Puppy ::new::Pet ::zoo::Dog ::zoo::Animal", "name": "b", "friend": None}
+    payload = animal(friend={**puppy, "legs": 4, "toys": [{"@type": "::new::Toy"}], "age": 1})
+    assert ANIMAL.unpack(payload, "x").animal == Animal("a", Dog("b", None))
+
+
+@pytest.mark.parametrize(
+    ("type_id", "reason"),
+    [
+        ("::other::Thing", "::other::Thing"),
+        ("::zoo::Nothing", "::zoo::Nothing"),
+        (5, "Expected `str`"),
+        (None, "Expected `str`"),
+    ],
+)
+def test_a_class_that_does_not_fit_is_refused_with_its_place(type_id: object, reason: str) -> None:
+    with pytest.raises(MarshalException, match=reason) as caught:
+        ANIMAL.unpack(animal(friend={"@type": type_id, "name": "b", "friend": None}), "x")
+    assert caught.value.path == "$.animal.friend.@type"
+
+
+@pytest.mark.parametrize("never", [{}, {"never": ""}, {"never": "x"}])
+def test_a_class_without_a_name_is_refused(never: dict[str, str]) -> None:
+    with pytest.raises(MarshalException) as caught:
+        ANIMAL.unpack(animal(friend={"@type": "", "name": "b", "friend": None, **never}), "x")
+    assert caught.value.path.startswith("$.animal.friend.")
+
+
+def test_a_value_without_its_class_is_refused() -> None:
+    with pytest.raises(MarshalException, match="missing required field `@type`"):
+        ANIMAL.unpack(msgpack.packb({"animal": {"name": "a", "friend": None}}), "x")
+
+
+def test_a_value_that_holds_itself_is_refused_with_the_reason() -> None:
+    value = Animal("a", None)
+    value.friend = Animal("b", value)
+    with pytest.raises(MarshalException, match="in a cycle"):
+        ANIMAL.pack((value,), "x")
+
+
+def test_values_in_each_other_too_deeply_are_refused() -> None:
+    shallow: Animal | None = None
+    for _ in range(100):
+        shallow = Animal("a", shallow)
+    assert ANIMAL.unpack(ANIMAL.pack((shallow,), "x"), "x").animal == shallow
+    head = b"\x83\xa5@type" + msgpack.packb("::zoo::Animal") + b"\xa4name\xa0\xa6friend"
+    with pytest.raises(MarshalException, match="nested too deeply"):
+        ANIMAL.unpack(b"\x81\xa6animal" + head * 5000 + b"\xc0", "x")
+
+
+def test_an_optional_member_may_be_missing_and_one_with_a_default_value_may_not() -> None:
+    dog = {"@type": "::zoo::Dog ::zoo::Animal", "name": "b", "friend": None}
+    assert ANIMAL.unpack(msgpack.packb({"animal": {**dog, "legs": 2}}), "x").animal == Dog("b", None, legs=2)
+    with pytest.raises(MarshalException, match="missing required field `legs`"):
+        ANIMAL.unpack(msgpack.packb({"animal": dog}), "x")
+
+
+@pytest.mark.parametrize("member", ["settled", "nothing"])
+def test_payloads_of_empty_maps_do_not_grow(member: str) -> None:
+    sound: dict[str, list[object]] = {"settled": [], "nothing": []}
+    codec = Codec(HoldsMany)
+    codec.unpack(msgpack.packb(sound), "x")
+    with pytest.raises(MarshalException, match="missing required field") as caught:
+        codec.unpack(msgpack.packb({**sound, member: [{}] * 1000}), "x")
+    assert caught.value.path.startswith(f"$.{member}[0].")
+
+
+def test_many_unknown_classes_are_taken_and_forgotten() -> None:
+    for number in range(40):
+        payload = animal(friend={"@type": f"::new::C{number} ::zoo::Animal", "name": "b", "friend": None})
+        assert ANIMAL.unpack(payload, "x").animal == Animal("a", Animal("b", None))
+
+
+def test_what_looks_like_a_class_in_texts_stays_text() -> None:
+    text = "\x81\xa5@type\xb1::new::X ::zoo::Animal"
+    payload = animal(name=text, friend={"@type": "::new::Y ::zoo::Animal", "name": text, "friend": None})
+    assert ANIMAL.unpack(payload, "x").animal == Animal(text, Animal(text, None))
+
+
+def test_a_proxy_arrives_as_one_of_the_communicator() -> None:
+    codec = Codec(HoldsProxy)
+    proxy = DESK.stringToProxy("Head")
+    payload = codec.pack((proxy,), "x")
+    assert msgpack.unpackb(payload) == {"proxy": "Head@nao"}
+    assert codec.unpack(payload, "x", DESK) == HoldsProxy(proxy)
+    assert codec.unpack(codec.pack((None,), "x"), "x", DESK) == HoldsProxy(None)
+    with pytest.raises(MarshalException, match="needs a communicator"):
+        codec.unpack(payload, "x")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a/b", "*", "Head@", "@nao", "Head\n", "a@b@c", "x" * 200, 5, {}, ["Head"]]
+)
+def test_what_is_no_proxy_is_refused_with_its_place(text: object) -> None:
+    with pytest.raises(MarshalException) as caught:
+        Codec(HoldsProxy).unpack(msgpack.packb({"proxy": text}), "x", DESK)
+    assert caught.value.path == "$.proxy"
