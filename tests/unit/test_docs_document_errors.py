@@ -1,0 +1,42 @@
+"""docs/document-errors.md: every code has an entry, and every example brings its own code and no other."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import compile_document
+from tests.support.codegen_command import ROOT
+from tests.support.pages import Section, sections_of
+
+SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("document-errors.md")}
+
+
+def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
+    sources = (path.read_text("utf-8") for path in (ROOT / "codegen" / "hfsm").glob("*.py"))
+    codes = {code for source in sources for code in re.findall(r'"([EWN]5\d\d)"', source)}
+    assert set(SECTIONS) == codes
+
+
+@pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS.keys())
+def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> None:
+    path = tmp_path / "main.xml"
+    for block in section.blocks:
+        match block.info.split():
+            case ["xml" | "python"]:
+                (tmp_path / (block.name or "main.xml")).write_text(block.text)
+            case ["python", "generates", name]:
+                output = io.StringIO()
+                with contextlib.redirect_stdout(output):
+                    exec(block.text, {})
+                (tmp_path / name).write_text(output.getvalue())
+            case ["console"]:
+                path = tmp_path / block.text.split()[-1]
+    diagnostics = Diagnostics()
+    compile_document(path, None, diagnostics)
+    assert {found.code for found in diagnostics} == {section.title.partition(":")[0]}, diagnostics.render()
