@@ -8,6 +8,7 @@ from enum import StrEnum
 
 import typer
 
+from codegen.diagnostic_formats import as_github, as_json
 from codegen.diagnostics import Diagnostics
 
 __all__ = ["ErrorFormat", "report", "show"]
@@ -23,10 +24,13 @@ class ErrorFormat(StrEnum):
 
 def show(diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str = "nothing was written") -> None:
     """Write everything found to stderr, with the outcome of errors where people read it."""
-    if error_format is ErrorFormat.TEXT:
-        text = diagnostics.render(color=_wants_color(), outcome=outcome)
-    else:
-        raise NotImplementedError
+    match error_format:
+        case ErrorFormat.TEXT:
+            text = diagnostics.render(color=_wants_color(), outcome=outcome)
+        case ErrorFormat.JSON:
+            text = as_json(diagnostics)
+        case ErrorFormat.GITHUB:
+            text = as_github(diagnostics)
     if text:
         typer.echo(text, err=True)
 

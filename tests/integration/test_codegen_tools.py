@@ -100,6 +100,22 @@ def test_watching_generates_at_every_change_and_ends_at_ctrl_c(home: Path) -> No
         assert "Traceback" not in watching.output
 
 
+@pytest.mark.parametrize("command", [["--check"], ["fmt"], ["fingerprint"], ["breaking", "--against", "."]])
+def test_errors_as_json(home: Path, command: list[str]) -> None:
+    (home / "lamp.idl").write_text("module home { struct Light { float power } };\n")
+    done = codegen(*command, "--error-format", "json", "lamp.idl", cwd=home)
+    assert done.returncode == 1
+    (first, *_) = json.loads(done.stderr)
+    assert (first["code"], first["path"], first["line"]) == ("E010", "lamp.idl", 1)
+
+
+def test_errors_as_annotations(home: Path) -> None:
+    (home / "lamp.idl").write_text(LAMP.replace("float power", "flot power"))
+    done = codegen("--error-format", "github", "lamp.idl", cwd=home)
+    assert done.returncode == 1
+    assert done.stderr.startswith("::error file=lamp.idl,line=4,col=5,endColumn=9,title=codegen E012::")
+
+
 # fmt
 
 
