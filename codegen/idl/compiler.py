@@ -18,9 +18,10 @@ from .lexer import Source
 from .names import exported_names, module_package
 from .packages import ModuleSummary, package_files, packages_in_cycles, read_summary
 from .parser import parse
-from .places import GeneratedModule, Places
-from .preprocessor import Preprocessor, SourceFiles
+from .places import GeneratedModule, NestedModules, Places
+from .preprocessor import Preprocessor, TranslationUnit
 from .schema import SCHEMA_FILE, schema_entry
+from .source_files import SourceFiles
 from .writer import GENERATED_BY, module_text, write_module
 
 
@@ -66,22 +67,25 @@ def compile_interfaces(
     """
     files = SourceFiles(diagnostics)
     preprocessor = Preprocessor(files, include_directories, diagnostics)
-    roots: dict[Path, _Root] = {}
+    units: list[tuple[Path, TranslationUnit, ast.Module]] = []
     sources = {source: path for path in paths if (source := files.load(path)) is not None}
     for source, path in sources.items():
         unit = preprocessor.unit(source)
         tree = parse(unit, diagnostics, dialect)
-        if not unit.complete:  # every name of a file that is not found would seem undefined
-            continue
-        check(tree, diagnostics)
-        directory = output or path.parent
-        root = roots.setdefault(directory.resolve(), _Root(directory, output is None))
-        places = Places(tree)
-        root.sources[source] = places
-        for included in unit.included:
-            root.sources.setdefault(included, places)
+        if unit.complete:  # else every name of the file that is not found would seem undefined
+            check(tree, diagnostics)
+            units.append((path, unit, tree))
     if diagnostics.has_errors:
         return Compilation()
+    nested = NestedModules(tree for _, _, tree in units)
+    roots: dict[Path, _Root] = {}
+    for path, unit, tree in units:
+        directory = output or path.parent
+        root = roots.setdefault(directory.resolve(), _Root(directory, output is None))
+        places = Places(tree, nested)
+        root.sources[unit.source] = places
+        for included in unit.included:
+            root.sources.setdefault(included, places)
     return _generate_all(list(roots.values()), output, diagnostics)
 
 

@@ -13,7 +13,8 @@ from .checker import check
 from .dialect import DEFAULT, Dialect
 from .lexer import Source
 from .parser import parse
-from .preprocessor import Preprocessor, SourceFiles
+from .preprocessor import Preprocessor
+from .source_files import SourceFiles
 
 __all__ = ["CheckedFile", "definitions_of", "load_interfaces"]
 

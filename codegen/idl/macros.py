@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import KeysView
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from .lexer import Kind, Source, Token
 # What the reference compiler defines too, so that files with parts for one language are read alike.
 _PREDEFINED = {"ICE_VERSION": "30711", "__SLICE2PY__": "1"}
 # Against macros that grow what they stand in.
-_MOST_TOKENS = 2_000_000
+_MOST_TOKENS = 200_000
 _DEEPEST_EXPANSION = 100
 
 _DEFINE = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\((?P<parameters>[^()]*)\))?(?P<value>.*)", re.DOTALL)
@@ -44,8 +45,10 @@ class Macros:
         for name, value in _PREDEFINED.items():
             self._macros[name] = _Macro(Source(Path("<predefined>"), value).tokens[:-1])
 
-    def __contains__(self, name: str) -> bool:
-        return name in self._macros
+    @property
+    def names(self) -> KeysView[str]:
+        """The names of all macros, those still to be defined too once they are."""
+        return self._macros.keys()
 
     def values(self) -> dict[str, str]:
         """Return the text of each macro, for conditions."""

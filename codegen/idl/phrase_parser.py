@@ -26,14 +26,19 @@ class PhraseParser(TokenReader):
         super().__init__(unit, diagnostics)
         self._dialect = dialect
         self._main_source = unit.source
+        self._well_spelled: set[tuple[str, Source]] = set()
         self._file_metadata: defaultdict[Source, list[str]] = defaultdict(list)
 
     def _check_spelling(self, token: Token) -> None:
         """Report a reserved name; what only the dialect forbids is allowed in included files."""
         source = token.source
+        if (token.text, source) in self._well_spelled:
+            return
+        self._well_spelled.add((token.text, source))
         dialect = self._dialect if source is self._main_source else DEFAULT
         reason = why_reserved(token.text, dialect, self._file_metadata[source])
         if reason:
+            self._well_spelled.discard((token.text, source))
             self._diagnostics.error(Code.RESERVED_NAME, f"`{token.text}`: {reason}", token.location)
 
     def _name(self, what: str) -> Token:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import errno
-import os
 import re
-import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from codegen.diagnostics import Diagnostics, Location, Note
+from codegen.diagnostics import Diagnostics, Note
 
 from .codes import Code
 from .conditions import ConditionError, evaluate
 from .lexer import Kind, Source, Token
 from .macros import ExpansionTooLargeError, MacroError, Macros, is_macro_use
+from .source_files import IncludePath, SourceFiles
 
-EXTENSIONS = (".idl", ".ice")
 _DEEPEST_INCLUDE = 64
-_LARGEST_FILE = 16 * 2**20
 # Against files that include each other without guards.
 _MOST_INCLUDES = 10_000
 _MOST_TOKENS = 2_000_000
@@ -28,47 +24,6 @@ _DIRECTIVE = re.compile(r"#\s*(?P<name>[a-z]*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
-
-
-class SourceFiles:
-    """Read each file once in a run."""
-
-    def __init__(self, diagnostics: Diagnostics) -> None:
-        self._diagnostics = diagnostics
-        self._sources: dict[Path, Source | None] = {}
-
-    def load(self, path: Path, included_at: Location | None = None) -> Source | None:
-        """Return the source at `path`, or None after reporting why it cannot be read."""
-        identity = path.resolve()
-        if identity not in self._sources:
-            self._sources[identity] = self._read(path, included_at or Location(path))
-        return self._sources[identity]
-
-    def _read(self, path: Path, asked_at: Location) -> Source | None:
-        try:
-            status = path.stat()
-            if not stat.S_ISREG(status.st_mode):
-                raise OSError(errno.EINVAL, "not a regular file")
-            if status.st_size > _LARGEST_FILE:
-                raise OSError(errno.EFBIG, f"{status.st_size} bytes are more than {_LARGEST_FILE}")
-            content = path.read_bytes()
-        except OSError as error:
-            reason = error.strerror or str(error)
-            self._diagnostics.error(Code.UNREADABLE_FILE, f"{path} cannot be read: {reason}", asked_at)
-            return None
-        try:
-            text = content.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            line = content.count(b"\n", 0, error.start) + 1
-            column = error.start - content.rfind(b"\n", 0, error.start)
-            message = "the file is not UTF-8 and is read as Latin-1"
-            self._diagnostics.warning(Code.UNKNOWN_ENCODING, message, Location(path, line, column))
-            text = content.decode("latin-1")
-        text = text.replace("\r\n", "\n")
-        if text and not text.endswith("\n"):
-            text += "\n"
-        self._diagnostics.add_source(path, text)
-        return Source(path, text)
 
 
 @dataclass(slots=True)
@@ -105,13 +60,13 @@ class Preprocessor:
         self, files: SourceFiles, include_directories: Sequence[Path], diagnostics: Diagnostics
     ) -> None:
         self._files = files
-        self._include_directories = include_directories
+        self._include_path = IncludePath(include_directories)
         self._diagnostics = diagnostics
 
     def unit(self, source: Source) -> TranslationUnit:
         """Return the translation unit of a file."""
         unit = TranslationUnit(source)
-        _Reader(unit, self._files, self._include_directories, self._diagnostics).read(source)
+        _Reader(unit, self._files, self._include_path, self._diagnostics).read(source)
         unit.tokens.append(source.tokens[-1])
         return unit
 
@@ -123,12 +78,12 @@ class _Reader:
         self,
         unit: TranslationUnit,
         files: SourceFiles,
-        include_directories: Sequence[Path],
+        include_path: IncludePath,
         diagnostics: Diagnostics,
     ) -> None:
         self._unit = unit
         self._files = files
-        self._include_directories = include_directories
+        self._include_path = include_path
         self._diagnostics = diagnostics
         self._macros = Macros()
         self._once: set[Source] = set()
@@ -141,7 +96,7 @@ class _Reader:
         conditions: list[_Condition] = []
         active = True
         output = self._unit.tokens
-        macros = self._macros
+        macros = self._macros.names
         tokens = source.tokens
         index = 0
         while index < len(tokens):
@@ -243,7 +198,7 @@ class _Reader:
         if match is None:
             self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
             return False
-        return (match[0] in self._macros) == (name == "ifdef")
+        return (match[0] in self._macros.names) == (name == "ifdef")
 
     def _plain_directive(self, name: str, rest: str, token: Token) -> None:
         match name:
@@ -281,10 +236,10 @@ class _Reader:
             self._error(Code.BAD_DIRECTIVE, '#include needs a file: "name.idl" or <name.idl>', token)
             return
         name = match["quoted"] or match["angled"]
-        path = self._find(name, token.source.path.parent, own_directory_first=match["quoted"] is not None)
+        own = token.source.path.parent
+        path = self._include_path.find(name, own, own_directory_first=match["quoted"] is not None)
         if path is None:
-            searched = ", ".join(str(each) for each in (token.source.path.parent, *self._include_directories))
-            note = Note(f"searched in {searched}; -I DIR adds a directory")
+            note = Note(f"searched in {self._include_path.described(own)}; -I DIR adds a directory")
             self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, note)
             self._unit.complete = False
             return
@@ -301,18 +256,6 @@ class _Reader:
         self._depth += 1
         self.read(source)
         self._depth -= 1
-
-    def _find(self, name: str, own: Path, *, own_directory_first: bool) -> Path | None:
-        directories = list(self._include_directories)
-        directories.insert(0 if own_directory_first else len(directories), own)
-        stem, extension = os.path.splitext(name)  # noqa: PTH122 - `name` may hold what Path would normalize
-        others = [stem + other for other in EXTENSIONS if other != extension and extension in EXTENSIONS]
-        for candidate in (name, *others):
-            for directory in directories:
-                path = Path(os.path.normpath(directory / candidate))
-                if "\0" not in name and path.is_file():
-                    return path
-        return None
 
 
 def _cut(text: str) -> str:

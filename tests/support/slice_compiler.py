@@ -16,7 +16,8 @@ from codegen.idl import Compilation, compile_interfaces
 from codegen.idl.checker import check
 from codegen.idl.dialect import DEFAULT, Dialect
 from codegen.idl.parser import parse
-from codegen.idl.preprocessor import Preprocessor, SourceFiles
+from codegen.idl.preprocessor import Preprocessor
+from codegen.idl.source_files import SourceFiles
 
 from .slice_reference import Verdict
 

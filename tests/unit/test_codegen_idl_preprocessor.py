@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.idl.conditions import ConditionError, evaluate
-from codegen.idl.preprocessor import Preprocessor, SourceFiles
+from codegen.idl.preprocessor import Preprocessor
+from codegen.idl.source_files import SourceFiles
 from tests.support.slice_compiler import findings, write_sources
 
 
