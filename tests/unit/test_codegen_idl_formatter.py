@@ -10,10 +10,13 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
 from codegen.idl.fingerprint import canonical_definition
+from codegen.idl.format_file import format_file
 from codegen.idl.format_words import words_of
 from codegen.idl.formatter import FormattingError, format_source
 from codegen.idl.lexer import Kind, Source
 from codegen.idl.loading import definitions_of, load_interfaces
+from tests.support.slice_grammar import slice_files
+from tests.support.slice_texts import slice_like_texts
 
 ROOT = Path(__file__).parents[2]
 EVERYTHING = """\
@@ -221,3 +224,53 @@ def test_only_spaces_change_and_a_second_time_nothing(
     path.write_text(after)
     assert forms(path) == before
     assert set(before) == {"::m::Device", "::m::Later"}
+
+
+def after_formatting(path: Path) -> str | None:
+    """Return what `codegen fmt` would make of a file, or None when it would not touch it."""
+    try:
+        return format_file(path, [], Diagnostics())
+    except FormattingError:
+        return None
+
+
+@settings(max_examples=100, deadline=None)
+@given(text=slice_files())
+def test_generated_files_keep_their_meaning(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    path = tmp_path_factory.getbasetemp() / "generated.idl"
+    path.write_text(text)
+    after = after_formatting(path)
+    if after is None:
+        return
+    assert formatted(after) == after
+    before = found_in(path)
+    path.write_text(after)
+    assert found_in(path) == before
+
+
+def found_in(path: Path) -> tuple[list[str], dict[str, str]]:
+    """Return the codes of what is wrong with a file, and the canonical forms of all that it defines."""
+    diagnostics = Diagnostics()
+    definitions = definitions_of(load_interfaces([path], [], diagnostics))
+    codes = sorted(found.code for found in diagnostics)
+    if diagnostics.has_errors:
+        return codes, {}
+    return codes, {scoped: canonical_definition(each) for scoped, each in definitions.items()}
+
+
+@settings(max_examples=100, deadline=None)
+@given(text=slice_like_texts())
+def test_any_text_is_laid_out_or_left_alone(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.idl"
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    after = after_formatting(path)
+    if after is not None:
+        assert formatted(after) == after
+
+
+def test_a_comment_without_an_end_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "main.idl"
+    path.write_text("module m {};\n/* never ends\n")
+    diagnostics = Diagnostics()
+    assert format_file(path, [], diagnostics) is None
+    assert [(found.code, found.location.line) for found in diagnostics] == [("E003", 2)]
