@@ -30,6 +30,21 @@ class GeneratedModule:
         return module_package(self.slice_module)
 
 
+class NestedModules:
+    """The modules in each Slice module, by whatever file: no Python module of a file takes their names."""
+
+    def __init__(self, roots: Iterable[ast.Module]) -> None:
+        self._names: defaultdict[str, set[str]] = defaultdict(set)
+        for root in roots:
+            for module, definition in _walk(root):
+                if isinstance(definition, ast.Module):
+                    self._names[module.scoped.removeprefix("::")].add(definition.name)
+
+    def of(self, slice_module: str) -> set[str]:
+        """Return the names of the modules in a module."""
+        return self._names[slice_module]
+
+
 class Places:
     """The Python modules for everything that a translation unit defines.
 
@@ -37,7 +52,8 @@ class Places:
     modules each needs the other to be there first, a file has one for each time that it opens a module.
     """
 
-    def __init__(self, root: ast.Module) -> None:
+    def __init__(self, root: ast.Module, nested: NestedModules) -> None:
+        self._nested = nested
         self._late: dict[str, bool] = {}
         self._build(root, split=set())
         in_cycles = _Reach(self._edges(needed_at_import)).in_cycles()
@@ -81,13 +97,10 @@ class Places:
     def _build(self, root: ast.Module, *, split: set[Source]) -> None:
         self._modules: list[GeneratedModule] = []
         self._places: dict[str, GeneratedModule] = {}
-        nested: defaultdict[str, set[str]] = defaultdict(set)
         opened: dict[tuple[Source, str], GeneratedModule] = {}
         current: GeneratedModule | None = None
         for module, definition in _walk(root):
-            if isinstance(definition, ast.Module):
-                nested[module.scoped.removeprefix("::")].add(definition.name)
-            elif not isinstance(definition, ast.ForwardDeclaration):
+            if not isinstance(definition, ast.Module | ast.ForwardDeclaration):
                 key = (definition.token.source, definition.module)
                 place = opened.get(key)
                 if place is None or (key[0] in split and place is not current):
@@ -97,13 +110,13 @@ class Places:
                 place.definitions.append(definition)
                 place.doc = place.doc or module.doc
                 self._places.setdefault(definition.scoped, place)
-        self._name_modules(nested)
+        self._name_modules()
 
-    def _name_modules(self, nested: defaultdict[str, set[str]]) -> None:
+    def _name_modules(self) -> None:
         numbers: defaultdict[tuple[Source, str], int] = defaultdict(int)
         for place in self._modules:
             taken = {name for definition in place.definitions for name in exported_names(definition)}
-            place.name = file_module(place.source.path, taken | nested[place.slice_module])
+            place.name = file_module(place.source.path, taken | self._nested.of(place.slice_module))
             numbers[place.source, place.slice_module] += 1
             number = numbers[place.source, place.slice_module]
             if number > 1:

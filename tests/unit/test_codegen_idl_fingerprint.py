@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -83,3 +84,58 @@ def test_what_shows_on_the_wire_counts_and_is_named(tmp_path: Path, old: str, ne
     assert re.fullmatch("[0-9a-f]{16}", after[0])
     assert line in after[1]
     assert line not in before[1]
+
+
+CLASSES = """
+module m {
+  class Animal { string name; };
+  class Dog(7) extends Animal { int legs = 4; optional(1) int tricks; };
+  interface Lamp { Dog get(optional(2) Animal mother, Lamp* other); };
+};
+"""
+
+
+@pytest.mark.parametrize(
+    "same",
+    [
+        CLASSES.replace("Dog(7)", "Dog"),
+        CLASSES.replace("legs = 4", "legs"),
+        CLASSES.replace("optional(1)", "optional(5)").replace("optional(2)", "optional(3)"),
+        CLASSES.replace("int legs = 4; optional(1) int tricks;", "optional(1) int tricks; int legs = 4;"),
+    ],
+)
+def test_numbers_and_default_values_do_not_count(tmp_path: Path, same: str) -> None:
+    assert same != CLASSES
+    assert description(tmp_path, same) == description(tmp_path, CLASSES)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("optional(1) int tricks", "int tricks", "::m::Dog::tricks: int"),
+        ("optional(2) Animal mother", "Animal mother", "get(::m::Animal mother, ::m::Lamp* other)"),
+        (" extends Animal", "", "class ::m::Dog\n"),
+        ("Dog get", "optional(4) Dog get", "): optional ::m::Dog\n"),
+        ("Lamp* other", "Object* other", "Object* other)"),
+        ("class Animal { string name; }", "class Animal { string name; Object any; }", "::any: Object\n"),
+    ],
+)
+def test_changes_of_classes_and_optional_members_count(tmp_path: Path, old: str, new: str, line: str) -> None:
+    before, after = description(tmp_path, CLASSES), description(tmp_path, CLASSES.replace(old, new, 1))
+    assert before[0] != after[0]
+    assert line in after[1]
+    assert line not in before[1]
+
+
+def test_every_type_has_a_fingerprint_of_its_own(tmp_path: Path) -> None:
+    def fingerprints(text: str) -> dict[str, str]:
+        compilation, diagnostics = compile_text(tmp_path, text)
+        assert not diagnostics.has_errors, diagnostics.render()
+        schema = next(file.text for file in compilation.files if file.path.name == "schema.json")
+        return {name: entry["fingerprint"] for name, entry in json.loads(schema)["definitions"].items()}
+
+    before = fingerprints(BEGIN)
+    assert len(set(before.values())) == len(before) == 6
+    after = fingerprints(BEGIN.replace("green", "blue"))
+    changed = {name for name in before if before[name] != after[name]}
+    assert changed == {"::m::Color", "::m::Light", "::m::Lights", "::m::Lamp"}
