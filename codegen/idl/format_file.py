@@ -48,7 +48,11 @@ def _holds_what_is_no_word(source: Source, diagnostics: Diagnostics) -> bool:
     for piece in source.pieces:
         if piece.kind is Kind.INVALID or piece.kind is Kind.UNTERMINATED:
             line, column = source.position(piece.offset)
-            message = "a file with such text in an unused branch of #if cannot be laid out"
-            diagnostics.error(Code.UNEXPECTED_CHARACTER, message, Location(source.path, line, column))
+            place = Location(source.path, line, column)
+            if piece.text.startswith("/*"):
+                diagnostics.error(Code.UNTERMINATED, "this comment has no end", place)
+            else:
+                message = "a file with such text in an unused branch of #if cannot be laid out"
+                diagnostics.error(Code.UNEXPECTED_CHARACTER, message, place)
             return True
     return False
