@@ -151,7 +151,7 @@ class Diagnostics:
 def did_you_mean(name: str, known: Iterable[str]) -> tuple[Note, ...]:
     """Return a note that proposes the known name nearest to `name`, or no note when none is near."""
     candidates = sorted(set(known))
-    near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.7)
+    near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.65)
     if not near:
         near = [candidate for candidate in candidates if candidate.lower() == name.lower()]
     return (Note(f"did you mean `{near[0]}`?"),) if near else ()

@@ -43,6 +43,7 @@ class _Checker:
 
     def check(self, root: ast.Module) -> None:
         """Check a translation unit."""
+        self._resolver.symbols.expect(root)
         self._module(root, Scope())
         self._resolver.finish()
         self._drop_local(root)

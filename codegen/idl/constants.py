@@ -18,6 +18,7 @@ INTEGER_RANGES = {
     "long": (-(2**63), 2**63 - 1),
 }
 _HIGHEST_TAG = INTEGER_RANGES["int"][1]
+_VALUES = (ast.Constant, ast.Enumerator)
 _VALUE_TYPES = frozenset({*INTEGER_RANGES, "bool", "float", "double", "string"})
 
 
@@ -65,7 +66,7 @@ class ConstantChecker:
     def _check_builtin(self, literal: ast.Literal, kind: str, what: str, scope: Scope) -> None:
         target = literal.target
         if literal.name is not None and target is None:
-            notes = self._resolver.symbols.proposal(literal.name, scope.name)
+            notes = self._resolver.symbols.help(literal.name, scope.name, _VALUES)
             message = f"`{literal.name}` is not defined"
             self._resolver.error(Code.UNDEFINED_NAME, message, literal.token, *notes)
             return
@@ -126,7 +127,7 @@ class ConstantChecker:
         if literal.name is not None:
             target = self._resolver.symbols.find(literal.name, scope.name)
             if target is None:
-                notes = self._resolver.symbols.proposal(literal.name, scope.name)
+                notes = self._resolver.symbols.help(literal.name, scope.name, _VALUES)
                 message = f"`{literal.name}` is not defined"
                 self._resolver.error(Code.UNDEFINED_NAME, message, literal.token, *notes)
                 return
@@ -207,7 +208,7 @@ class ConstantChecker:
             message = f"`{name}` is an enumerator of more than one enumeration"
         else:
             message = f"`{name}` is not defined"
-            notes += self._resolver.symbols.proposal(name, scope.name)
+            notes += self._resolver.symbols.help(name, scope.name, _VALUES)
         self._resolver.error(Code.UNDEFINED_NAME, message, number.token, *notes)
         return None
 

@@ -8,10 +8,10 @@ from . import ast
 from .codes import Code
 from .lexer import Token
 from .phrase_parser import BUILTIN_TYPES
-from .symbols import Introduction, Scope, Symbols
+from .symbols import Introduction, Kinds, Scope, Symbols
 
-_DATA_TYPES = ast.Struct | ast.Class | ast.Interface | ast.Enumeration | ast.Sequence | ast.Dictionary
-_PROXY_TARGETS = ast.Interface | ast.Class
+_DATA_TYPES = (ast.Struct, ast.Class, ast.Interface, ast.Enumeration, ast.Sequence, ast.Dictionary)
+_PROXY_TARGETS = (ast.Interface, ast.Class)
 
 
 class Resolver:
@@ -45,7 +45,7 @@ class Resolver:
         target = kind.target
         if isinstance(target, ast.BuiltinType):
             return True
-        if not self._type(target, scope):
+        if not self._type(target, scope, _PROXY_TARGETS):
             return False
         definition = target.definition
         if definition is None or not issubclass(declared_kind(definition), _PROXY_TARGETS):
@@ -55,8 +55,11 @@ class Resolver:
             self.error(Code.LOCAL_TYPE, message, target.token)
         return True
 
-    def _type(self, named: ast.NamedType, scope: Scope) -> bool:
-        """Look a type up; what is found in an inner scope but is no type hides no type further out."""
+    def _type(self, named: ast.NamedType, scope: Scope, proposed: Kinds = _DATA_TYPES) -> bool:
+        """Look a type up; what is found in an inner scope but is no type hides no type further out.
+
+        `proposed` are the kinds of definitions that an undefined name could have been meant for.
+        """
         wrong: ast.Definition | None = None
         for definition, expected in self.symbols.candidates(named.name, scope.name):
             kind = declared_kind(definition)
@@ -67,7 +70,7 @@ class Resolver:
             if kind is ast.ExceptionType:
                 break
         if wrong is None:
-            self._undefined(named, scope)
+            self._undefined(named, scope, proposed)
         else:
             named.definition = wrong
             self._wrong_kind(Code.WRONG_KIND, named, "a type of data")
@@ -99,7 +102,7 @@ class Resolver:
                 message = f"{derived.kind} `{derived.name}` extends itself"
                 self.error(Code.BAD_INHERITANCE, message, named.token)
                 return None
-        if not self._type(named, scope):
+        if not self._type(named, scope, (wanted,)):
             return None
         definition = named.definition
         if definition is None or declared_kind(definition) is not wanted:
@@ -122,7 +125,7 @@ class Resolver:
             named.definition = definition
             self._wrong_kind(code, named, "an exception")
             return None
-        self._undefined(named, scope)
+        self._undefined(named, scope, (ast.ExceptionType,))
         return None
 
     def _found(self, named: ast.NamedType, definition: ast.Definition, expected: str, scope: Scope) -> None:
@@ -134,8 +137,9 @@ class Resolver:
             self.error(Code.CAPITALIZATION, message, named.token, note)
         self.introduce(named.name, scope, named.token)
 
-    def _undefined(self, named: ast.NamedType, scope: Scope) -> None:
-        notes = self.symbols.proposal(named.name, scope.name, BUILTIN_TYPES)
+    def _undefined(self, named: ast.NamedType, scope: Scope, kinds: Kinds) -> None:
+        builtin = BUILTIN_TYPES if ast.Struct in kinds else ()
+        notes = self.symbols.help(named.name, scope.name, kinds, builtin)
         self.error(Code.UNDEFINED_NAME, f"`{named.name}` is not defined", named.token, *notes)
 
     def _wrong_kind(self, code: Code, named: ast.NamedType, wanted: str) -> bool:

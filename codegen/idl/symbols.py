@@ -16,6 +16,8 @@ from .lexer import Token
 _MOST_PROPOSALS = 30
 _MOST_CANDIDATES = 3000
 
+Kinds = tuple[type[ast.Definition], ...]
+
 
 @dataclass(frozen=True, slots=True)
 class Introduction:
@@ -51,6 +53,7 @@ class Symbols:
     def __init__(self) -> None:
         self._by_lower_case: dict[str, ast.Definition] = {}
         self._enumerators: defaultdict[str, list[ast.Enumerator]] = defaultdict(list)
+        self._expected: dict[str, ast.Definition] = {}
         self._proposals = 0
 
     def get(self, scoped: str) -> ast.Definition | None:
@@ -93,16 +96,35 @@ class Symbols:
                 return enumerators
         return []
 
-    def proposal(self, name: str, scope: str, also: Iterable[str] = ()) -> tuple[Note, ...]:
-        """Return a note with the name, declared or one of `also`, that is nearest to an undefined one."""
+    def expect(self, module: ast.Module) -> None:
+        """Remember what a module will define, for those who use it too early."""
+        for definition in module.definitions:
+            self._expected.setdefault(definition.name, definition)
+            if isinstance(definition, ast.Module):
+                self.expect(definition)
+
+    def help(self, name: str, scope: str, kinds: Kinds, also: Iterable[str] = ()) -> tuple[Note, ...]:
+        """Return notes that help with an undefined name: it is defined later, or a near one was meant.
+
+        Proposed are names of one of `kinds`, and those in `also`.
+        """
+        later = self._expected.get(name.rpartition("::")[2])
+        if later is not None and not later.scoped and isinstance(later, kinds):
+            return (Note("it is defined here, but must be before it is used", later.token.location),)
         if self._proposals == _MOST_PROPOSALS:
             return ()
         self._proposals += 1
-        return did_you_mean(name, islice(chain(also, self._spellings(scope)), _MOST_CANDIDATES))
+        candidates = list(islice(chain(also, self._spellings(scope, kinds)), _MOST_CANDIDATES))
+        last = name.rpartition("::")[2]
+        elsewhere = [candidate for candidate in candidates if candidate.endswith(f"::{last}")]
+        return did_you_mean(elsewhere[0] if elsewhere else name, candidates)
 
-    def _spellings(self, scope: str) -> Iterator[str]:
-        """Yield every declared name the way it can be written in `scope`."""
+    def _spellings(self, scope: str, kinds: Kinds) -> Iterator[str]:
+        """Yield every declared name of some kinds the way it can be written in `scope`."""
         for definition in self._by_lower_case.values():
+            kind = definition.of if isinstance(definition, ast.ForwardDeclaration) else type(definition)
+            if not issubclass(kind, kinds):
+                continue
             for outer in enclosing_scopes(scope):
                 if definition.scoped.startswith(f"{outer}::"):
                     yield definition.scoped.removeprefix(f"{outer}::")

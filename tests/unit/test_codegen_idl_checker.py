@@ -145,6 +145,32 @@ def test_a_note_points_to_the_first_definition(tmp_path: Path) -> None:
     assert f"{tmp_path / 'a.idl'}:2:10: note: first defined here" in diagnostics.render()
 
 
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("struct S { flot a; };", "did you mean `float`?"),
+        ("struct Pose { int a; }; struct S { Pos a; };", "did you mean `Pose`?"),
+        ("module n { struct Pose { int a; }; }; struct S { Pose a; };", "did you mean `n::Pose`?"),
+        ("exception Bad { }; interface I { void f() throws Bed; };", "did you mean `Bad`?"),
+        ("interface Head { }; interface I extends Hed { };", "did you mean `Head`?"),
+        ("const int size = 5; struct S { int a = sise; };", "did you mean `size`?"),
+        ("enum E { red }; const E e = rod;", "did you mean `red`?"),
+        ("struct S { Pose a; }; struct Pose { int a; };", "must be before it is used"),
+    ],
+)
+def test_a_note_helps_with_a_name_that_is_not_defined(tmp_path: Path, text: str, note: str) -> None:
+    _, diagnostics = compile_text(tmp_path, in_module(text))
+    (found,) = diagnostics
+    assert note in found.notes[0].message, diagnostics.render()
+
+
+def test_a_thrown_type_is_not_proposed_for_an_exception(tmp_path: Path) -> None:
+    text = "struct Bad { int a; }; interface I { void f() throws Bed; };"
+    _, diagnostics = compile_text(tmp_path, in_module(text))
+    (found,) = diagnostics
+    assert not found.notes
+
+
 def test_an_error_in_an_included_file_is_told_there_and_once(tmp_path: Path) -> None:
     text = '#include "a.idl"\n#include "b.idl"\nmodule m { struct T { S s; }; };'
     bad = "#pragma once\nmodule m { struct S { strng s; }; };"
