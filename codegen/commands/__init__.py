@@ -15,22 +15,24 @@ from .inspect import decode, describe, fingerprint
 
 __all__ = ["app"]
 
+_EXAMPLES = """\b
+  codegen interfaces/*.idl              packages beside the files: interfaces/jderobot, ...
+  codegen robot.idl -I slice -o api     the package api/, with includes found in slice/
+  codegen behaviors/follow_ball.xml     the component behaviors/follow_ball.py
+  codegen --check interfaces/*.idl      exit 1 and show a diff when something is stale
+  codegen --watch interfaces/*.idl      generate again at every change"""
+
 app = typer.Typer(
     cls=DefaultGroup,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     subcommand_metavar="FILES... | COMMAND [ARGS]...",
-    epilog="""Examples:
+    epilog=f"""Examples:
 
-\b
-  codegen interfaces/*.idl              packages beside the files: interfaces/jderobot, ...
-  codegen robot.idl -I slice -o api     the package api/, with includes found in slice/
-  codegen behaviors/follow_ball.xml     the component behaviors/follow_ball.py
-  codegen --check interfaces/*.idl      exit 1 and show a diff when something is stale
-  codegen --watch interfaces/*.idl      generate again at every change
+{_EXAMPLES}
 
 Exit codes: 0 done, 1 errors in the files or, with --check, something stale, 2 wrong usage.
-`codegen COMMAND --help` explains a command.""",
+`codegen COMMAND --help` explains a command; docs/codegen.md explains all.""",
 )
 
 
@@ -44,9 +46,39 @@ def codegen() -> None:
     """
 
 
-app.command(DEFAULT_COMMAND)(generate)
-app.command()(fmt)
-app.command()(breaking)
-app.command()(fingerprint)
-app.command()(describe)
-app.command()(decode)
+app.command(DEFAULT_COMMAND, epilog=f"Examples:\n\n{_EXAMPLES}")(generate)
+app.command(
+    epilog="""Examples:
+
+\b
+  codegen fmt interfaces/*.idl            lay out the files
+  codegen fmt --check interfaces/*.idl    exit 1 and show a diff when one is not"""
+)(fmt)
+app.command(
+    epilog="""Examples:
+
+\b
+  codegen breaking --against main interfaces/*.idl
+  codegen breaking --against v1.0 --kind wire --ignore B202 interfaces/*.idl
+  codegen breaking --against ../released --error-format github robot.idl"""
+)(breaking)
+app.command(
+    epilog="""Example:
+
+\b
+  codegen fingerprint interfaces/posehead.idl"""
+)(fingerprint)
+app.command(
+    epilog="""Examples:
+
+\b
+  codegen describe PoseHead interfaces/*.idl
+  codegen describe nao::PoseHead::setPose interfaces/posehead.idl"""
+)(describe)
+app.command(
+    epilog="""Examples:
+
+\b
+  codegen decode nao::HeadPose interfaces/posehead.idl < pose.msgpack
+  codegen decode PoseHead::setPose --arguments interfaces/posehead.idl < call.msgpack"""
+)(decode)

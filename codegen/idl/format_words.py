@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from dataclasses import dataclass
 
 from .lexer import Kind, Source
+
+DIRECTIVE = re.compile(r"#\s*(?P<name>[a-z]*)[ \t]*(?P<rest>.*)", re.DOTALL)
+"""A preprocessor directive: its name, and what follows that."""
 
 
 @dataclass(slots=True)
@@ -46,3 +50,11 @@ def comment_lines(word: Word) -> list[str]:
     closing = [" */"] if others[-1].strip() == "*/" else []
     inner = textwrap.dedent("\n".join(others[: len(others) - len(closing)])).split("\n")
     return [first, *(f"   {line}" if line else "" for line in inner), *closing]
+
+
+def canonical_directive(text: str) -> str:
+    """Return a directive with one space behind its name and none before."""
+    match = DIRECTIVE.match(text)
+    if match is None or not match["name"]:
+        return text
+    return f"#{match['name']} {match['rest']}".rstrip()

@@ -175,7 +175,7 @@ def test_a_canonical_file_stays_as_it_is() -> None:
 
 
 def test_a_file_whose_words_would_not_survive_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("codegen.idl.formatter.statement_lines", lambda words, ending, indent: [ending])
+    monkeypatch.setattr("codegen.idl.format_layout.statement_lines", lambda words, ending, indent: [ending])
     with pytest.raises(FormattingError, match=r"test\.idl"):
         formatted("module m {};")
 

@@ -6,7 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
+import typer
+from typer.core import TyperGroup
 
+from codegen.commands import app
 from codegen.idl.breaking_rules import BreakingRule
 from tests.support.pages import DOCS
 
@@ -22,6 +25,18 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_the_index_has_every_page() -> None:
     index = (DOCS / "README.md").read_text("utf-8")
     assert [page.name for page in PAGES if page.name != "README.md" and page.name not in index] == []
+
+
+def test_every_command_and_option_of_codegen_is_explained() -> None:
+    text = (DOCS / "codegen.md").read_text("utf-8")
+    group = typer.main.get_command(app)
+    assert isinstance(group, TyperGroup)
+    commands = group.commands
+    names = {option for command in commands.values() for param in command.params for option in param.opts}
+    options = {name for name in names if name.startswith("-")} | {opt for p in group.params for opt in p.opts}
+    missing = {name for name in options - {"--help"} if f"`{name}" not in text and f" {name}" not in text}
+    assert missing == set()
+    assert [name for name in commands if name != "generate" and f"codegen {name} " not in text] == []
 
 
 def test_every_breaking_rule_has_its_row() -> None:
