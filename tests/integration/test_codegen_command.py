@@ -189,8 +189,8 @@ def test_help_has_examples(home: Path) -> None:
 
 def test_help_imports_nothing_heavy(home: Path) -> None:
     script = (
-        "import sys; import codegen.cli; "
-        "print([name for name in ('zenoh', 'msgspec', 'numpy', 'rich', 'codegen.idl', 'codegen.hfsm') "
+        "import sys; import codegen.cli; import codegen.commands; "
+        "print([name for name in ('zenoh', 'msgspec', 'msgpack', 'numpy', 'pydantic', 'rich', 'codegen.idl', 'codegen.hfsm') "
         "if name in sys.modules])"
     )
     done = subprocess.run(
