@@ -8,7 +8,7 @@ from typing import NoReturn, TypeVar
 from codegen.diagnostics import Diagnostics, Location, Note
 
 from .codes import Code
-from .lexer import Kind, Token
+from .lexer import Kind, Source, Token
 from .preprocessor import TranslationUnit
 
 _Item = TypeVar("_Item")
@@ -72,10 +72,10 @@ class TokenReader:
         self._diagnostics.error(Code.SYNTAX, message, (token or self._token).location, notes)
         raise SliceSyntaxError
 
-    def _recover(self) -> None:
-        """Skip to behind the next `;` or before the next `}`, over whole blocks."""
+    def _recover(self, source: Source) -> None:
+        """Skip to behind the next `;` or before the next `}`, over whole blocks, but not out of a file."""
         depth = 0
-        while not self._at_end():
+        while not self._at_end() and self._token.source is source:
             if self._at("{"):
                 depth += 1
             elif self._at("}"):
@@ -111,7 +111,7 @@ class TokenReader:
             if item is not None:
                 items.append(item)
         except SliceSyntaxError:
-            self._recover()
+            self._recover(self._tokens[before].source)
             if self._next == before:
                 self._advance()
 

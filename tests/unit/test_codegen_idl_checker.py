@@ -154,7 +154,7 @@ def test_a_note_points_to_the_first_definition(tmp_path: Path) -> None:
         ("exception Bad { }; interface I { void f() throws Bed; };", "did you mean `Bad`?"),
         ("interface Head { }; interface I extends Hed { };", "did you mean `Head`?"),
         ("const int size = 5; struct S { int a = sise; };", "did you mean `size`?"),
-        ("enum E { red }; const E e = rod;", "did you mean `red`?"),
+        ("enum E { red }; const E k = redd;", "did you mean `red`?"),
         ("struct S { Pose a; }; struct Pose { int a; };", "must be before it is used"),
     ],
 )
@@ -176,6 +176,12 @@ def test_an_error_in_an_included_file_is_told_there_and_once(tmp_path: Path) -> 
     bad = "#pragma once\nmodule m { struct S { strng s; }; };"
     _, diagnostics = compile_text(tmp_path, text, a=bad, b='#include "a.idl"')
     assert [str(found.location) for found in diagnostics] == [f"{tmp_path / 'a.idl'}:2:23"]
+
+
+def test_an_error_before_an_include_hides_nothing_of_it(tmp_path: Path) -> None:
+    text = '[["a"\n#include "a.idl"\nmodule m { struct T { S s; }; };'
+    _, diagnostics = compile_text(tmp_path, text, a="module m { struct S { int a; }; };")
+    assert findings(diagnostics) == [("E010", 1, 1)], diagnostics.render()
 
 
 def test_a_name_must_be_included_where_it_is_used(tmp_path: Path) -> None:
