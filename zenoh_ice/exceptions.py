@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import msgspec
 
@@ -147,6 +147,11 @@ class UserException(ZenohIceError):
         for subclass in cls.__subclasses__():
             yield from subclass.ice_subclasses()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # By name: of what Exception does of itself, some constructors take no positions.
+        members = {name: getattr(self, name) for name in self.Members.__struct_fields__}
+        return _with_members, (type(self), members), self.__dict__
+
     def __str__(self) -> str:
         values = ", ".join(
             f"{name}={getattr(self, name, None)!r}"
@@ -157,6 +162,10 @@ class UserException(ZenohIceError):
         if what is None:
             return values
         return f"{what} ({values})" if values else str(what)
+
+
+def _with_members(cls: type[UserException], members: dict[str, Any]) -> UserException:
+    return cls(**members)
 
 
 def _declared_bases(cls: type[UserException]) -> Iterator[type[UserException]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -142,6 +144,14 @@ def test_exceptions_carry_anything(api: Any, camera: Any) -> None:
     assert error.camera.root(None) is None
     with pytest.raises(api.Bad, match="rich"):
         camera.maybe(None, -1)
+
+
+def test_exceptions_with_default_values_can_be_copied_and_pickled(api: Any) -> None:
+    error = api.Rich("rich", api.Node("n", [], None), None, labels={}, tail="t")
+    for same in (copy.copy(error), pickle.loads(pickle.dumps(error))):
+        assert type(same) is api.Rich
+        assert same.ice_members() == error.ice_members()
+        assert same.args == error.args
 
 
 def test_structs_and_enumerations_are_keys(api: Any, camera: Any) -> None:

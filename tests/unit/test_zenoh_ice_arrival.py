@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import msgpack
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.support.wire_values import Desk
 from zenoh_ice import MarshalException, ObjectPrx
@@ -171,3 +174,32 @@ def test_what_is_no_proxy_is_refused_with_its_place(text: object) -> None:
     with pytest.raises(MarshalException) as caught:
         Codec(HoldsProxy).unpack(msgpack.packb({"proxy": text}), "x", DESK)
     assert caught.value.path == "$.proxy"
+
+
+def hostile(children: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    keys = st.sampled_from(["@type", "name", "friend", "legs", "tricks", "animal", "proxy"]) | st.text(
+        max_size=2
+    )
+    return st.lists(children, max_size=3) | st.dictionaries(keys, children, max_size=5)
+
+
+HOSTILE = st.recursive(
+    st.none()
+    | st.integers(-5, 5)
+    | st.binary(max_size=3)
+    | st.sampled_from(["", "a", "::zoo::Animal", "::zoo::Dog ::zoo::Animal", "::new::X ::zoo::Dog", "Head"]),
+    hostile,
+    max_leaves=12,
+)
+
+
+@given(HOSTILE, st.binary(max_size=6), st.integers(0, 60))
+def test_whatever_arrives_is_taken_or_refused_with_our_exception(value: Any, noise: bytes, at: int) -> None:
+    sound = {"@type": "::zoo::Dog ::zoo::Animal", "name": "a", "legs": 4}
+    for struct, member in ((HoldsAnimal, "animal"), (HoldsAnything, "anything"), (HoldsProxy, "proxy")):
+        codec: Codec[Any] = Codec(struct)
+        for inner in (value, {**sound, "friend": value}):
+            payload = bytes(msgpack.packb({member: inner}))
+            for sent in (payload, payload[:at] + noise + payload[at + len(noise) :]):
+                with suppress(MarshalException):
+                    assert isinstance(codec.unpack(sent, "x", DESK), struct)
