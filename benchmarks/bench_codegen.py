@@ -78,7 +78,8 @@ def measure(directory: Path, rounds: int) -> dict[str, list[float]]:
 
     def run(*arguments: str) -> None:
         command = [*entry, *arguments]
-        subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL, timeout=60)
+        # Waiting for the end of its output tells the end at once; waiting for the process alone would poll.
+        subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, timeout=60)
 
     everything = [*map(str, paths), "-o", str(output)]
     kinds: dict[str, Callable[[], object]] = {
