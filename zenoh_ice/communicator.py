@@ -16,7 +16,7 @@ from typing import Any, Final, Self, TypeVar
 from .adapter import ObjectAdapter
 from .clock import Clock, WallClock
 from .codec import Codec
-from .dispatch import Dispatcher, is_marked_thread
+from .dispatch import Dispatcher, Lane, is_marked_thread
 from .exceptions import CommunicatorDestroyedException, ConfigurationException
 from .incoming import Incoming
 from .operation import Interface, Operation
@@ -33,6 +33,7 @@ V = TypeVar("V")
 
 _NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,128}")
 _LONGEST_TIMEOUT: Final = 60.0  # s; Zenoh keeps a kilobyte for each call until its limit has passed
+_MAX_UNSENT: Final = 1024  # calls of one servant that wait to be sent
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 
 _logger = logging.getLogger(__name__)
@@ -67,6 +68,7 @@ class Communicator:
         self._lock = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
         self._calls: dict[tuple[Target, Operation[..., Any], Interface, float], OutgoingCall] = {}
+        self._sending_lanes: dict[Target, Lane] = {}
         self._readers: dict[tuple[Target, Operation[..., Any]], StreamReader[Any]] = {}
         self._subscriptions: set[Subscription] = set()
         self._futures: set[Future[Any]] = set()
@@ -238,6 +240,15 @@ class Communicator:
             if call is None:
                 call = self._calls[key] = OutgoingCall(self, *key)
             return call
+
+    def sending_lane(self, target: Target) -> Lane:
+        """Return the lane in which calls of a servant are sent that must not be sent by their callers."""
+        with self._lock:
+            lane = self._sending_lanes.get(target)
+            if lane is None:
+                lane = Lane(self.dispatcher, f"sending to {target}", depth=_MAX_UNSENT)
+                self._sending_lanes[target] = lane
+            return lane
 
     def stream_reader(self, target: Target, operation: Operation[..., V]) -> StreamReader[V]:
         """Return the reader of a stream; proxies share it."""

@@ -36,6 +36,8 @@ __all__ = ["OutgoingCall", "fail", "settle"]
 
 # s in which the token of a servant that died during a call goes away; measured 2-3 ms.
 _LOSS_NOTICE: Final = 0.25
+# s in which word comes that the link was closed over which a message could not be sent.
+_CLOSE_NOTICE: Final = 1.0
 # s for which the one retry of an idempotent call waits for the servant to be back.
 _RETRY_WAIT: Final = 0.5
 
@@ -68,16 +70,19 @@ class OutgoingCall:
         self._pack: Final = operation.arguments.pack
         self._unpack: Final = operation.result.unpack_result
         bulk = operation.result.holds_bytes or operation.arguments.holds_bytes
-        # Sending may wait for a while where that leaves time for the answer; more hurried calls rather fail.
-        patient = timeout >= 2 * send_limit(communicator.settings)
-        self._congestion: Final = zenoh.CongestionControl.BLOCK if patient else zenoh.CongestionControl.DROP
-        # The reply travels as the request does. No express: it halves the calls in flight.
+        # A call is sent from the caller's own thread, which is fastest, unless that may hold up the caller for
+        # longer than the call may take: Zenoh takes no limit for one message.
+        self._send_limit: Final = send_limit(communicator.settings)
+        self._hurried: Final = timeout < self._send_limit
+        self._lane: Final = communicator.sending_lane(target)
+        # The reply travels as the request does. Dropping either where the link is busy would lose calls. No
+        # express: it halves the calls in flight.
         self._priority: Final = zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH
         self._querier: Final = communicator.session.declare_querier(
             f"{target.realm}/{target.identity}/{operation.name}",
             timeout=timeout,
             consolidation=zenoh.ConsolidationMode.NONE,
-            congestion_control=self._congestion,
+            congestion_control=zenoh.CongestionControl.BLOCK,
             priority=self._priority,
         )
         self._get: Final = self._querier.get
@@ -94,7 +99,7 @@ class OutgoingCall:
         return self._interpret(self._exchange(payload), payload, started, retry=self._operation.idempotent)
 
     def begin(self, arguments: tuple[Any, ...], future: Future[Any]) -> None:
-        """Call, and let the future tell the outcome; does not wait."""
+        """Call, and let the future tell the outcome; does not wait for that."""
         dispatcher = self._communicator.dispatcher
         try:
             payload = self._encode(arguments)
@@ -112,14 +117,30 @@ class OutgoingCall:
         def ended() -> None:  # on Zenoh's thread; whatever waits for the future runs on ours
             dispatcher.submit(partial(settle, future, interpret))
 
+        def send() -> None:
+            try:
+                self._get(
+                    Callback(replies.append, ended, indirect=False),
+                    payload=payload,
+                    attachment=self._attachment(),
+                )
+            except zenoh.ZError as error:
+                fail(future, self._closed(error))
+
+        def send_in_time() -> None:
+            with dispatcher.blocked():
+                if time.monotonic() - started < self._timeout:
+                    send()
+                else:
+                    fail(future, self._unsent(self._timeout))
+
+        if not self._hurried:
+            send()
+            return
         try:
-            self._get(
-                Callback(replies.append, ended, indirect=False),
-                payload=payload,
-                attachment=self._attachment(),
-            )
-        except zenoh.ZError as error:
-            fail(future, self._closed(error))
+            self._lane.submit(send_in_time)
+        except OverloadedException as error:
+            fail(future, error)
 
     def _encode(self, arguments: tuple[Any, ...]) -> bytes:
         payload = self._pack(arguments, self.what)
@@ -133,6 +154,9 @@ class OutgoingCall:
         return encode_call_attachment(self._fingerprint, next(self._numbers), self._client, self._timeout)
 
     def _exchange(self, payload: bytes) -> zenoh.Reply | None:
+        if self._hurried:
+            send = partial(self._get, payload=payload, attachment=self._attachment())
+            return self._exchange_within(send, self._timeout)
         try:
             handler = self._get(payload=payload, attachment=self._attachment())
         except zenoh.ZError as error:
@@ -141,16 +165,37 @@ class OutgoingCall:
 
     def _exchange_again(self, payload: bytes, timeout: float) -> zenoh.Reply | None:
         # Not through the querier: what is left of the call's time is shorter than the querier's limit.
+        send = partial(
+            self._communicator.session.get,
+            self._querier.key_expr,
+            payload=payload,
+            attachment=self._attachment(),
+            timeout=timeout,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=self._priority,
+        )
+        return self._exchange_within(send, timeout)
+
+    def _exchange_within(
+        self, send: Callable[[], zenoh.Handler[zenoh.Reply]], timeout: float
+    ) -> zenoh.Reply | None:
+        """Send from another thread, so that a link that takes nothing holds nobody up beyond the limit."""
+        dispatcher = self._communicator.dispatcher
+        sent: Future[zenoh.Handler[zenoh.Reply]] = Future()
+
+        def send_unless_late() -> None:
+            with dispatcher.blocked():
+                if sent.set_running_or_notify_cancel():
+                    settle(sent, send)
+
+        self._lane.submit(send_unless_late)
         try:
-            handler = self._communicator.session.get(
-                self._querier.key_expr,
-                payload=payload,
-                attachment=self._attachment(),
-                timeout=timeout,
-                consolidation=zenoh.ConsolidationMode.NONE,
-                congestion_control=self._congestion,
-                priority=self._priority,
-            )
+            with dispatcher.blocked():
+                handler = sent.result(timeout)
+        except TimeoutError:
+            sent.cancel()
+            raise self._unsent(timeout) from None
         except zenoh.ZError as error:
             raise self._closed(error) from error
         return _first(handler)
@@ -168,7 +213,7 @@ class OutgoingCall:
             return self._unpack(data.to_bytes(), self.what, self._communicator)
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out
-            raise TimeoutException(f"{self.what} did not answer within {self._timeout:g} s")
+            raise self._unanswered_in_time()
         raise self._error(error.payload.to_bytes())
 
     def _error(self, data: bytes) -> Exception:
@@ -186,6 +231,7 @@ class OutgoingCall:
                 f"{self.what}: the communicator was destroyed during the call"
             )
         left = self._timeout - (time.monotonic() - started)
+        unsent = self._timeout - left >= self._send_limit
         lost_now = presence.wait_for_loss(self._target, started, min(_LOSS_NOTICE, left))
         if retry and lost_now:
             left = self._timeout - (time.monotonic() - started)
@@ -197,13 +243,25 @@ class OutgoingCall:
         if presence.interfaces(self._target):
             if lost_now:
                 raise ConnectionLostException(f"{self.what}: the server restarted during the call")
-            if presence.link_lost_since(started):  # the servant's token outlives its link for a while
+            left = self._timeout - (time.monotonic() - started)
+            # The servant's token outlives its link for a while, and may be back with another one.
+            if presence.wait_for_link_loss(started, min(_CLOSE_NOTICE, left) if unsent else 0.0):
                 raise ConnectionLostException(f"{self.what}: the connection was lost during the call")
+            if left <= 0:
+                raise self._unanswered_in_time()
             raise OverloadedException(
                 f"{self.what} was not executed: too many calls wait for {self._target}, or access control "
                 "denies it"
             )
         raise presence.explain_absence(self._target)
+
+    def _unanswered_in_time(self) -> TimeoutException:
+        return TimeoutException(f"{self.what} did not answer within {self._timeout:g} s")
+
+    def _unsent(self, timeout: float) -> TimeoutException:
+        return TimeoutException(
+            f"{self.what} could not be sent within {timeout:g} s: the link to {self._target} takes nothing"
+        )
 
     def _closed(self, error: zenoh.ZError) -> Exception:
         if self._communicator.destroyed:

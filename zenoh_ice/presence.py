@@ -109,9 +109,10 @@ class Presence:
         """Return whether a servant that was there went away after a moment of the monotonic clock."""
         return self._lost.get(target, -1.0) >= moment
 
-    def link_lost_since(self, moment: float) -> bool:
-        """Return whether a link to another process ended after a moment of the monotonic clock."""
-        return self._last_link_lost >= moment
+    def wait_for_link_loss(self, moment: float, timeout: float) -> bool:
+        """Wait for at most `timeout` s for the end of a link; return whether one ended after `moment`."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._closed or self._last_link_lost >= moment, timeout)
 
     def wait_for(self, target: Target, type_id: str | None, timeout: float) -> bool:
         """Wait until a servant, with a certain interface if one is given, is there; return whether it is.

@@ -72,8 +72,10 @@ def connect_endpoints(settings: Settings) -> list[str]:
 
 
 def send_limit(settings: Settings) -> float:
-    """Return for how many s sending may wait for a peer that takes nothing, before its link is closed."""
-    return min(settings.lease, settings.timeout / 2)
+    """Return for how many s sending a message may wait for its peer, before the link is closed."""
+    # For as long as a call may take: Zenoh counts it from a message's first fragment that has to wait to its
+    # last, and a large one on a busy machine or a slow network must not cost everybody the link.
+    return settings.timeout
 
 
 def _explain(error: zenoh.ZError, listen: Sequence[str]) -> EndpointInUseException | ConfigurationException:

@@ -59,7 +59,7 @@ class Settings:
     clock: str = "auto"
     """`wall`, `sim`, or `auto`: the robot's time if the robot is simulated, otherwise the wall's."""
     timeout: float = 2.0
-    """Longest duration of a call in s."""
+    """Longest duration of a call in s, and of sending one message: a link that takes longer is closed."""
     lease: float = 2.0
     """Silence in s after which a peer that hangs counts as lost; one that dies is noticed at once."""
     shared_memory: bool = True

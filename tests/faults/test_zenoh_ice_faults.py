@@ -19,6 +19,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.relay import Relay
 from zenoh_ice import (
     AlreadyRegisteredException,
     Communicator,
@@ -271,6 +272,47 @@ class TestServerFrozen:
             assert time.monotonic() - started < limit + 0.3
         finally:
             server.process.send_signal(signal.SIGCONT)
+
+
+class TestLinkThatStandsStill:
+    @pytest.mark.parametrize(("limit", "still"), [(2.0, 1.3), (1.0, 0.4), (0.5, 0.2)])
+    def test_large_call_is_not_lost(
+        self, pair: Pair, make_communicator: MakeCommunicator, limit: float, still: float
+    ) -> None:
+        """More than all buffers between hold: the sender waits for room, for as long as the call may take."""
+        pair.adapter.add(CalculatorI(), "Calculator")
+        with Relay(pair.endpoint) as relay:
+            client = make_communicator(connect=[relay.endpoint], shared_memory=False)
+            calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+            data = bytes(8 << 20)
+            assert calculator.echo(data) == data
+            relay.hold()
+            resume = threading.Timer(still, relay.resume)
+            resume.start()
+            try:
+                assert calculator.ice_invocationTimeout(limit * 1000).echo(data) == data
+            finally:
+                resume.join()
+            client.destroy()
+
+    def test_large_call_in_the_background_is_not_lost(
+        self, pair: Pair, make_communicator: MakeCommunicator
+    ) -> None:
+        pair.adapter.add(CalculatorI(), "Calculator")
+        with Relay(pair.endpoint) as relay:
+            client = make_communicator(connect=[relay.endpoint], shared_memory=False)
+            calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+            hurried = calculator.ice_invocationTimeout(1000)
+            data = bytes(8 << 20)
+            assert hurried.echo(data) == data
+            relay.hold()
+            large, small = hurried.echoAsync(data), hurried.addAsync(1.0, 2.0)
+            assert not large.done()
+            assert not small.done()
+            relay.resume()
+            assert large.result(LIMIT) == data
+            assert small.result(LIMIT) == 3.0
+            client.destroy()
 
 
 class TestClients:

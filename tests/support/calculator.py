@@ -196,6 +196,9 @@ class CalculatorPrx(ObjectPrx):
     def echo(self, data: bytes) -> bytes:
         return self.ice_invoke(_echo, data)
 
+    def echoAsync(self, data: bytes) -> Future[bytes]:
+        return self.ice_invokeAsync(_echo, data)
+
     def who(self) -> str:
         return self.ice_invoke(_who)
 
