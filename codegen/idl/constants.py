@@ -72,7 +72,7 @@ class ConstantChecker:
             return
         if isinstance(target, ast.Enumerator) or _is_enumeration(target):
             note = Note(f"`{literal.name}` is defined here", target.token.location) if target else None
-            message = f"the value of {what} is an enumerator, not a {kind}"
+            message = f"the value of {what} is an enumerator, not {with_article(kind)}"
             self._resolver.error(Code.BAD_CONSTANT, message, literal.token, *([note] if note else []))
             return
         if isinstance(target, ast.Constant):
@@ -81,12 +81,12 @@ class ConstantChecker:
         if value is None:  # it has been reported
             return
         if not _fits(kind, value):
-            message = f"the value of {what} is {_described(value)}, not a {kind}"
+            message = f"the value of {what} is {_described(value)}, not {with_article(kind)}"
             self._resolver.error(Code.BAD_CONSTANT, message, literal.token)
         elif kind in INTEGER_RANGES and isinstance(value, int):
             lowest, highest = INTEGER_RANGES[kind]
             if not lowest <= value <= highest:
-                message = f"{what} is out of range: a {kind} lies between {lowest} and {highest}"
+                message = f"{what} is out of range: {with_article(kind)} lies between {lowest} and {highest}"
                 self._resolver.error(Code.OUT_OF_RANGE, message, literal.token)
         elif kind in {"float", "double"} and isinstance(value, int | float):
             literal.value = _as_float(value)

@@ -4,7 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.slice_compiler import compile_text, findings
+from codegen.diagnostics import Diagnostics
+from codegen.idl import ast
+from codegen.idl.loading import definitions_of, load_interfaces
+from tests.support.slice_compiler import compile_text, findings, write_sources
 
 
 def in_module(text: str) -> str:
@@ -120,6 +123,13 @@ def test_what_breaks_a_rule_is_told_once_with_its_place(
         ('["strem"] struct S { int a; };', "W001", 2),
         ("struct S { int Value; };", "W002", 16),
         ("class A; struct S { A a; };", "W006", 21),
+        ("interface I { }; struct S { I i; };", "W004", 29),
+        ("class C { }; struct S { C* c; };", "W004", 25),
+        ("class C { void f(); };", "W004", 7),
+        ("interface I { }; class C implements I { };", "W004", 24),
+        ("sequence<int> K; dictionary<K, int> D;", "W004", 29),
+        ("class C; class c { };", "W009", 16),
+        ("struct S { int a; }; local interface L { };", "N001", 38),
         ('const string s = "\\xff";', "W008", 18),
         ('const string s = "\\q";', "W005", 18),
     ],
@@ -176,6 +186,34 @@ def test_an_error_in_an_included_file_is_told_there_and_once(tmp_path: Path) -> 
     bad = "#pragma once\nmodule m { struct S { strng s; }; };"
     _, diagnostics = compile_text(tmp_path, text, a=bad, b='#include "a.idl"')
     assert [str(found.location) for found in diagnostics] == [f"{tmp_path / 'a.idl'}:2:23"]
+
+
+def test_what_is_local_is_checked_and_left_out(tmp_path: Path) -> None:
+    (path,) = write_sources(
+        tmp_path, {"main.idl": "module m { local struct S { int a; }; struct T { int a; }; };"}
+    )
+    diagnostics = Diagnostics()
+    (file,) = load_interfaces([path], [], diagnostics)
+    assert not diagnostics.has_errors
+    assert list(definitions_of([file])) == ["::m::T"]
+
+
+def test_names_and_numbers_have_their_values_once_checked(tmp_path: Path) -> None:
+    text = """
+    const int k = 5; enum E { x, y = k };
+    class C(E::y) { optional(k) int a = k; E e = y; };
+    interface I { optional(1) int f(optional(E::y) int a); };
+    """
+    (path,) = write_sources(tmp_path, {"main.idl": in_module(text)})
+    diagnostics = Diagnostics()
+    found = definitions_of(load_interfaces([path], [], diagnostics))
+    assert not len(diagnostics), diagnostics.render()
+    class_, interface = found["::m::C"], found["::m::I"]
+    assert isinstance(class_, ast.Class)
+    assert isinstance(interface, ast.Interface)
+    numbers = [class_.compact_id, class_.members[0].tag, class_.members[0].default, class_.members[1].default]
+    numbers += [interface.operations[0].return_tag, interface.operations[0].parameters[0].tag]
+    assert [number.value if number else None for number in numbers] == [5, 5, 5, 5, 1, 5]
 
 
 def test_an_error_before_an_include_hides_nothing_of_it(tmp_path: Path) -> None:
