@@ -114,9 +114,16 @@ class Places:
 
     def _name_modules(self) -> None:
         numbers: defaultdict[tuple[Source, str], int] = defaultdict(int)
+        owners: dict[tuple[str, str], Source] = {}
         for place in self._modules:
             taken = {name for definition in place.definitions for name in exported_names(definition)}
-            place.name = file_module(place.source.path, taken | self._nested.of(place.slice_module))
+            taken |= self._nested.of(place.slice_module)
+            path = place.source.path
+            place.name = file_module(path, taken)
+            if owners.setdefault((place.slice_module, place.name), place.source) is not place.source:
+                # A file of the same name in another directory is included before this one.
+                place.name = file_module(path.with_stem(f"{path.parent.name}_{path.stem}"), taken)
+                owners.setdefault((place.slice_module, place.name), place.source)
             numbers[place.source, place.slice_module] += 1
             number = numbers[place.source, place.slice_module]
             if number > 1:
