@@ -166,7 +166,7 @@ class Incoming:
                 return
             try:
                 self._answer(query, waiting_since)
-            except Exception:
+            except BaseException:
                 _logger.exception("internal error in %s", threading.current_thread().name)
             del query  # not held while the next is waited for: its client would hang
 
@@ -174,7 +174,11 @@ class Incoming:
         with query:  # dropped in any case: a held query hangs its client until the timeout
             key = query.key_expr
             name = str(key).removeprefix(self._prefix)
-            ok, answer = self._execute_query(query, name, waiting_since)
+            try:
+                ok, answer = self._execute_query(query, name, waiting_since)
+            except BaseException as error:
+                _logger.exception("internal error in %s.%s", self.target.identity, name)
+                ok, answer = False, encode_error(unknown_exception(error))
             try:
                 if ok:
                     query.reply(key, answer)
@@ -225,7 +229,7 @@ class Incoming:
         running.append(self)
         try:
             result = method(*arguments, current)
-        except (Exception, SystemExit) as error:
+        except BaseException as error:  # not even asyncio.CancelledError may end a thread that serves others
             if isinstance(error, UserException) and isinstance(error, operation.exceptions):
                 return False, encode_error(error)
             _logger.exception("%s failed, called by %r", what, about.client or "a stranger")

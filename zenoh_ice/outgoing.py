@@ -70,7 +70,7 @@ class OutgoingCall:
         self._pack: Final = operation.arguments.pack
         self._unpack: Final = operation.result.unpack_result
         bulk = operation.result.holds_bytes or operation.arguments.holds_bytes
-        # A call is sent from the caller's own thread, which is fastest, unless that may hold up the caller for
+        # A call is sent from the caller's own thread, which is fastest, unless that may hold it up for
         # longer than the call may take: Zenoh takes no limit for one message.
         self._send_limit: Final = send_limit(communicator.settings)
         self._hurried: Final = timeout < self._send_limit
@@ -280,14 +280,14 @@ def settle(future: Future[Any], compute: Callable[[], object]) -> None:
     """Give a future the outcome of a function, unless it has one already."""
     try:
         result = compute()
-    except Exception as error:  # noqa: BLE001 - it is told by the future
+    except BaseException as error:  # noqa: BLE001 - it is told by the future
         fail(future, error)
     else:
         with suppress(InvalidStateError):
             future.set_result(result)
 
 
-def fail(future: Future[Any], error: Exception) -> None:
+def fail(future: Future[Any], error: BaseException) -> None:
     """Give a future an exception, unless it has an outcome already."""
     with suppress(InvalidStateError):  # the communicator was destroyed in the meantime and said so
         future.set_exception(error)

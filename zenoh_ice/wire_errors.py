@@ -71,7 +71,10 @@ _decoder: Final = msgspec.msgpack.Decoder(_WireError)
 
 def unknown_exception(error: BaseException) -> UnknownException:
     """Return what a client is told of an exception that the operation does not declare."""
-    text = str(error)
+    try:
+        text = str(error)
+    except Exception as problem:  # noqa: BLE001 - __str__ is the user's own code, too
+        text = f"its text failed with {type(problem).__name__}"
     name = error.ice_type_id if isinstance(error, UserException) else type(error).__name__
     return UnknownException(_cut(f"{name}: {text}" if text else name))
 
@@ -82,7 +85,7 @@ def encode_error(error: ZenohIceError) -> bytes:
         type_id, *bases = error.ice_type_ids()
         try:
             members = msgspec.Raw(encode(error.ice_members(), type_id))
-        except (AttributeError, TypeError, MarshalException) as problem:
+        except Exception as problem:  # noqa: BLE001 - its members are the user's own code
             return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
         return _encoder.encode(_WireError(type_id, bases, members))
     wire = _WireError(_PREFIX + type(error).__name__, message=_cut(str(error)))

@@ -139,9 +139,21 @@ class TestExceptions:
         assert str(caught.value) == "RuntimeError: the gripper is stuck"
         assert "Traceback" in caplog.text  # the server's log has what the client is not told
 
-    def test_exit_of_a_servant_ends_neither_server_nor_thread(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(UnknownException, match="SystemExit"):
-            calculator.fail("exit")
+    @pytest.mark.parametrize(
+        ("how", "told"),
+        [
+            ("exit", "SystemExit: 3"),
+            ("cancelled", "CancelledError"),
+            ("generator", "GeneratorExit"),
+            ("mute", "Mute: its text failed with ValueError"),
+        ],
+    )
+    def test_nothing_that_a_servant_raises_ends_its_thread(
+        self, calculator: ScientificPrx, how: str, told: str
+    ) -> None:
+        with pytest.raises(UnknownException) as caught:
+            calculator.fail(how)
+        assert str(caught.value) == told
         assert calculator.add(1.0, 1.0) == 2.0
 
     def test_future_has_the_exception(self, calculator: ScientificPrx) -> None:

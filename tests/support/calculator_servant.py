@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 
 from tests.support.calculator import CalculatorError, DivisionByZero, Node, OtherError, Reading, Scientific
 from zenoh_ice import Current
+
+
+class Mute(Exception):
+    """Cannot even say what went wrong."""
+
+    def __str__(self) -> str:
+        raise ValueError("no text")
 
 
 class CalculatorI(Scientific):
@@ -49,6 +57,12 @@ class CalculatorI(Scientific):
                 raise OtherError
             case "exit":
                 raise SystemExit(3)
+            case "cancelled":
+                raise asyncio.CancelledError
+            case "generator":
+                raise GeneratorExit
+            case "mute":
+                raise Mute
             case _:
                 raise RuntimeError(text)
 
