@@ -62,6 +62,15 @@ class _Form(NamedTuple):
     convert: _Convert | None
 
 
+class _Decoders(NamedTuple):
+    """Decoders and conversions for the classes that were known at a time."""
+
+    classes: int
+    """How many classes there were."""
+    by_sliced: dict[tuple[str, ...], tuple[msgspec.msgpack.Decoder[Any], _Convert]]
+    """By the type entries of payloads with unknown classes; for all other payloads by none."""
+
+
 def arrives_as_it_is(struct: type[msgspec.Struct]) -> bool:
     """Return whether msgspec alone can decode a struct."""
     return _Forms(()).of(struct).convert is None
@@ -72,8 +81,7 @@ class Arrival(Generic[S]):
 
     def __init__(self, struct: type[S]) -> None:
         self._struct: Final = struct
-        self._decoders: dict[tuple[str, ...], tuple[msgspec.msgpack.Decoder[Any], _Convert]] = {}
-        self._classes = -1
+        self._decoders = _Decoders(-1, {})
 
     def decode(self, payload: bytes, communicator: Communicator | None) -> S:
         """Return the struct that a payload holds, its proxies those of a communicator.
@@ -93,14 +101,14 @@ class Arrival(Generic[S]):
 
     def _decoder(self, sliced: tuple[str, ...]) -> tuple[msgspec.msgpack.Decoder[Any], _Convert]:
         """Return decoder and conversion, which take these classes, if they are unknown, for known bases."""
-        if self._classes != classes_made() or len(self._decoders) > _MOST_SLICED:
-            self._classes = classes_made()
-            self._decoders = {}
-        known = self._decoders.get(sliced)
+        decoders = self._decoders
+        if decoders.classes != classes_made() or len(decoders.by_sliced) > _MOST_SLICED:
+            decoders = self._decoders = _Decoders(classes_made(), {})  # at once: other threads decode, too
+        known = decoders.by_sliced.get(sliced)
         if known is None:
             form = _Forms(sliced).of(self._struct)
             assert form.convert is not None
-            known = self._decoders[sliced] = msgspec.msgpack.Decoder(form.wire), form.convert
+            known = decoders.by_sliced[sliced] = msgspec.msgpack.Decoder(form.wire), form.convert
         return known
 
 

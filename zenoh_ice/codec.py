@@ -13,7 +13,7 @@ from msgspec import inspect
 
 from .arrival import Arrival, arrives_as_it_is
 from .exceptions import MarshalException
-from .values import Reference, Value, derived_classes
+from .values import TYPE_FIELD, Reference, Value, derived_classes
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -24,6 +24,7 @@ S = TypeVar("S", bound=msgspec.Struct)
 
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
+_INVALID: Final = "Invalid value "
 # What msgspec raises for values that it cannot encode and for payloads that it cannot decode.
 _ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
 _DECODE_ERRORS: Final = (ValueError, OverflowError, RecursionError, MemoryError)
@@ -173,6 +174,8 @@ def _explain(error: BaseException) -> tuple[str, str]:
     message, path = str(error), ""
     if match := _PATH.search(message):
         message, path = message[: match.start()], match[1]
+    if path.endswith(f".{TYPE_FIELD}") and message.startswith(_INVALID):
+        message = f"no class that fits is known as {message.removeprefix(_INVALID)}"
     if isinstance(error, msgspec.ValidationError) and (match := _MISSING_FIELD.search(message)):
         path = f"{path or '$'}.{match[1]}"
     return message, path or ("$" if isinstance(error, msgspec.ValidationError) else "")

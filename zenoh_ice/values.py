@@ -78,7 +78,8 @@ def derived_classes(cls: type[Value]) -> dict[str, type[Value]]:
     while waiting:
         derived = waiting.pop(0)
         waiting += derived.__subclasses__()
-        if derived.__module__ in sys.modules:
+        being_made = derived.__struct_config__.tag is None  # by another thread
+        if derived.__module__ in sys.modules and not being_made:
             type_id = type_ids_of(derived)[0]
             if type_id != type_ids_of(derived.__mro__[1])[0]:
                 found[type_id] = derived
