@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 _LEADING_STAR = re.compile(r"^[ \t]*\*+(?!/)[ \t]?", re.MULTILINE)
 _INLINE_TAG = re.compile(r"\{@\w+\s+([^{}]*)\}")
@@ -25,6 +26,7 @@ class DocComment:
     throws: dict[str, str] = field(default_factory=dict)
 
 
+@lru_cache(maxsize=4096)  # the writer, the schema and the proxy and servant of an interface all ask
 def parse_doc_comment(raw: str | None) -> DocComment:
     """Return the parts of the raw text of a doc comment; all are empty when there is none."""
     if raw is None:

@@ -38,6 +38,9 @@ def docstring(text: str, indent: str = "") -> list[str]:
             lines.append("")
         for line in paragraph.split("\n"):
             hanging = len(line) - len(line.lstrip())
+            if line and len(line) <= width - (3 if not lines else 0):
+                lines.append(line.rstrip())
+                continue
             lines += textwrap.wrap(
                 line.strip(),
                 width - (3 if not lines else 0),
