@@ -43,11 +43,6 @@ class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
         global _made  # noqa: PLW0603 - the types of a process are global
         _made = next(_counter)
 
-    @classmethod
-    def ice_staticId(cls) -> str:
-        """Return the type id of the class."""
-        return type_ids_of(cls)[0]
-
 
 class Reference(ABC):
     """What travels as text and is made anew where it arrives: a proxy."""

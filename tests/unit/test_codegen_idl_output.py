@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -90,6 +91,28 @@ def generate(sources: dict[str, str], home: Path) -> bool:
     if not diagnostics.has_errors:
         apply(compare_with_disk(compilation.files))
     return not diagnostics.has_errors
+
+
+def test_the_output_is_the_same_whatever_the_order_and_the_hashes(tmp_path: Path) -> None:
+    everything = []
+    for seed in ("1", "2"):
+        output = tmp_path / seed
+        for directory in PROGRAMS:
+            paths = sorted(map(str, directory.iterdir()), reverse=seed == "2")
+            program = "from codegen.cli import main; main()"
+            command = [sys.executable, "-c", program, *paths, "-o", str(output / directory.name)]
+            subprocess.run(
+                command,
+                env={**os.environ, "PYTHONHASHSEED": seed},
+                check=True,
+                capture_output=True,
+                timeout=60,
+                cwd=Path(__file__).parents[2],
+            )
+        files = sorted(path for path in output.rglob("*") if path.is_file())
+        everything.append({path.relative_to(output): path.read_bytes() for path in files})
+    assert everything[0] == everything[1]
+    assert len(everything[0]) > 30
 
 
 @pytest.fixture(scope="module")
