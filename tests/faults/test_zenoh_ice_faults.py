@@ -239,7 +239,7 @@ class TestServerFrozen:
     ) -> None:
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         calculator.add(1.0, 2.0)
-        server.process.send_signal(signal.SIGSTOP)
+        server.freeze()
         try:
             started = time.monotonic()
             with pytest.raises((TimeoutException, ConnectionLostException)):
@@ -264,7 +264,7 @@ class TestServerFrozen:
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(8 << 20)
         assert calculator.echo(data) == data
-        server.process.send_signal(signal.SIGSTOP)
+        server.freeze()
         try:
             started = time.monotonic()
             with pytest.raises((TimeoutException, ConnectionLostException)):

@@ -85,6 +85,15 @@ class ComponentProcess:
             assert self.process.stdout is not None
             self.process.stdout.close()
 
+    def freeze(self) -> None:
+        """Stop the process by SIGSTOP, every thread of it; SIGCONT lets it go on."""
+        self.process.send_signal(signal.SIGSTOP)
+        deadline = time.monotonic() + 10
+        tasks = Path(f"/proc/{self.process.pid}/task")
+        while not all(_state(task) == "T" for task in tasks.iterdir()):
+            assert time.monotonic() < deadline, f"{self.command} does not stop"
+            time.sleep(0.001)
+
     @property
     def output(self) -> str:
         """Everything written so far."""
@@ -121,3 +130,7 @@ class ComponentProcess:
             with self._changed:
                 self._lines.append(line)
                 self._changed.notify_all()
+
+
+def _state(task: Path) -> str:
+    return (task / "stat").read_text().rpartition(")")[2].split()[0]
