@@ -20,6 +20,10 @@ __all__ = ["Channel", "Publisher"]
 
 V = TypeVar("V")
 
+# s after which who waits for a listener looks anyway: Zenoh does not tell of one that comes right after the
+# last one left.
+_LOOK_AGAIN: Final = 0.1
+
 _logger = logging.getLogger(__name__)
 
 
@@ -68,12 +72,12 @@ class Publisher(Generic[V]):
             seen = self._changes
             if self.listening:  # asks Zenoh: not while we hold the lock that its thread takes in `wake`
                 return True
+            left = deadline - monotonic()
+            if left <= 0:
+                return False
             with self._changed:
-                while self._changes == seen:
-                    left = deadline - monotonic()
-                    if left <= 0:
-                        return False
-                    self._changed.wait(left)
+                if self._changes == seen:
+                    self._changed.wait(min(left, _LOOK_AGAIN))
 
     def attach(self, channel: Channel) -> None:
         """Publish on a channel, too."""
