@@ -25,7 +25,8 @@ from .object import Current, Object
 from .proxy import ObjectPrx
 from .publisher import Publisher
 from .settings import Settings, load_settings
-from .stream_reader import Sample, Subscription
+from .stream_reader import Sample
+from .subscription import Subscription
 
 __all__ = [
     "AlreadyRegisteredException",

@@ -25,7 +25,9 @@ from .presence import Presence, Target, client_token
 from .proxy import ObjectPrx
 from .session import connect_endpoints, open_session
 from .settings import Settings, load_settings
-from .stream_reader import Sample, StreamReader, Subscription
+from .stream_reader import Sample, StreamReader
+from .stream_readers import StreamReaders
+from .subscription import Subscription
 
 __all__ = ["Communicator", "initialize"]
 
@@ -69,7 +71,6 @@ class Communicator:
         self._adapters: list[ObjectAdapter] = []
         self._calls: dict[tuple[Target, Operation[..., Any], Interface, float], OutgoingCall] = {}
         self._sending_lanes: dict[Target, Lane] = {}
-        self._readers: dict[tuple[Target, Operation[..., Any]], StreamReader[Any]] = {}
         self._subscriptions: set[Subscription] = set()
         self._futures: set[Future[Any]] = set()
         self._clock: Clock | None = None
@@ -85,6 +86,7 @@ class Communicator:
             self.presence: Final = Presence(self.session, connect_endpoints(settings), self.dispatcher.submit)
             on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
+            self._readers: Final = StreamReaders(self)
             self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))
             on_failure.pop_all()
         _live.add(self)
@@ -176,7 +178,6 @@ class Communicator:
         with self._lock:
             first, self.destroyed = not self.destroyed, True
             adapters, self._adapters = self._adapters, []
-            readers = list(self._readers.values())
             subscriptions = list(self._subscriptions)
         if not first:
             if not is_marked_thread():  # such a thread may be what the first caller waits for
@@ -191,10 +192,9 @@ class Communicator:
             steps.callback(self._fail_futures)
             steps.callback(self.session.close)
             steps.callback(self._close_clock)
+            steps.callback(self._readers.close)
             for subscription in subscriptions:
                 steps.callback(subscription.close)
-            for reader in readers:
-                steps.callback(reader.close)
             for adapter in adapters:
                 steps.callback(adapter.destroy)
             steps.callback(self.presence.close)
@@ -252,20 +252,14 @@ class Communicator:
 
     def stream_reader(self, target: Target, operation: Operation[..., V]) -> StreamReader[V]:
         """Return the reader of a stream; proxies share it."""
-        with self._lock:
-            self._check()
-            reader = self._readers.get((target, operation))
-            if reader is None:
-                reader = self._readers[target, operation] = StreamReader(self, target, operation)
-            return reader
+        self._check()
+        return self._readers.get(target, operation)
 
-    def new_subscription(
-        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], timeout: float
-    ) -> Subscription:
+    def new_subscription(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
         """Return a subscription that ends with the communicator."""
         with self._lock:
             self._check()
-            subscription = Subscription(reader, callback, timeout, self._subscriptions.discard)
+            subscription = Subscription(reader, callback, self._subscriptions.discard)
             self._subscriptions.add(subscription)
             return subscription
 

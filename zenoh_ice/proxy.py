@@ -13,7 +13,8 @@ from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_IN
 from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
 from .presence import Target
-from .stream_reader import Sample, StreamReader, Subscription
+from .stream_reader import Sample, StreamReader
+from .subscription import Subscription
 from .values import Reference
 
 if TYPE_CHECKING:
@@ -153,7 +154,7 @@ class ObjectPrx(Reference):
 
     def ice_subscribe(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
         """Call a function with the newest samples of a stream."""
-        return self._communicator.new_subscription(reader, callback, self._timeout)
+        return self._communicator.new_subscription(reader, callback)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):

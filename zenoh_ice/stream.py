@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Concatenate, Final, Generic, ParamSpec, TypeVar, overload
 
 from .operation import Operation
-from .stream_reader import Sample, StreamReader, Subscription
+from .stream_reader import Sample, StreamReader
+from .subscription import Subscription
 
 if TYPE_CHECKING:
     from .proxy import ObjectPrx
@@ -20,7 +21,8 @@ V = TypeVar("V")
 class StreamedCall(Generic[P, V]):
     """A streamed operation of a proxy: call it for the value now, or follow its stream.
 
-    The first use of the stream subscribes; the servant publishes from then on.
+    The first use of the stream subscribes; the servant publishes from then on, until the last subscription is
+    closed and nobody has asked for a sample for 10 s. Who asks then subscribes again.
     """
 
     def __init__(

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import logging
+import math
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, Generic, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast
 
 import zenoh
 from zenoh.handlers import RingChannel
 
 from .attachment import NO_ATTACHMENT, decode_attachment
-from .dispatch import mark_thread
 from .exceptions import (
     CommunicatorDestroyedException,
-    ConnectionLostException,
     MarshalException,
-    ObjectNotExistException,
     TimeoutException,
-    ZenohIceError,
 )
 from .operation import Operation
 from .presence import Target
@@ -27,13 +23,14 @@ from .presence import Target
 if TYPE_CHECKING:
     from .communicator import Communicator
 
-__all__ = ["Sample", "StreamReader", "Subscription"]
+__all__ = ["LINGER", "Sample", "StreamReader"]
 
 V = TypeVar("V")
 
-_JOIN_LIMIT: Final = 2.0
+LINGER = 10.0
+"""Seconds after which a stream without a subscription that nobody asks for is no longer listened to."""
 
-_logger = logging.getLogger(__name__)
+_JOIN_LIMIT: Final = 2.0
 
 
 class Sample(Generic[V]):
@@ -60,7 +57,11 @@ class Sample(Generic[V]):
 
 
 class StreamReader(Generic[V]):
-    """Keep the newest sample of one stream.
+    """Keep the newest sample of one stream, and listen to it only while somebody wants it.
+
+    Asking for a sample makes it listen, and so does a subscription. When the last subscription has ended and
+    nobody has asked for `LINGER` s it stops, so that the servant need not publish any longer, and forgets the
+    sample, which would be stale when somebody asks again.
 
     Until somebody waits, samples stay in Zenoh's ring of one, undecoded, and cost this process nothing. The
     first wait starts a thread that takes them out and wakes whoever waits.
@@ -72,18 +73,18 @@ class StreamReader(Generic[V]):
         self._target: Final = target
         self._operation: Final = operation
         self._limit: Final = communicator.size_limit(operation.result)
+        self._key: Final = f"{target.realm}/{target.identity}/{operation.name}"
         self._changed = threading.Condition()
+        self._subscriber: zenoh.Subscriber[zenoh.Handler[zenoh.Sample]] | None = None
+        self._try_receive: Callable[[], zenoh.Sample | None] = self._take_pending
         self._pending: zenoh.Sample | None = None
         self._sample: Sample[V] | None = None
         self._pump: threading.Thread | None = None
+        self._users = 0  # subscriptions, and threads that wait
+        self._asked = False  # since `let_go_if_unwanted` last looked
+        self._asked_at = -math.inf
         self._closed = False
         communicator.presence.watch(target.realm)
-        self._subscriber: Final = communicator.session.declare_subscriber(
-            f"{target.realm}/{target.identity}/{operation.name}", RingChannel(1)
-        )
-        # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
-        self._handler: Final[zenoh.Handler[zenoh.Sample]] = self._subscriber.handler
-        self._try_receive = self._handler.try_recv
         communicator.presence.add_listener(self.wake)
 
     def latest(self) -> Sample[V] | None:
@@ -92,18 +93,13 @@ class StreamReader(Generic[V]):
         Raises MarshalException, once, for a sample that does not fit the operation.
         """
         with self._changed:
-            self._check_open()
-            raw = self._try_receive()
-            if raw is not None:
-                self._sample = self._decode(raw)
-            return self._sample
+            self._asked = True
+            if self._subscriber is None:
+                self._listen()
+            return self._newest()
 
-    def wait(
-        self, after: Sample[V] | None, timeout: float, stopped: threading.Event | None = None
-    ) -> Sample[V]:
+    def wait(self, after: Sample[V] | None, timeout: float) -> Sample[V]:
         """Return the newest sample as soon as there is one other than `after`.
-
-        Once `stopped` is set and `wake` called it ends with TimeoutException.
 
         Raises ConnectionLostException, or its like, when the servant goes away meanwhile or is absent at the
         end; TimeoutException when it is there and sends nothing; MarshalException as `latest` does.
@@ -112,29 +108,70 @@ class StreamReader(Generic[V]):
         deadline = started + timeout
         presence = self._communicator.presence
         with self._changed:
+            self._asked = True
             self._start_pump()
-            while True:
-                sample = self.latest()
-                if sample is not None and sample is not after:
-                    return sample
-                left = deadline - time.monotonic()
-                if stopped is not None and stopped.is_set():
-                    raise TimeoutException(f"nobody waits for {self.what} any more")
-                lost = presence.lost_since(self._target, started) and not presence.interfaces(self._target)
-                if left <= 0 or lost:
-                    break
-                self._changed.wait(left)
+            self._users += 1
+            try:
+                while True:
+                    sample = self._newest()
+                    if sample is not None and sample is not after:
+                        return sample
+                    left = deadline - time.monotonic()
+                    lost = presence.lost_since(self._target, started)
+                    if left <= 0 or (lost and not presence.interfaces(self._target)):
+                        break
+                    self._changed.wait(left)
+            finally:
+                self._users -= 1
         if presence.interfaces(self._target):
             raise TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
         raise presence.explain_absence(self._target)
 
+    def wait_until_stopped(self, after: Sample[V] | None, stopped: threading.Event) -> Sample[V] | None:
+        """Return the newest sample other than `after`, or None once `stopped` is set and `wake` called.
+
+        It waits for an absent servant to come back. Raises MarshalException as `latest` does.
+        """
+        with self._changed:
+            if not stopped.is_set():
+                self._start_pump()
+            while not stopped.is_set():
+                sample = self._newest()
+                if sample is not None and sample is not after:
+                    return sample
+                self._changed.wait()
+        return None
+
+    def join(self) -> None:
+        """Count one subscription more."""
+        with self._changed:
+            self._check_open()
+            self._users += 1
+            if self._subscriber is None:
+                self._listen()
+
+    def leave(self) -> None:
+        """Count one subscription less, and stop listening when nobody else wants the stream."""
+        with self._changed:
+            self._users -= 1
+        self.let_go_if_unwanted()
+
+    def let_go_if_unwanted(self) -> None:
+        """Stop listening if there is no subscription and nobody has asked for a while."""
+        with self._changed:
+            now = time.monotonic()
+            if self._asked:
+                self._asked, self._asked_at = False, now
+            elif self._users == 0 and now - self._asked_at >= LINGER:
+                self._stop_listening()
+
     def close(self) -> None:
-        """Unsubscribe; whoever waits is told."""
+        """Stop listening for ever; whoever waits is told."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
-        self._subscriber.undeclare()
-        pump = self._pump
+            pump = self._pump
+            self._stop_listening()
         if pump is not None and pump is not threading.current_thread():
             pump.join(_JOIN_LIMIT)
 
@@ -142,6 +179,41 @@ class StreamReader(Generic[V]):
         """Let those who wait look again."""
         with self._changed:
             self._changed.notify_all()
+
+    # Whoever calls these holds the lock.
+
+    def _newest(self) -> Sample[V] | None:
+        if self._closed or self._communicator.destroyed:
+            self._check_open()
+        raw = self._try_receive()
+        if raw is not None:
+            self._sample = self._decode(raw)
+        return self._sample
+
+    def _start_pump(self) -> None:
+        """Have a thread that tells of samples, from now until the stream is let go."""
+        self._check_open()
+        subscriber = self._subscriber or self._listen()
+        if self._pump is None:
+            self._try_receive = self._take_pending
+            self._pump = threading.Thread(
+                target=self._run_pump, args=(subscriber.handler,), name=f"stream {self.what}", daemon=True
+            )
+            self._pump.start()
+
+    def _listen(self) -> zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]:
+        self._check_open()
+        self._subscriber = self._communicator.session.declare_subscriber(self._key, RingChannel(1))
+        # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
+        self._try_receive = self._subscriber.handler.try_recv
+        return self._subscriber
+
+    def _stop_listening(self) -> None:
+        subscriber, self._subscriber = self._subscriber, None
+        self._try_receive = self._take_pending
+        self._pump = self._pending = self._sample = None
+        if subscriber is not None:
+            subscriber.undeclare()  # ends the pump: its channel is closed
 
     def _decode(self, raw: zenoh.Sample) -> Sample[V]:
         payload = raw.payload
@@ -156,79 +228,20 @@ class StreamReader(Generic[V]):
         if self._closed or self._communicator.destroyed:
             raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
 
-    def _start_pump(self) -> None:
-        if self._pump is None and not self._closed:
-            self._try_receive = self._take_pending
-            self._pump = threading.Thread(target=self._run_pump, name=f"stream {self.what}", daemon=True)
-            self._pump.start()
-
     def _take_pending(self) -> zenoh.Sample | None:
         raw, self._pending = self._pending, None
         return raw
 
-    def _run_pump(self) -> None:
-        receive = self._handler.recv
+    # The thread.
+
+    def _run_pump(self, handler: zenoh.Handler[zenoh.Sample]) -> None:
         while True:
             try:
-                raw = receive()
+                raw = handler.recv()
             except zenoh.ZError:  # unsubscribed
                 return
             with self._changed:
+                if self._pump is not threading.current_thread():  # nobody listened any more when it came
+                    return
                 self._pending = raw
                 self._changed.notify_all()
-
-
-class Subscription:
-    """A callback on a stream; `close` ends it, also as the end of a `with` block."""
-
-    def __init__(
-        self,
-        reader: StreamReader[V],
-        callback: Callable[[Sample[V]], Any],
-        timeout: float,
-        ended: Callable[[Subscription], None],
-    ) -> None:
-        self._reader: Final = reader
-        self._ended: Final = ended
-        self._closed = threading.Event()
-        self._thread = threading.Thread(
-            target=self._run,
-            args=(reader, callback, timeout),
-            name=f"subscription {reader.what}",
-            daemon=True,
-        )
-        self._thread.start()
-
-    def close(self) -> None:
-        """End the calls; waits for one that runs, unless called from within it."""
-        self._closed.set()
-        self._ended(self)
-        self._reader.wake()
-        if self._thread is not threading.current_thread():
-            self._thread.join(_JOIN_LIMIT)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def _run(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], timeout: float) -> None:
-        mark_thread()
-        sample: Sample[V] | None = None
-        while not self._closed.is_set():
-            try:
-                sample = reader.wait(sample, timeout, self._closed)
-            except CommunicatorDestroyedException:
-                return
-            except (TimeoutException, ConnectionLostException, ObjectNotExistException):
-                continue  # until the servant is back
-            except ZenohIceError as error:
-                _logger.error("%s: %s", reader.what, error)
-                continue
-            if self._closed.is_set():
-                return
-            try:
-                callback(sample)
-            except Exception:
-                _logger.exception("the callback on %s failed", reader.what)

@@ -83,11 +83,10 @@ def test_a_component_goes_by_the_time_of_a_simulation(endpoint: str, choice: str
 
 
 def test_auto_is_the_wall_beside_a_real_robot(endpoint: str) -> None:
-    with (
-        serving(ClockI(1.7e9, 1.0, simulated=False), endpoint),
-        initialize(connect=[endpoint], clock="auto") as communicator,
-    ):
+    servant = ClockI(1.7e9, 1.0, simulated=False)
+    with serving(servant, endpoint), initialize(connect=[endpoint], clock="auto") as communicator:
         assert isinstance(communicator.clock, WallClock)
+        wait_until(lambda: not servant.getTimePublisher.listening)  # nobody wants the robot's time
 
 
 def test_auto_is_the_wall_without_a_robot(endpoint: str) -> None:

@@ -7,6 +7,7 @@ import math
 import threading
 import time
 from functools import partial
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -20,6 +21,7 @@ from zenoh_ice import (
     ObjectNotExistException,
     Sample,
     TimeoutException,
+    stream_reader,
 )
 
 LIMIT = 5.0
@@ -114,6 +116,7 @@ def test_samples_yields_the_newest_to_a_slow_reader(calculator: CalculatorPrx, s
 def test_callback_runs_until_closed_and_survives_its_own_failure(
     calculator: CalculatorPrx, servant: CalculatorI, caplog: pytest.LogCaptureFixture
 ) -> None:
+    listen(calculator, servant)  # so that the stream goes on after the subscription
     seen: list[int] = []
     names: set[str] = set()
     arrived = threading.Condition()
@@ -192,6 +195,99 @@ def test_servant_publishes_only_while_somebody_listens(pair: Pair, servant: Calc
     publisher.publish(encoded)
 
 
+def wait_until_unheard(servant: CalculatorI) -> None:
+    deadline = time.monotonic() + LIMIT
+    while servant.getReadingPublisher.listening:
+        assert time.monotonic() < deadline, "the servant goes on publishing"
+        time.sleep(0.005)
+
+
+def test_servant_stops_publishing_after_the_last_subscription(
+    calculator: CalculatorPrx, servant: CalculatorI
+) -> None:
+    publisher = servant.getReadingPublisher
+    seen = threading.Event()
+    first, last = (calculator.getReading.subscribe(lambda _: seen.set()) for _ in range(2))
+    assert publisher.wait_for_listener(LIMIT)
+    first.close()
+    first.close()  # counts once
+    publisher.publish(Reading(1, []))
+    assert seen.wait(LIMIT)
+    last.close()
+    wait_until_unheard(servant)
+    seen.clear()
+    with calculator.getReading.subscribe(lambda _: seen.set()):
+        assert publisher.wait_for_listener(LIMIT)
+        publisher.publish(Reading(2, []))
+        assert seen.wait(LIMIT)
+    wait_until_unheard(servant)
+
+
+def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
+    calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stream_reader, "LINGER", 0.2)
+    publisher = servant.getReadingPublisher
+    for count in (1, 3):
+        listen(calculator, servant)  # nothing stale is left of the last time
+        publisher.publish(Reading(count, []))
+        assert latest(calculator, count)
+        wait_until_unheard(servant)
+        waiter = threading.Thread(target=calculator.getReading.wait, kwargs={"timeout": LIMIT})
+        waiter.start()
+        assert publisher.wait_for_listener(LIMIT)
+        publisher.publish(Reading(count + 1, []))
+        waiter.join(LIMIT)
+        assert not waiter.is_alive()
+        wait_until_unheard(servant)
+
+
+def test_stream_that_somebody_waits_for_is_not_let_go(
+    calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stream_reader, "LINGER", 0.02)
+    with pytest.raises(TimeoutException):
+        calculator.getReading.wait(timeout=0.3)
+    seen = threading.Event()
+    with calculator.getReading.subscribe(lambda _: seen.set()):
+        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        assert calculator.getReading.latest() is None
+        with pytest.raises(TimeoutException):
+            calculator.getReading.wait(timeout=0.3)
+        assert servant.getReadingPublisher.listening
+        servant.getReadingPublisher.publish(Reading(1, []))
+        assert seen.wait(LIMIT)
+
+
+@pytest.mark.parametrize("identity", ["Calculator", "Absent"])
+def test_subscription_closes_at_once_when_no_sample_arrives(
+    pair: Pair, servant: CalculatorI, identity: str
+) -> None:
+    prx = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(identity)).ice_invocationTimeout(50_000)
+    with prx.getReading.subscribe(lambda _: None) as subscription:
+        started = time.monotonic()
+        subscription.close()
+        assert time.monotonic() - started < 1.0
+
+
+def test_callback_is_called_again_whatever_it_raises(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    seen: list[int] = []
+    arrived = threading.Condition()
+
+    def callback(sample: Sample[Reading]) -> None:
+        with arrived:
+            seen.append(sample.value.count)
+            arrived.notify_all()
+        raise SystemExit
+
+    with calculator.getReading.subscribe(callback):
+        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        for count in (1, 2):
+            servant.getReadingPublisher.publish(Reading(count, []))
+            with arrived:
+                assert arrived.wait_for(partial(seen.__contains__, count), LIMIT)
+
+
 def test_publisher_may_be_had_before_the_servant_is_served(pair: Pair) -> None:
     servant = CalculatorI()
     publisher = servant.getReadingPublisher
@@ -226,6 +322,31 @@ def test_sample_that_does_not_fit_is_told_once(
     assert calculator.getReading.latest() is good
 
 
+def test_subscription_logs_bad_samples_once_until_a_good_one(
+    pair: Pair, calculator: CalculatorPrx, servant: CalculatorI, caplog: pytest.LogCaptureFixture
+) -> None:
+    bad = msgspec.msgpack.encode({"returnValue": {"count": "one", "values": []}})
+    seen: list[int] = []
+    arrived = threading.Condition()
+
+    def callback(sample: Sample[Reading]) -> None:
+        with arrived:
+            seen.append(sample.value.count)
+            arrived.notify_all()
+
+    with caplog.at_level(logging.WARNING, "zenoh_ice"), calculator.getReading.subscribe(callback):
+        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        for count in (1, 2):
+            for _ in range(20):
+                pair.server.session.put("nao/Calculator/getReading", bad)
+                time.sleep(0.005)  # so that not all but the newest are skipped
+            servant.getReadingPublisher.publish(Reading(count, []))
+            with arrived:
+                assert arrived.wait_for(partial(seen.__contains__, count), LIMIT)
+    assert len(caplog.records) == 2
+    assert "sample of Calculator.getReading" in caplog.text
+
+
 def test_oversized_sample_is_told(pair: Pair, calculator: CalculatorPrx, servant: CalculatorI) -> None:
     listen(calculator, servant)
     pair.server.session.put("nao/Calculator/getReading", bytes((1 << 20) + 1))
@@ -239,6 +360,33 @@ def test_wait_on_an_absent_servant_says_so(pair: Pair) -> None:
     absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
     with pytest.raises(ObjectNotExistException):
         absent.getReading.wait(timeout=0.1)
+
+
+def _switches(thread: threading.Thread) -> int:
+    """Return how often a thread has gone to sleep."""
+    status = Path(f"/proc/self/task/{thread.native_id}/status").read_text()
+    return int(status.partition("\nvoluntary_ctxt_switches:")[2].split()[0])
+
+
+def test_subscription_waits_for_an_absent_servant_in_silence(
+    pair: Pair, caplog: pytest.LogCaptureFixture
+) -> None:
+    absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator")).ice_invocationTimeout(10)
+    seen = threading.Event()
+    with (
+        caplog.at_level(logging.WARNING, "zenoh_ice"),
+        absent.getReading.subscribe(lambda _: seen.set()),
+    ):
+        (thread,) = (thread for thread in threading.enumerate() if thread.name.startswith("subscription"))
+        before = _switches(thread)
+        assert not seen.wait(0.5)
+        assert _switches(thread) - before <= 2  # it sleeps, for longer than a call may take
+        servant = CalculatorI()
+        pair.adapter.add(servant, "Calculator")
+        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        servant.getReadingPublisher.publish(Reading(1, []))
+        assert seen.wait(LIMIT)
+    assert not caplog.records
 
 
 def test_stream_may_be_followed_before_its_servant_is_there(pair: Pair) -> None:
