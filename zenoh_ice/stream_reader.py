@@ -53,7 +53,11 @@ class Sample(Generic[V]):
         return max(0.0, time.time() - self.wall_time)
 
     def __repr__(self) -> str:
-        return f"<sample {self.sequence} at {self.time:.3f} s: {self.value!r:.200}>"
+        from rich.pretty import pretty_repr  # here: most programs never ask
+
+        # An image of some megabytes must not be formatted to show its beginning.
+        value = pretty_repr(self.value, max_width=1 << 16, max_length=8, max_string=40, max_depth=4)
+        return f"<sample {self.sequence} at {self.time:.3f} s: {value:.200}>"
 
 
 class StreamReader(Generic[V]):

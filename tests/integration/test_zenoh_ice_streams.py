@@ -415,3 +415,18 @@ def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
     pair.client.destroy()
     waiter.join(LIMIT)
     assert len(outcome) == 1
+
+
+class TestSampleAsText:
+    def test_short_value_is_shown(self) -> None:
+        sample = Sample(Reading(3, [0.5]), 7, 1.25, 0.0)
+        assert repr(sample) == "<sample 7 at 1.250 s: Reading(count=3, values=[0.5])>"
+
+    def test_large_value_is_cut_before_it_is_formatted(self) -> None:
+        class Large(bytes):
+            def __repr__(self) -> str:
+                raise AssertionError("all of it was formatted")
+
+        text = repr(Sample({"pixels": Large(1 << 20), "more": [0.0] * (1 << 20)}, 1, 0.0, 0.0))
+        assert len(text) < 300
+        assert text.startswith("<sample 1 at 0.000 s: {'pixels': b'\\x00")
