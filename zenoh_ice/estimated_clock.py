@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import logging
-import math
 import threading
 import time
 from typing import Final, NamedTuple
 
-from .exceptions import CommunicatorDestroyedException
+from .exceptions import CommunicatorDestroyedException, MarshalException
 
 __all__ = ["EstimatedClock"]
 
@@ -17,6 +16,8 @@ _RESTART: Final = 0.1  # s: a smaller step back is a correction, a larger one a 
 _LONGEST_WAIT: Final = 0.5  # s of wall time after which a sleeper looks at the clock anyway
 _EVENT_POLL: Final = 0.05  # s of wall time; an event cannot tell us that the rate has changed
 _NOTABLE_ERROR: Final = 0.0005  # s of wall time by which a correction must change a sleep to be told at once
+_LATEST: Final = 1e11  # s: beyond every clock, and still exact to some 20 us
+_FASTEST: Final = 1e6  # s/s: beyond every simulation
 
 _logger = logging.getLogger(__name__)
 
@@ -41,13 +42,18 @@ class EstimatedClock:
     logged after 1 s. It never runs backwards: where an estimate was ahead it stands still until the other
     clock has caught up. Only when that clock begins anew, more than 0.1 s behind its last sample, the time
     jumps with it and whoever sleeps wakes at once.
+
+    Raises MarshalException when it is to begin with a time or a rate that no clock has.
     """
 
     def __init__(self, time_: float, rate: float, simulated: bool) -> None:
+        if not _plausible(time_, rate):
+            raise MarshalException(f"the robot's clock shows {time_!r} s at a rate of {rate!r}")
         self._reading = _Reading(time_, rate, simulated, time.monotonic())
         self._newest = time_
         self._beginnings = 0
         self._silence_told = False
+        self._nonsense_told = False
         self._closed = False
         self._changed = threading.Condition()
 
@@ -105,13 +111,16 @@ class EstimatedClock:
     def update(self, time_: float, rate: float, simulated: bool) -> None:
         """Take a sample of the followed clock that has just arrived.
 
-        A sample that no clock can show is dropped.
+        A sample that no clock can show is dropped, which is logged once until a good one comes.
         """
-        if not (math.isfinite(time_) and math.isfinite(rate) and rate >= 0.0):
-            _logger.warning("dropped a sample of the robot's clock: time %r s, rate %r", time_, rate)
-            return
         arrival = time.monotonic()
         with self._changed:
+            if not _plausible(time_, rate):
+                if not self._nonsense_told:
+                    self._nonsense_told = True
+                    _logger.warning("dropped samples of the robot's clock: time %r s, rate %r", time_, rate)
+                return
+            self._nonsense_told = False
             last, self._reading = self._reading, _Reading(time_, rate, simulated, arrival)
             if self._silence_told:
                 self._silence_told = False
@@ -153,3 +162,8 @@ class EstimatedClock:
     def _check_open(self) -> None:
         if self._closed:
             raise CommunicatorDestroyedException("the communicator whose clock this is was destroyed")
+
+
+def _plausible(time_: float, rate: float) -> bool:
+    # False for nan, too.
+    return 0.0 <= time_ <= _LATEST and 0.0 <= rate <= _FASTEST

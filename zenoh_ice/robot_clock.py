@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from .clock import Clock, WallClock
 from .estimated_clock import EstimatedClock
-from .exceptions import ConnectionLostException, ObjectNotExistException, TimeoutException
+from .exceptions import (
+    ConnectionLostException,
+    MarshalException,
+    ObjectNotExistException,
+    TimeoutException,
+)
 from .generated import Interface, ObjectPrx, Operation, Struct, streamed
 from .stream import Sample
 
@@ -54,7 +59,8 @@ class _ClockPrx(ObjectPrx):
 class RobotClock(EstimatedClock):
     """Follow the stream of the realm's servant `Clock`.
 
-    Raises ObjectNotExistException, ConnectionLostException or TimeoutException when there is none yet.
+    Raises ObjectNotExistException, ConnectionLostException or TimeoutException when there is none yet, and
+    MarshalException when it shows what no clock can.
     """
 
     def __init__(self, communicator: Communicator) -> None:
@@ -85,7 +91,12 @@ def choose_clock(communicator: Communicator) -> Clock:
     if choice == "auto":
         try:
             clock = RobotClock(communicator)
-        except (ObjectNotExistException, ConnectionLostException, TimeoutException) as error:
+        except (
+            ObjectNotExistException,
+            ConnectionLostException,
+            TimeoutException,
+            MarshalException,
+        ) as error:
             _logger.info("going by the wall's clock: %s", error)
             return WallClock()
         if clock.simulated:

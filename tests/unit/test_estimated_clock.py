@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from zenoh_ice import estimated_clock
 from zenoh_ice.clock import Clock
 from zenoh_ice.estimated_clock import EstimatedClock
-from zenoh_ice.exceptions import CommunicatorDestroyedException
+from zenoh_ice.exceptions import CommunicatorDestroyedException, MarshalException
 
 
 class Wall:
@@ -98,15 +98,37 @@ def test_it_never_runs_backwards_unless_the_simulation_restarts(
     assert seen[-1] >= robot
 
 
-@pytest.mark.parametrize(("time_", "rate"), [(math.nan, 1.0), (math.inf, 1.0), (1.0, math.nan), (1.0, -1.0)])
-def test_a_sample_that_no_clock_can_show_is_dropped(
+BAD_READINGS = [
+    (math.nan, 1.0),
+    (math.inf, 1.0),
+    (1e308, 1.0),
+    (-1.0, 1.0),
+    (1.0, math.nan),
+    (1.0, math.inf),
+    (1.0, 1e308),
+    (1.0, -1.0),
+]
+
+
+@pytest.mark.parametrize(("time_", "rate"), BAD_READINGS)
+def test_samples_that_no_clock_can_show_are_dropped_and_told_once(
     wall: Wall, caplog: pytest.LogCaptureFixture, time_: float, rate: float
 ) -> None:
-    clock = EstimatedClock(10.0, 1.0, simulated=True)
+    clock = EstimatedClock(10.0, 2.0, simulated=True)
+    for _ in range(3):
+        clock.update(time_, rate, simulated=True)
+    wall.now += 0.5
+    assert (clock.now(), clock.rate) == (11.0, 2.0)
+    assert caplog.text.count("dropped samples") == 1
+    clock.update(11.0, 2.0, simulated=True)
     clock.update(time_, rate, simulated=True)
-    assert clock.now() == 10.0
-    assert clock.rate == 1.0
-    assert "dropped a sample" in caplog.text
+    assert caplog.text.count("dropped samples") == 2
+
+
+@pytest.mark.parametrize(("time_", "rate"), BAD_READINGS)
+def test_it_does_not_begin_with_what_no_clock_can_show(time_: float, rate: float) -> None:
+    with pytest.raises(MarshalException, match="the robot's clock"):
+        EstimatedClock(time_, rate, simulated=True)
 
 
 def test_silence_is_told_once_and_so_is_its_end(wall: Wall, caplog: pytest.LogCaptureFixture) -> None:
