@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import logging
 import math
+import re
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -33,7 +34,15 @@ _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1
 
 _MAX_SERVANTS: Final = 4096
+_MAX_INTERFACES: Final = 64  # of one servant
 _MOST_NAMED: Final = 8  # servants in an error message
+# What we make tokens of; anything else could not be called, and would reach error messages and logs.
+_SERVANT_TOKEN: Final = re.compile(
+    r"@servant/([A-Za-z0-9_.\-]{1,128})/([A-Za-z0-9_.\-]{1,128})/((?:::[A-Za-z_][A-Za-z0-9_]*)+)/"
+    r"([0-9A-Za-z]{1,64}|-)"
+)
+_LONGEST_TYPE_ID: Final = 256
+_CLIENT: Final = re.compile(r"[0-9a-f]{1,32}")
 
 _logger = logging.getLogger(__name__)
 
@@ -245,10 +254,10 @@ class Presence:
     # On Zenoh's threads.
 
     def _on_servant(self, sample: zenoh.Sample) -> None:
-        chunks = str(sample.key_expr).split("/", 4)
-        if len(chunks) != 5:
+        token = _SERVANT_TOKEN.fullmatch(str(sample.key_expr))
+        if token is None or len(token[3]) > _LONGEST_TYPE_ID:
             return
-        _, realm, identity, type_id, fingerprint = chunks
+        realm, identity, type_id, fingerprint = token.groups()
         target = Target(realm, identity)
         with self._changed:
             if target not in self._servants and len(self._servants) >= _MAX_SERVANTS:
@@ -256,6 +265,8 @@ class Presence:
             # Replaced rather than changed: readers take no lock.
             known = dict(self._servants.get(target, ABSENT))
             if sample.kind == zenoh.SampleKind.PUT:
+                if type_id not in known and len(known) >= _MAX_INTERFACES:
+                    return
                 known[type_id] = "" if fingerprint == "-" else fingerprint
                 if not self._servants.get(target) and target in self._lost:
                     _logger.info("%s is back", target)
@@ -280,6 +291,8 @@ class Presence:
         if sample.kind != zenoh.SampleKind.DELETE:
             return
         client = str(sample.key_expr).rsplit("/", 1)[1]
+        if not _CLIENT.fullmatch(client):
+            return
         for callback in tuple(self._client_callbacks):
             self._notify(lambda callback=callback: callback(client))  # type: ignore[misc]
 

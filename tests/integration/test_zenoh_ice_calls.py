@@ -7,6 +7,7 @@ import math
 import threading
 import time
 from concurrent.futures import wait
+from contextlib import ExitStack
 
 import msgspec
 import pytest
@@ -36,6 +37,7 @@ from zenoh_ice import (
     UnknownException,
 )
 from zenoh_ice.generated import Operation, Struct
+from zenoh_ice.presence import Target
 from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error
 
 
@@ -201,6 +203,55 @@ class TestExceptions:
         with pytest.raises(MarshalException) as caught:
             proxy.count()
         assert caught.value.path == "$.returnValue"
+
+
+class TestHostileTokens:
+    """What a peer that is not ours may say of itself."""
+
+    @pytest.mark.parametrize(
+        "token",
+        [
+            pytest.param("Odd\x1b[2J/::test::Calculator/c0ffee", id="identity"),
+            pytest.param("Odd/::test::Calc\x1b[2Julator/c0ffee", id="type id"),
+            pytest.param("Odd/::test" + "::x" * 200 + "/c0ffee", id="long type id"),
+            pytest.param("Odd/Calculator/c0ffee", id="no type id"),
+            pytest.param("Odd/::test::Calculator/c0\x1b[2Jffee", id="fingerprint"),
+            pytest.param("Odd/::test::Calculator/" + "0" * 65, id="long fingerprint"),
+            pytest.param("Odd", id="too short"),
+        ],
+    )
+    def test_token_that_is_not_of_our_form_is_not_heard(self, pair: Pair, token: str) -> None:
+        with pair.server.session.liveliness().declare_token(f"@servant/nao/{token}"):
+            pair.adapter.add(CalculatorI(), "Calculator")  # its tokens come later
+            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+            assert pair.client.identities() == ["Calculator"]
+
+    def test_servant_of_too_many_interfaces_is_cut(self, pair: Pair) -> None:
+        with ExitStack() as tokens:
+            for number in range(200):
+                key = f"@servant/nao/Odd/::test::I{number}/c0ffee"
+                tokens.enter_context(pair.server.session.liveliness().declare_token(key))
+            pair.adapter.add(CalculatorI(), "Calculator")
+            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+            assert len(pair.client.presence.interfaces(Target("nao", "Odd"))) == 64
+
+    def test_client_of_an_impossible_id_is_not_lost(self, pair: Pair) -> None:
+        lost: list[str] = []
+        told = threading.Event()
+
+        def callback(client: str) -> None:
+            lost.append(client)
+            if client == "c0ffee":
+                told.set()
+
+        pair.server.onClientLost(callback)
+        pair.adapter.add(CalculatorI(), "Calculator")
+        CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+        for client in ("\x1b[2J", "c0ffee"):
+            with pair.client.session.liveliness().declare_token(f"@client/nao/{client}"):
+                pair.client.session.liveliness().get(f"@client/nao/{client}")
+        assert told.wait(5)
+        assert lost == ["c0ffee"]
 
 
 class TestHostileRequests:
