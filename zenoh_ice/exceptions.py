@@ -7,6 +7,8 @@ from typing import Any, ClassVar
 
 import msgspec
 
+from .text import cut, printable
+
 __all__ = [
     "AlreadyRegisteredException",
     "CommunicatorDestroyedException",
@@ -160,8 +162,10 @@ class UserException(ZenohIceError):
         )
         what = getattr(self, "what", None)
         if what is None:
-            return values
-        return f"{what} ({values})" if values else str(what)
+            return cut(values)
+        # It may have come from elsewhere; the member has it as it came.
+        shown = printable(str(what))
+        return cut(f"{shown} ({values})") if values else shown
 
 
 def _with_members(cls: type[UserException], members: dict[str, Any]) -> UserException:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from .exceptions import InterfaceMismatchException, ZenohIceError
 from .operation import Interface
+from .text import printable
 
 if TYPE_CHECKING:
     from .proxy import ObjectPrx
@@ -16,6 +17,7 @@ __all__ = ["describe_difference", "first_difference", "with_difference"]
 # What a line of a definition is about: `::m::Light::power: float`, `::m::Lamp::get(string which): ...`,
 # `::m::Color::red = 0`, `interface ::m::Lamp extends ::m::Switch`.
 _SUBJECT: Final = re.compile(r"(?:interface|class|exception|enum|struct|const) [^ ]+|[\w:]+?(?=:? |\(|$)")
+_LONGEST_DIFFERENCE: Final = 1024  # characters; one side of it is what the other process says
 
 
 def with_difference(
@@ -35,7 +37,7 @@ def describe_difference(proxy: ObjectPrx, wanted: Interface) -> str:
     found = next((known for known in descriptions if known.typeId == wanted.type_id), None)
     if found is None:
         return f"the servant has no {wanted.type_id}"
-    return first_difference(wanted.definition, found.definition)
+    return printable(first_difference(wanted.definition, found.definition), _LONGEST_DIFFERENCE)
 
 
 def first_difference(expected: str, found: str) -> str:

@@ -214,10 +214,10 @@ class OutgoingCall:
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out
             raise self._unanswered_in_time()
-        raise self._error(error.payload.to_bytes())
+        raise self._error(error.payload)
 
-    def _error(self, data: bytes) -> Exception:
-        error = decode_error(data, self._operation.exceptions, self.what, self._communicator)
+    def _error(self, payload: bytes | zenoh.ZBytes) -> Exception:
+        error = decode_error(payload, self._operation.exceptions, self.what, self._communicator)
         if isinstance(error, InterfaceMismatchException) and not error.member:
             proxy = self._communicator.stringToProxy(str(self._target))
             return with_difference(error, proxy, self._interface)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
+import zenoh
 
 from .codec import Codec, encode
 from .exceptions import (
@@ -21,6 +22,7 @@ from .exceptions import (
     UserException,
     ZenohIceError,
 )
+from .text import cut, printable
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -31,7 +33,7 @@ ERROR_ENCODING: Final = "application/msgpack;zenoh_ice.error"
 """Tells our errors from those that Zenoh itself makes, such as its timeout."""
 
 _PREFIX: Final = "::zenoh_ice::"
-_LONGEST_TEXT: Final = 4096
+_LONGEST_NAME: Final = 256  # of a type id or a fingerprint in a text
 _LIMIT: Final = 1 << 20
 
 # What a server may report; the rest is the client's own to find out.
@@ -76,7 +78,7 @@ def unknown_exception(error: BaseException) -> UnknownException:
     except Exception as problem:  # noqa: BLE001 - __str__ is the user's own code, too
         text = f"its text failed with {type(problem).__name__}"
     name = error.ice_type_id if isinstance(error, UserException) else type(error).__name__
-    return UnknownException(_cut(f"{name}: {text}" if text else name))
+    return UnknownException(cut(f"{name}: {text}" if text else name))
 
 
 def encode_error(error: ZenohIceError) -> bytes:
@@ -88,38 +90,41 @@ def encode_error(error: ZenohIceError) -> bytes:
         except Exception as problem:  # noqa: BLE001 - its members are the user's own code
             return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
         return _encoder.encode(_WireError(type_id, bases, members))
-    wire = _WireError(_PREFIX + type(error).__name__, message=_cut(str(error)))
+    wire = _WireError(_PREFIX + type(error).__name__, message=cut(str(error)))
     if isinstance(error, MarshalException):
-        wire.path = _cut(error.path)
+        wire.path = cut(error.path)
     elif isinstance(error, InterfaceMismatchException):
-        wire.expected, wire.found, wire.member = error.expected, error.found, _cut(error.member)
+        wire.expected, wire.found, wire.member = error.expected, error.found, cut(error.member)
     elif wire.exception not in _REMOTE:
         return encode_error(unknown_exception(error))
     return _encoder.encode(wire)
 
 
 def decode_error(
-    data: bytes,
+    payload: bytes | zenoh.ZBytes,
     declared: Sequence[type[UserException]],
     what: str,
     communicator: Communicator | None = None,
 ) -> ZenohIceError:
     """Return the exception that arrived as the nearest one that the operation may raise.
 
-    `what` names the call in the text of a malformed error; proxies become those of the communicator.
+    `what` names the call in the text of a malformed error; proxies become those of the communicator. Texts of
+    the other side are cut, and made printable unless they are members of a declared exception.
     """
-    if len(data) > _LIMIT:
-        return MarshalException(f"{what}: an error of {len(data)} bytes where at most {_LIMIT} are taken")
+    if len(payload) > _LIMIT:  # before it is so much as copied
+        return MarshalException(f"{what}: an error of {len(payload)} bytes where at most {_LIMIT} are taken")
     try:
-        wire = _decoder.decode(data)
+        wire = _decoder.decode(payload if isinstance(payload, bytes) else payload.to_bytes())
     except (ValueError, RecursionError, OverflowError) as problem:
-        return MarshalException(f"{what}: malformed error: {problem}")
+        return MarshalException(printable(f"{what}: malformed error: {problem}"))
+    message = printable(wire.message)
     if wire.exception == _MARSHAL:
-        return MarshalException(wire.message, wire.path)
+        return MarshalException(message, printable(wire.path))
     if wire.exception == _MISMATCH:
-        return InterfaceMismatchException(wire.message, wire.expected, wire.found, wire.member)
+        expected, found = (printable(text, _LONGEST_NAME) for text in (wire.expected, wire.found))
+        return InterfaceMismatchException(message, expected, found, printable(wire.member))
     if (system := _REMOTE.get(wire.exception)) is not None:
-        return system(wire.message)
+        return system(message)
     return _decode_user_exception(wire, declared, what, communicator)
 
 
@@ -141,8 +146,5 @@ def _decode_user_exception(
                 return nearest.ice_from_members(members)
             except MarshalException as problem:
                 return problem
-    return UnknownException(f"{what} raised {wire.exception}, which the operation does not declare")
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= _LONGEST_TEXT else text[: _LONGEST_TEXT - 3] + "..."
+    name = printable(wire.exception, _LONGEST_NAME)
+    return UnknownException(f"{what} raised {name}, which the operation does not declare")

@@ -15,6 +15,7 @@ from zenoh_ice import (
     ObjectNotExistException,
     OverloadedException,
     UnknownException,
+    UserException,
     ZenohIceError,
 )
 from zenoh_ice.wire_errors import decode_error, encode_error, unknown_exception
@@ -78,6 +79,47 @@ def test_own_affairs_of_the_server_are_unknown_to_the_client() -> None:
 def test_long_texts_are_cut() -> None:
     arrived = decode_error(encode_error(unknown_exception(ValueError("x" * 100_000))), (), "call")
     assert len(str(arrived)) == 4096
+
+
+HOSTILE = "\x1b]0;owned\x07\x1b[2J\nERROR forged\u202e\x00" + "x" * 100_000
+
+
+@pytest.mark.parametrize(
+    "wire",
+    [
+        {"exception": f"::zenoh_ice::{name}", "message": HOSTILE, **members}
+        for name, members in {
+            "UnknownException": {},
+            "MarshalException": {"path": HOSTILE},
+            "InterfaceMismatchException": {"expected": HOSTILE, "found": HOSTILE, "member": HOSTILE},
+        }.items()
+    ]
+    + [
+        {"exception": HOSTILE},
+        {"exception": "::test::CalculatorError", "members": {"what": HOSTILE}},
+        {"exception": "::test::DivisionByZero", "members": {"what": HOSTILE, "dividend": 1.0}},
+    ],
+)
+def test_remote_text_is_cut_and_made_printable(wire: dict[str, object]) -> None:
+    error = decode_error(msgpack.packb(wire), (CalculatorError,), "call")
+    texts = [str(error)]
+    if not isinstance(error, UserException):
+        texts += [text for text in vars(error).values() if text]
+    else:
+        assert error.what == HOSTILE  # type: ignore[attr-defined]
+    for text in texts:
+        assert text.isprintable()
+        assert 0 < len(text) <= 4200
+
+
+def test_error_that_is_too_large_is_not_copied() -> None:
+    class Large:
+        def __len__(self) -> int:
+            return (1 << 20) + 1
+
+    error = decode_error(Large(), (CalculatorError,), "call")  # type: ignore[arg-type]
+    assert isinstance(error, MarshalException)
+    assert "an error of 1048577 bytes where at most" in str(error)
 
 
 @given(st.binary(max_size=300))

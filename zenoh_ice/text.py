@@ -1,0 +1,22 @@
+"""Text that came from others, made fit to be shown."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["LONGEST_TEXT", "cut", "printable"]
+
+LONGEST_TEXT: Final = 4096  # characters of the text of an error
+
+_ELLIPSIS: Final = "..."
+
+
+def cut(text: str, longest: int = LONGEST_TEXT) -> str:
+    """Return a text with at most `longest` characters."""
+    return text if len(text) <= longest else text[: longest - len(_ELLIPSIS)] + _ELLIPSIS
+
+
+def printable(text: str, longest: int = LONGEST_TEXT) -> str:
+    """Return a text on one line, cut, and without what would steer a terminal or forge a line of a log."""
+    short = cut(text, longest)
+    return short if short.isprintable() else "".join(c if c.isprintable() else " " for c in short)
