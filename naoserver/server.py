@@ -137,10 +137,8 @@ class RobotServer:
             raise
 
     def _withdraw(self) -> None:
-        while self._served:
-            identity = self._served.pop()
-            if self._adapter.find(identity) is not None:  # unless the adapter was destroyed meanwhile
-                self._adapter.remove(identity)
+        served, self._served = self._served, []
+        self._adapter.removeAll(served)
 
     def _client_lost(self, client: str) -> None:
         for device in self._devices:

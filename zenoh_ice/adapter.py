@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ObjectAdapter"]
 
-_DRAIN_LIMIT: Final = 1.0  # s for which calls that run may go on when their servant is withdrawn
+_DRAIN_LIMIT: Final = 1.0  # s for which calls that run may go on when their servants are withdrawn
+_TOKEN_LIMIT: Final = 0.5  # s more in which the tokens of these servants go away
 
 
 class ObjectAdapter:
@@ -68,15 +70,24 @@ class ObjectAdapter:
 
         Raises ObjectNotExistException when the adapter has no such servant.
         """
+        removed = self.removeAll([identity])
+        try:
+            return removed[identity]
+        except KeyError:
+            raise ObjectNotExistException(f"adapter {self._name} has no servant {identity!r}") from None
+
+    def removeAll(self, identities: Iterable[str] | None = None) -> dict[str, Object]:
+        """Withdraw several servants at once, without `identities` all, and return those that there were.
+
+        Calls of them that run may go on for a second altogether.
+        """
         with self._lock:
-            try:
-                servant = self._servants.pop(identity)
-            except KeyError:
-                raise ObjectNotExistException(f"adapter {self._name} has no servant {identity!r}") from None
-            incoming = self._active.pop(identity, None) if self._active is not None else None
-        if incoming is not None:
-            self._deactivate(incoming)
-        return servant
+            wanted = list(self._servants) if identities is None else identities
+            removed = {name: self._servants.pop(name) for name in wanted if name in self._servants}
+            active = self._active or {}
+            withdrawn = [active.pop(name) for name in removed if name in active]
+        self._deactivate(*withdrawn)
+        return removed
 
     def find(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
@@ -146,4 +157,5 @@ class ObjectAdapter:
     def _wait_for(self, incoming: Incoming, deadline: float) -> None:
         incoming.drain(max(0.0, deadline - time.monotonic()))
         # Our own token must not look like another process's when the identity is added again.
-        self._communicator.presence.wait_until_gone(incoming.target, _DRAIN_LIMIT)
+        left = deadline + _TOKEN_LIMIT - time.monotonic()
+        self._communicator.presence.wait_until_gone(incoming.target, max(0.0, left))

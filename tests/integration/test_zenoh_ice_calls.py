@@ -334,6 +334,23 @@ class TestPresence:
         assert CalculatorPrx.checkedCast(remote).add(1.0, 1.0) == 2.0
         assert remote.add(1.0, 1.0) == 2.0
 
+    @pytest.mark.parametrize("named", [True, False])
+    def test_servants_that_are_busy_are_removed_together(self, pair: Pair, named: bool) -> None:
+        names = [f"Busy{number}" for number in range(4)]
+        servants = {name: CalculatorI() for name in names}
+        for name, servant in servants.items():
+            pair.adapter.add(servant, name)
+        for name, servant in servants.items():
+            CalculatorPrx.checkedCast(pair.client.stringToProxy(name)).sleepAsync(30.0)
+            assert servant.entered.wait(5)
+        started = time.monotonic()
+        assert pair.adapter.removeAll([*names, "Absent"] if named else None) == servants
+        assert time.monotonic() - started < 2.5
+        assert pair.adapter.find(names[0]) is None
+        assert pair.adapter.removeAll() == {}
+        for servant in servants.values():
+            servant.leave.set()
+
     def test_untyped_proxy_needs_presence_alone(self, pair: Pair, servant: CalculatorI) -> None:
         ObjectPrx.checkedCast(pair.client.stringToProxy("Calculator")).ice_ping()
 
