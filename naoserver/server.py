@@ -93,6 +93,7 @@ class RobotServer:
             for pump in self._pumps:
                 steps.callback(pump.join)
             steps.callback(self._watchdog.close)
+            steps.callback(self._clients.close)
             steps.callback(self._withdraw)
             for device in self._devices:
                 steps.callback(device.close)
@@ -124,7 +125,7 @@ class RobotServer:
         self._streams.append(encoders)
 
     def _start(self) -> None:
-        self._adapter.getCommunicator().onClientLost(self._client_lost)
+        self._clients = self._adapter.getCommunicator().onClientLost(self._client_lost)
         try:
             self._watchdog.start(self._devices)
             for identity, servant in self._servants.items():

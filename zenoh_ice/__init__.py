@@ -1,6 +1,7 @@
 """Ice's object model over Eclipse Zenoh: communicators, adapters, servants, proxies and streams."""
 
 from .adapter import ObjectAdapter
+from .clients import ClientWatch
 from .clock import Clock, VirtualClock, WallClock
 from .communicator import Communicator, initialize
 from .exceptions import (
@@ -30,6 +31,7 @@ from .subscription import Subscription
 
 __all__ = [
     "AlreadyRegisteredException",
+    "ClientWatch",
     "Clock",
     "Communicator",
     "CommunicatorDestroyedException",

@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from typing import Any, Final, Self, TypeVar
 
 from .adapter import ObjectAdapter
+from .clients import Clients, ClientWatch, client_token
 from .clock import Clock, WallClock
 from .codec import Codec
 from .dispatch import Dispatcher, Lane, is_marked_thread
@@ -21,7 +22,7 @@ from .exceptions import CommunicatorDestroyedException, ConfigurationException
 from .incoming import Incoming
 from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
-from .presence import Presence, Target, client_token
+from .presence import Presence, Target
 from .proxy import ObjectPrx
 from .session import connect_endpoints, open_session
 from .settings import Settings, load_settings
@@ -87,6 +88,7 @@ class Communicator:
             on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
             self._readers: Final = StreamReaders(self)
+            self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
             self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))
             on_failure.pop_all()
         _live.add(self)
@@ -124,14 +126,14 @@ class Communicator:
         self.presence.watch(realm or self.realm)
         return self.presence.identities(realm or self.realm)
 
-    def onClientLost(self, callback: Callable[[str], Any]) -> None:
-        """Call a function with the id of every client of the realm that ends or is lost.
+    def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
+        """Call a function with the id of every client of the realm that ends or is lost, until closed.
 
         A client that dies is told of at once, one that hangs after the lease. The id is that of
         `Current.client`. The function runs on a thread of the communicator; its exceptions are logged.
         """
         self._check()
-        self.presence.watch_clients(self.realm, callback)
+        return self._clients.watch(callback)
 
     # Time.
 
@@ -198,6 +200,7 @@ class Communicator:
             for adapter in adapters:
                 steps.callback(adapter.destroy)
             steps.callback(self.presence.close)
+            steps.callback(self._clients.close)
 
     def __enter__(self) -> Self:
         return self

@@ -1,4 +1,4 @@
-"""Who is there: servants and clients by their liveliness tokens, and the links that lead to them."""
+"""Who is there: servants by their liveliness tokens, and the links that lead to them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .exceptions import (
     SystemException,
 )
 
-__all__ = ["ABSENT", "Presence", "Target", "client_token", "servant_token"]
+__all__ = ["ABSENT", "Presence", "Target", "servant_token"]
 
 # s after which a servant that is not heard of is absent, counted from the newest link: its tokens come over a
 # link within milliseconds of its making, and gossip makes the links to others within tens of them.
@@ -42,7 +42,6 @@ _SERVANT_TOKEN: Final = re.compile(
     r"([0-9A-Za-z]{1,64}|-)"
 )
 _LONGEST_TYPE_ID: Final = 256
-_CLIENT: Final = re.compile(r"[0-9a-f]{1,32}")
 
 _logger = logging.getLogger(__name__)
 
@@ -67,13 +66,8 @@ def servant_token(target: Target, type_id: str, fingerprint: str) -> str:
     return f"@servant/{target.realm}/{target.identity}/{type_id}/{fingerprint or '-'}"
 
 
-def client_token(realm: str, client: str) -> str:
-    """Return the key of the token that a communicator holds."""
-    return f"@client/{realm}/{client}"
-
-
 class Presence:
-    """Follow the servants of some realms and, on demand, the clients of one.
+    """Follow the servants of some realms.
 
     Zenoh's threads run the handlers here, so they only note what they are told, and nothing asks Zenoh for
     anything while it holds the lock that they take. `notify` hands a function to another thread.
@@ -89,7 +83,6 @@ class Presence:
         self._servants: dict[Target, dict[str, str]] = {}
         self._lost: dict[Target, float] = {}
         self._listeners: list[Callable[[], None]] = []
-        self._client_callbacks: list[Callable[[str], Any]] = []
         self._linked: set[str] = set()
         self._last_link_made = time.monotonic()
         self._last_link_lost = -math.inf
@@ -225,18 +218,6 @@ class Presence:
         with self._changed:
             self._listeners.append(listener)
 
-    def watch_clients(self, realm: str, callback: Callable[[str], Any]) -> None:
-        """Call a function with the id of every client of a realm that goes away."""
-        with self._changed:
-            self._client_callbacks.append(callback)
-            key = client_token(realm, "*")
-            if key in self._watched or self._closed:
-                return
-            self._watched[key] = None
-        self._watched[key] = self._session.liveliness().declare_subscriber(
-            key, Callback(self._on_client, indirect=False), history=True
-        )
-
     def close(self) -> None:
         """Follow nobody any longer; whoever waits is told."""
         with self._changed:
@@ -286,15 +267,6 @@ class Presence:
             listeners = list(self._listeners)
         for listener in listeners:
             self._notify(listener)
-
-    def _on_client(self, sample: zenoh.Sample) -> None:
-        if sample.kind != zenoh.SampleKind.DELETE:
-            return
-        client = str(sample.key_expr).rsplit("/", 1)[1]
-        if not _CLIENT.fullmatch(client):
-            return
-        for callback in tuple(self._client_callbacks):
-            self._notify(lambda callback=callback: callback(client))  # type: ignore[misc]
 
     def _on_link(self, event: zenoh.TransportEvent) -> None:
         peer = str(event.transport.zid)

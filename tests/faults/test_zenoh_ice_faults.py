@@ -345,6 +345,19 @@ class TestClients:
         until(lambda: who in lost)
         assert names[0].startswith("zenoh_ice")
 
+    def test_closed_watch_is_told_of_nobody(self, pair: Pair) -> None:
+        pair.adapter.add(CalculatorI(), "Calculator")
+        who = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")).who()
+        told: dict[str, list[str]] = {"closed": [], "open": []}
+        with (
+            pair.server.onClientLost(told["closed"].append) as watch,
+            pair.server.onClientLost(told["open"].append),
+        ):
+            watch.close()
+            pair.client.destroy()
+            until(lambda: who in told["open"])
+            assert told["closed"] == []
+
     def test_clients_of_one_server_reach_each_other_without_a_router(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
