@@ -59,6 +59,8 @@ class Macros:
         match = _DEFINE.fullmatch(definition)
         if match is None:
             raise MacroError("#define needs a name")
+        if match["name"] == "defined":
+            raise MacroError("`defined` is a word of conditions and cannot be defined")
         value = match["value"]
         if value and not value[0].isspace():
             raise MacroError(f"a space is missing behind `{match['name']}`, or its parameters are wrong")
@@ -136,7 +138,9 @@ def _parameters(text: str) -> tuple[str, ...]:
     for part in text.split(","):
         match = _PARAMETER.fullmatch(part)
         if match is None:
-            raise MacroError(f"`{part.strip()[:20]}` is not the name of a parameter")
+            raise MacroError(f"expected the name of a parameter, found `{part.strip()[:20]}`")
+        if match[1] in names:
+            raise MacroError(f"the parameter `{match[1]}` stands there twice")
         names.append(match[1])
     return tuple(names)
 

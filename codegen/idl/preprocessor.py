@@ -173,8 +173,8 @@ class _Reader:
         if not conditions:
             self._error(Code.BAD_DIRECTIVE, f"#{name} without #if", token)
             return
-        if rest and name != "elif":
-            self._error(Code.BAD_DIRECTIVE, f"only a comment can stand behind #{name}", token)
+        if name != "elif":
+            self._nothing_behind(rest, name, token)
         if name == "endif":
             conditions.pop()
             return
@@ -198,6 +198,7 @@ class _Reader:
         if match is None:
             self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
             return False
+        self._nothing_behind(rest[match.end() :], name, token)
         return (match[0] in self._macros.names) == (name == "ifdef")
 
     def _plain_directive(self, name: str, rest: str, token: Token) -> None:
@@ -207,9 +208,11 @@ class _Reader:
             case "define":
                 self._define(rest, token)
             case "undef":
-                if not rest:
+                undefined, _, behind = rest.partition(" ")
+                if not undefined:
                     self._error(Code.BAD_DIRECTIVE, "#undef needs a name", token)
-                self._macros.undefine(rest.partition(" ")[0])
+                self._nothing_behind(behind, name, token)
+                self._macros.undefine(undefined)
             case "pragma":
                 if rest == "once":
                     self._once.add(token.source)
@@ -219,10 +222,15 @@ class _Reader:
                 self._error(Code.BAD_DIRECTIVE, f"#error {rest}", token)
             case "" if not rest or rest[0].isdigit():  # `#` alone, and the line marks of a C preprocessor
                 pass
-            case "line" | "warning":
+            case "line":
                 pass
             case _:
                 self._error(Code.BAD_DIRECTIVE, f"unknown directive #{name}", token)
+
+    def _nothing_behind(self, rest: str, name: str, token: Token) -> None:
+        if rest.strip():
+            message = f"only a comment can stand behind #{name}, not `{_cut(rest.strip())}`"
+            self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _define(self, rest: str, token: Token) -> None:
         try:
@@ -236,6 +244,7 @@ class _Reader:
             self._error(Code.BAD_DIRECTIVE, '#include needs a file: "name.idl" or <name.idl>', token)
             return
         name = match["quoted"] or match["angled"]
+        self._nothing_behind(rest[match.end() :], "include", token)
         own = token.source.path.parent
         path = self._include_path.find(name, own, own_directory_first=match["quoted"] is not None)
         if path is None:
