@@ -7,18 +7,8 @@ from typing import Annotated
 
 import typer
 
-from zenoh_ice.command import (
-    ClockChoice,
-    Config,
-    Connect,
-    Listen,
-    LogLevel,
-    Realm,
-    ShowConfig,
-    Timeout,
-    configure,
-    finite,
-)
+from zenoh_ice.command import finite, with_settings
+from zenoh_ice.settings import Settings
 
 from .color import Color
 from .waypoints import built_in_waypoints, read_waypoints
@@ -45,8 +35,10 @@ _EPILOG = """
 
 
 @app.command(epilog=_EPILOG)
+@with_settings()
 def move(
     *,
+    settings: Settings,
     color: Annotated[Color, typer.Argument(metavar="COLOR", help="Ball to move: green or red.")],
     waypoints: Annotated[
         Path | None,
@@ -74,26 +66,8 @@ def move(
             help="How long the ball may take to get so near.",
         ),
     ] = 5.0,
-    realm: Realm = None,
-    connect: Connect = None,
-    listen: Listen = None,
-    clock: ClockChoice = None,
-    timeout: Timeout = None,
-    config: Config = None,
-    show_config: ShowConfig = False,
-    log_level: LogLevel = None,
 ) -> None:
     """Carry a ball of the simulated world along waypoints in space."""
-    settings = configure(
-        realm=realm,
-        connect=connect,
-        listen=listen,
-        clock=clock,
-        timeout=timeout,
-        config=config,
-        show_config=show_config,
-        log_level=log_level,
-    )
     points = read_waypoints(waypoints) if waypoints else built_in_waypoints(color)
 
     from zenoh_ice import initialize

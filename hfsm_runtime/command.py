@@ -9,7 +9,7 @@ from typing import Annotated, Final, NoReturn
 
 import typer
 
-from zenoh_ice import Communicator, command, initialize
+from zenoh_ice import Communicator, Settings, command, initialize
 
 from .component import Component
 from .errors import ComponentError
@@ -74,29 +74,14 @@ def make_app(component: type[Component]) -> typer.Typer:
 Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
 
     @app.command(help=inspect.getdoc(component), epilog=examples)
-    def run(  # noqa: PLR0917 - typer reads the options from the signature
+    @command.with_settings()
+    def run(
+        *,
+        settings: Settings,
         on_error: _OnError = None,
         seconds: _Seconds = None,
         stay_halted: _StayHalted = False,
-        realm: command.Realm = None,
-        connect: command.Connect = None,
-        listen: command.Listen = None,
-        clock: command.ClockChoice = None,
-        timeout: command.Timeout = None,
-        config: command.Config = None,
-        show_config: command.ShowConfig = False,
-        log_level: command.LogLevel = None,
     ) -> None:
-        settings = command.configure(
-            realm=realm,
-            connect=connect,
-            listen=listen,
-            clock=clock,
-            timeout=timeout,
-            config=config,
-            show_config=show_config,
-            log_level=log_level,
-        )
         with initialize(settings) as communicator:
             _run(component(), communicator, on_error, seconds, stay_halted=stay_halted)
 

@@ -17,18 +17,8 @@ from naoserver.server import serve
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.viewer import check_display
 from zenoh_ice import initialize
-from zenoh_ice.command import (
-    ClockChoice,
-    Config,
-    Connect,
-    Listen,
-    LogLevel,
-    Realm,
-    ShowConfig,
-    Timeout,
-    configure,
-)
-from zenoh_ice.settings import DEFAULT_ENDPOINT
+from zenoh_ice.command import with_settings
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 if TYPE_CHECKING:
     from naoserver.robot import CameraFacts
@@ -54,8 +44,10 @@ _CHECK_INTERVAL: Final = 0.5
 
 
 @app.command(epilog=_EPILOG)
+@with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
 def naoserver_sim(
     *,
+    settings: Settings,
     speed: Annotated[
         str, typer.Option(metavar="FACTOR|max", help="Robot seconds in a wall second, such as 1, 5 or 20.")
     ] = "1",
@@ -77,30 +69,11 @@ def naoserver_sim(
             " Without it: 320x240@10.",
         ),
     ] = None,
-    realm: Realm = None,
-    connect: Connect = None,
-    listen: Listen = None,
-    clock: ClockChoice = None,
-    timeout: Timeout = None,
-    config: Config = None,
-    show_config: ShowConfig = False,
-    log_level: LogLevel = None,
 ) -> None:
     """Simulate a Nao in MuJoCo and serve its joints, cameras, clock and health, and two balls.
 
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
-    settings = configure(
-        realm=realm,
-        connect=connect,
-        listen=listen,
-        clock=clock,
-        timeout=timeout,
-        config=config,
-        show_config=show_config,
-        log_level=log_level,
-        defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"},
-    )
     factor = parse_speed(speed)
     requested = parse_cameras(camera or ())
     if viewer:

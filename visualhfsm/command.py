@@ -7,18 +7,8 @@ from typing import Annotated
 
 import typer
 
-from zenoh_ice.command import (
-    ClockChoice,
-    Config,
-    Connect,
-    Listen,
-    LogLevel,
-    Realm,
-    ShowConfig,
-    Timeout,
-    configure,
-    finite,
-)
+from zenoh_ice.command import finite, with_settings
+from zenoh_ice.settings import Settings
 
 __all__ = ["app"]
 
@@ -39,8 +29,10 @@ def visualhfsm() -> None:
 
 
 @app.command(epilog=_WATCH_EPILOG)
+@with_settings(defaults={"clock": "wall"})
 def watch(
     *,
+    settings: Settings,
     component: Annotated[
         str, typer.Argument(metavar="COMPONENT", help="Name of a running component; needed if several run.")
     ] = "",
@@ -63,14 +55,6 @@ def watch(
             metavar="S", min=0.0, callback=finite, help="How long the component may take to appear."
         ),
     ] = 3.0,
-    realm: Realm = None,
-    connect: Connect = None,
-    listen: Listen = None,
-    clock: ClockChoice = None,
-    timeout: Timeout = None,
-    config: Config = None,
-    show_config: ShowConfig = False,
-    log_level: LogLevel = None,
 ) -> None:
     """Show a component and its robot in the terminal.
 
@@ -79,17 +63,6 @@ def watch(
     server keeps up. Ctrl-C ends with a summary. A component or a robot that
     goes away is waited for.
     """
-    settings = configure(
-        realm=realm,
-        connect=connect,
-        listen=listen,
-        clock=clock,
-        timeout=timeout,
-        config=config,
-        show_config=show_config,
-        log_level=log_level,
-        defaults={"clock": "wall"},
-    )
     from rich.console import Console
 
     from visualhfsm.watch.discovery import find_component

@@ -5,11 +5,8 @@ A command looks like this:
     app = typer.Typer()
 
     @app.command()
-    def serve(realm: Realm = None, connect: Connect = None, listen: Listen = None, clock: ClockChoice = None,
-              timeout: Timeout = None, config: Config = None, show_config: ShowConfig = False,
-              log_level: LogLevel = None) -> None:
-        settings = configure(realm=realm, connect=connect, listen=listen, clock=clock, timeout=timeout,
-                             config=config, show_config=show_config, log_level=log_level)
+    @with_settings()
+    def serve(*, settings: Settings, speed: float = 1.0) -> None:
         with initialize(settings) as communicator:
             ...
 
@@ -19,35 +16,24 @@ A command looks like this:
 
 from __future__ import annotations
 
+import functools
+import inspect
 import logging
 import math
 import signal
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Final, NoReturn
+from typing import Annotated, Any, Final, NoReturn
 
 import typer
 
 from .exceptions import ZenohIceError
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
 
-__all__ = [
-    "ClockChoice",
-    "Config",
-    "Connect",
-    "Listen",
-    "LogLevel",
-    "Realm",
-    "ShowConfig",
-    "Timeout",
-    "configure",
-    "finite",
-    "run",
-    "set_up_logging",
-]
+__all__ = ["finite", "run", "set_up_logging", "with_settings"]
 
 _PANEL: Final = "Shared by all commands"
 _CLEANUP_GRACE: Final = (
@@ -56,11 +42,11 @@ _CLEANUP_GRACE: Final = (
 
 _logger = logging.getLogger(__name__)
 
-Realm = Annotated[
+_Realm = Annotated[
     str | None,
     typer.Option("--realm", metavar="NAME", help="Robot or stack to belong to.", rich_help_panel=_PANEL),
 ]
-Connect = Annotated[
+_Connect = Annotated[
     list[str] | None,
     typer.Option(
         "--connect",
@@ -69,7 +55,7 @@ Connect = Annotated[
         rich_help_panel=_PANEL,
     ),
 ]
-Listen = Annotated[
+_Listen = Annotated[
     list[str] | None,
     typer.Option(
         "--listen",
@@ -78,7 +64,7 @@ Listen = Annotated[
         rich_help_panel=_PANEL,
     ),
 ]
-ClockChoice = Annotated[
+_Clock = Annotated[
     str | None,
     typer.Option(
         "--clock",
@@ -87,11 +73,11 @@ ClockChoice = Annotated[
         rich_help_panel=_PANEL,
     ),
 ]
-Timeout = Annotated[
+_Timeout = Annotated[
     float | None,
     typer.Option("--timeout", metavar="SECONDS", help="Longest duration of a call.", rich_help_panel=_PANEL),
 ]
-Config = Annotated[
+_Config = Annotated[
     Path | None,
     typer.Option(
         "--config",
@@ -101,13 +87,13 @@ Config = Annotated[
         rich_help_panel=_PANEL,
     ),
 ]
-ShowConfig = Annotated[
+_ShowConfig = Annotated[
     bool,
     typer.Option(
         "--show-config", help="Print the settings and where each comes from.", rich_help_panel=_PANEL
     ),
 ]
-LogLevel = Annotated[
+_LogLevel = Annotated[
     str | None,
     typer.Option(
         "--log-level",
@@ -118,31 +104,55 @@ LogLevel = Annotated[
 ]
 
 
-def configure(
-    *,
-    realm: str | None = None,
-    connect: list[str] | None = None,
-    listen: list[str] | None = None,
-    clock: str | None = None,
-    timeout: float | None = None,
-    config: Path | None = None,
-    show_config: bool = False,
-    log_level: str | None = None,
-    defaults: Mapping[str, object] | None = None,
-) -> Settings:
-    """Turn the shared options into settings and set up logging.
+_SHARED: Final[Mapping[str, tuple[object, object]]] = {
+    "realm": (_Realm, None),
+    "connect": (_Connect, None),
+    "listen": (_Listen, None),
+    "clock": (_Clock, None),
+    "timeout": (_Timeout, None),
+    "config": (_Config, None),
+    "show_config": (_ShowConfig, False),
+    "log_level": (_LogLevel, None),
+}
+"""The shared options: type and default of each by its name in Python."""
 
-    `defaults` are those of the command where they differ from those of `Settings`. With `show_config` the
-    settings are printed and the command ends with exit code 0. Raises ConfigurationException.
+
+def with_settings(
+    defaults: Mapping[str, object] | None = None,
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the options that all commands share; it takes what they say as `settings`.
+
+    `defaults` are those of the command where they differ from those of `Settings`. Logging is set up before
+    the command runs. With `--show-config` the settings are printed instead, and the exit code is 0.
     """
-    flags = {
-        "realm": realm,
-        "connect": connect or None,
-        "listen": listen or None,
-        "clock": clock,
-        "timeout": timeout,
-        "log_level": log_level,
-    }
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
+            shared = {name: options.pop(name) for name in _SHARED}
+            command(settings=_settings(shared, defaults), **options)
+
+        own = [
+            parameter
+            for parameter in inspect.signature(command, eval_str=True).parameters.values()
+            if parameter.name != "settings"
+        ]
+        added = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+            for name, (annotation, default) in _SHARED.items()
+        ]
+        # What typer reads: the command's own options, then the shared ones.
+        with_options.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]
+        with_options.__annotations__ = {option.name: option.annotation for option in (*own, *added)}
+        return with_options
+
+    return decorate
+
+
+def _settings(options: dict[str, Any], defaults: Mapping[str, object] | None) -> Settings:
+    config, show_config = options.pop("config"), options.pop("show_config")
+    # Of an option that may be repeated typer makes an empty list when it is not given.
+    flags = {name: None if value == [] else value for name, value in options.items()}
     settings = load_settings(config, flags, defaults=defaults)
     if show_config:
         typer.echo(settings.describe())

@@ -10,19 +10,8 @@ from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
 from zenoh_ice import initialize
-from zenoh_ice.command import (
-    ClockChoice,
-    Config,
-    Connect,
-    Listen,
-    LogLevel,
-    Realm,
-    ShowConfig,
-    Timeout,
-    configure,
-    run,
-)
-from zenoh_ice.settings import DEFAULT_ENDPOINT
+from zenoh_ice.command import run, with_settings
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")
 
@@ -35,32 +24,12 @@ _EXAMPLES = """
 
 
 @app.command(epilog=_EXAMPLES)
-def fake(
-    *,
-    realm: Realm = None,
-    connect: Connect = None,
-    listen: Listen = None,
-    clock: ClockChoice = None,
-    timeout: Timeout = None,
-    config: Config = None,
-    show_config: ShowConfig = False,
-    log_level: LogLevel = None,
-) -> None:
+@with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
+def fake(*, settings: Settings) -> None:
     """Serve a robot without physics, with two balls, in wall time.
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
-    settings = configure(
-        realm=realm,
-        connect=connect,
-        listen=listen,
-        clock=clock,
-        timeout=timeout,
-        config=config,
-        show_config=show_config,
-        log_level=log_level,
-        defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"},
-    )
     with initialize(settings) as communicator, closing(FakeRobot()) as robot:
         robot.start()
         adapter = communicator.createObjectAdapter("FakeRobot")

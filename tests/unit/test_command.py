@@ -15,6 +15,7 @@ HEADER = """
 import sys, time, typer
 from pathlib import Path
 from zenoh_ice.command import *
+from zenoh_ice.settings import Settings
 from zenoh_ice.exceptions import ConnectFailedException
 
 app = typer.Typer()
@@ -46,12 +47,8 @@ def next_line(process: subprocess.Popen[str]) -> str:
 
 OPTIONS = """
 @app.command()
-def command(*, realm: Realm = None, connect: Connect = None, listen: Listen = None, clock: ClockChoice = None,
-            timeout: Timeout = None, config: Config = None, show_config: ShowConfig = False,
-            log_level: LogLevel = None) -> None:
-    settings = configure(realm=realm, connect=connect, listen=listen, clock=clock, timeout=timeout,
-                         config=config, show_config=show_config, log_level=log_level,
-                         defaults={"listen": ["tcp/127.0.0.1:7447"]})
+@with_settings(defaults={"listen": ["tcp/127.0.0.1:7447"]})
+def command(*, settings: Settings) -> None:
     import logging
     logging.getLogger("robot.arm").info("reached %d", 3)
     typer.echo(settings.realm)
