@@ -79,7 +79,8 @@ def compile_interfaces(
         return Compilation()
     nested = NestedModules(tree for _, _, tree in units)
     roots: dict[Path, _Root] = {}
-    for path, unit, tree in units:
+    # Several units can have a place for a file that was not given: whatever the order, the same one is taken.
+    for path, unit, tree in sorted(units, key=lambda each: each[0].resolve()):
         directory = output or path.parent
         root = roots.setdefault(directory.resolve(), _Root(directory, output is None))
         places = Places(tree, nested)

@@ -20,7 +20,7 @@ from codegen.files import apply, compare_with_disk
 from codegen.idl import compile_interfaces
 from tests.support.generated_types import structs_of
 from tests.support.slice_cases import all_cases
-from tests.support.slice_compiler import imported
+from tests.support.slice_compiler import imported, write_sources
 from tests.support.slice_grammar import slice_files
 from tests.support.wire_values import Desk, packed, plain, struct_values, unpacked
 from zenoh_ice import MarshalException
@@ -113,6 +113,20 @@ def test_the_output_is_the_same_whatever_the_order_and_the_hashes(tmp_path: Path
         everything.append({path.relative_to(output): path.read_bytes() for path in files})
     assert everything[0] == everything[1]
     assert len(everything[0]) > 30
+
+
+def test_a_file_that_several_include_comes_out_the_same_whatever_their_order(tmp_path: Path) -> None:
+    sources = {
+        "common.idl": "#pragma once\nmodule m { interface Arm; sequence<Arm*> Arms; };",
+        "arm.idl": '#include "common.idl"\nmodule m { interface Arm { void rest(); }; };',
+        "body.idl": '#include "common.idl"\nmodule m { struct Body { Arms arms; }; };',
+    }
+    write_sources(tmp_path, sources)
+    paths = [tmp_path / "arm.idl", tmp_path / "body.idl"]
+    one, other = (
+        compile_interfaces(order, [], tmp_path / "api", Diagnostics()).files for order in (paths, paths[::-1])
+    )
+    assert {file.path: file.text for file in one} == {file.path: file.text for file in other}
 
 
 @pytest.fixture(scope="module")
