@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,13 +14,14 @@ from . import ast
 from .checker import check
 from .codes import Code
 from .dialect import DEFAULT, Dialect
+from .leftovers import earlier_modules
 from .lexer import Source
 from .names import exported_names, module_package
-from .packages import ModuleSummary, package_files, packages_in_cycles, read_summary
+from .packages import ModuleSummary, package_files, packages_in_cycles
 from .parser import parse
 from .places import GeneratedModule, NestedModules, Places
 from .preprocessor import Preprocessor, TranslationUnit
-from .schema import SCHEMA_FILE, schema_entry
+from .schema import schema_entry
 from .source_files import SourceFiles
 from .writer import GENERATED_BY, module_text, write_module
 
@@ -144,16 +145,15 @@ def _generate(root: _Root) -> Compilation:
         parts = module.slice_module.split("::")
         for length in range(1, len(parts)):
             summaries.setdefault("::".join(parts[:length]), [])
-    generated = {file.path for file in files}
-    sources = {source.path.name for source in root.sources}
-    leftovers: list[Path] = []
+    earlier = earlier_modules(
+        root.directory,
+        [module_package(slice_module) for slice_module in summaries],
+        {file.path for file in files},
+        [source.path for source in root.sources],
+        knows_all_sources=root.knows_all_sources,
+    )
     for slice_module, modules in summaries.items():
-        directory = root.directory.joinpath(*module_package(slice_module))
-        for path, summary in _modules_on_disk(directory, module_package(slice_module), generated):
-            if summary.source in sources or _is_orphan(summary, root):
-                leftovers.append(path)
-            else:
-                modules.append(summary)
+        modules.extend(earlier.kept[module_package(slice_module)])
     needed = {
         module_package(slice_module): frozenset().union(*(module.needs for module in modules))
         for slice_module, modules in summaries.items()
@@ -163,42 +163,7 @@ def _generate(root: _Root) -> Compilation:
         package = module_package(slice_module)
         directory = root.directory.joinpath(*package)
         files += package_files(directory, slice_module, modules, lazy=package in lazy)
-    kept = {root.directory.joinpath(*module_package(name)) for name in summaries}
-    return Compilation(tuple(files), (*leftovers, *_orphan_packages(root, kept)))
-
-
-def _modules_on_disk(
-    directory: Path, package: tuple[str, ...], but: Collection[Path] = ()
-) -> Iterator[tuple[Path, ModuleSummary]]:
-    """Yield the modules that earlier runs made, leaving out some paths."""
-    for path in sorted(directory.glob("*.py")):
-        skipped = path.name == "__init__.py" or path in but
-        summary = None if skipped else read_summary(path, package)
-        if summary is not None:
-            yield path, summary
-
-
-def _is_orphan(summary: ModuleSummary, root: _Root) -> bool:
-    return root.knows_all_sources and not (root.directory / summary.source).is_file()
-
-
-def _orphan_packages(root: _Root, kept: set[Path]) -> list[Path]:
-    """Return the files of generated packages beside the IDL files all of whose sources are gone."""
-    leftovers: list[Path] = []
-    if root.knows_all_sources:
-        for init in sorted(root.directory.glob("*/__init__.py")):
-            package = init.parent
-            if package in kept or read_summary(init, (package.name,)) is None:
-                continue
-            modules = list(_modules_on_disk(package, (package.name,)))
-            if modules and all(_is_orphan(summary, root) for _, summary in modules):
-                leftovers += [
-                    init,
-                    package / "py.typed",
-                    package / SCHEMA_FILE,
-                    *(path for path, _ in modules),
-                ]
-    return leftovers
+    return Compilation(tuple(files), tuple(earlier.leftovers))
 
 
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:

@@ -1,4 +1,4 @@
-"""Write the `__init__.py` of generated packages, and find what earlier runs left behind."""
+"""Write the `__init__.py` of generated packages, and read what is in them."""
 
 from __future__ import annotations
 
@@ -29,6 +29,8 @@ class ModuleSummary:
     """Paths of the packages that it imports from, its own apart."""
     entries: Mapping[str, dict[str, Any]] | None = None
     """What the schema says of it; None for a module on disk, whose entries are kept."""
+    imports: frozenset[tuple[str, ...]] = frozenset()
+    """Of a module on disk: paths of all that it imports from generated packages."""
 
 
 def packages_in_cycles(needed: Mapping[tuple[str, ...], Iterable[tuple[str, ...]]]) -> set[tuple[str, ...]]:
@@ -144,7 +146,24 @@ def read_summary(path: Path, package: tuple[str, ...]) -> ModuleSummary | None:
     paragraphs = [" ".join(paragraph.split()) for paragraph in text.strip().split("\n\n")]
     source = made_from.partition(". Do not edit")[0]
     needs = frozenset(_imported_packages(tree, package))
-    return ModuleSummary(path.stem, source, "\n\n".join(paragraphs), tuple(exported), needs)
+    return ModuleSummary(
+        path.stem,
+        source,
+        "\n\n".join(paragraphs),
+        tuple(exported),
+        needs,
+        imports=frozenset(_imported_names(tree, package)),
+    )
+
+
+def _imported_names(tree: ast.Module, package: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Yield the paths of modules that a module of `package` imports from, and of what it imports there."""
+    for statement in tree.body:
+        if isinstance(statement, ast.ImportFrom) and statement.level > 0:
+            root = package[: len(package) - statement.level + 1]
+            origin = (*root, *(statement.module.split(".") if statement.module else ()))
+            yield origin
+            yield from ((*origin, alias.name) for alias in statement.names)
 
 
 def _imported_packages(tree: ast.Module, package: tuple[str, ...]) -> Iterator[tuple[str, ...]]:

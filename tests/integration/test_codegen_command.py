@@ -104,6 +104,36 @@ def test_a_module_whose_file_now_opens_another_module_goes(home: Path) -> None:
     assert "from ..home.lamp import Light" in files_in(home / "house")["room.py"]
 
 
+def test_what_was_made_from_files_elsewhere_stays_while_something_needs_it(home: Path) -> None:
+    (home / "parts").mkdir()
+    (home / "parts" / "bulb.idl").write_text("module home { struct Bulb { int watts; }; };")
+    (home / "parts" / "socket.idl").write_text("module wiring { struct Socket { int volts; }; };")
+    (home / "chandelier.idl").write_text(
+        '#include "parts/bulb.idl"\n#include "parts/socket.idl"\n'
+        "module home { struct Chandelier { Bulb bulb; wiring::Socket socket; }; };"
+    )
+    assert codegen("chandelier.idl", cwd=home).returncode == 0
+    assert codegen("lamp.idl", cwd=home).returncode == 0
+    assert {"bulb.py", "chandelier.py", "lamp.py"} < files_in(home / "home").keys()
+    assert "socket.py" in files_in(home / "wiring")
+    (home / "chandelier.idl").unlink()
+    assert codegen("lamp.idl", cwd=home).returncode == 0
+    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "py.typed", "schema.json"}
+    assert not (home / "wiring").exists()
+
+
+def test_files_of_one_name_in_two_directories_leave_the_modules_of_each_other(home: Path) -> None:
+    for name in ("bath", "hall"):
+        (home / name).mkdir()
+        (home / name / "fan.idl").write_text(f"module home {{ struct Fan{name} {{ int speed; }}; }};")
+    (home / "all.idl").write_text('#include "bath/fan.idl"\n#include "hall/fan.idl"\n')
+    assert codegen("all.idl", "-o", "api", cwd=home).returncode == 0
+    both = files_in(home / "api" / "home")
+    assert {"fan.py", "hall_fan.py"} < both.keys()
+    assert codegen("bath/fan.idl", "-o", "api", cwd=home).returncode == 0
+    assert files_in(home / "api" / "home") == both
+
+
 def test_output_and_include_directories(home: Path) -> None:
     (home / "own").mkdir()
     (home / "room.idl").rename(home / "own" / "room.idl")
