@@ -65,7 +65,11 @@ class Incoming:
         self._communicator: Final = communicator
         operations = {**interface.all_operations, **OBJECT_INTERFACE.all_operations}
         self._methods: Final[dict[str, tuple[Operation[..., Any], Callable[..., Any], int]]] = {
-            name: (operation, getattr(servant, name), communicator.size_limit(operation.arguments))
+            name: (
+                operation,
+                getattr(servant, operation.method),
+                communicator.size_limit(operation.arguments),
+            )
             for name, operation in operations.items()
         }
         self._width: Final = _CONCURRENT_CALLS if servant.ice_concurrent else 1
@@ -102,8 +106,8 @@ class Incoming:
             thread = threading.Thread(
                 target=self._serve, args=(self._queryable.handler,), name=name, daemon=True
             )
+            thread.start()  # first: if Ctrl-C strikes here, what was not started must not be waited for
             self._threads.append(thread)
-            thread.start()
         # Its own last: who waits for the servant's own interface finds the others, too.
         for known in reversed(interface.lineage):
             key = servant_token(self.target, known.type_id, known.fingerprint)

@@ -21,7 +21,10 @@ V = TypeVar("V")
 
 
 class Operation(Generic[P, V]):
-    """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns."""
+    """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns.
+
+    `method` is its name in Python where that is another one: `_from` for `from`.
+    """
 
     def __init__(
         self,
@@ -30,10 +33,12 @@ class Operation(Generic[P, V]):
         arguments: type[msgspec.Struct],
         result: type[msgspec.Struct],
         exceptions: tuple[type[UserException], ...] = (),
+        method: str | None = None,
         idempotent: bool = False,
         streamed: bool = False,
     ) -> None:
         self.name: Final = name
+        self.method: Final = method or name
         self.arguments: Final = Codec(arguments)
         self.result: Final = Codec(result)
         self.exceptions: Final = exceptions

@@ -83,6 +83,9 @@ class _InterfaceWriter:
         ]
         if thrown:
             items.append(self._tuple("exceptions", thrown))
+        method = python_name(operation)
+        if method != operation.name:
+            items.append(f"method={string(method)}")
         if operation.idempotent:
             items.append("idempotent=True")
         if operation.streamed:

@@ -220,6 +220,36 @@ def test_a_mismatch_names_the_member(tmp_path: Path, pair: Pair) -> None:
         )
 
 
+def test_operations_can_have_names_that_python_keeps_for_itself(tmp_path: Path, pair: Pair) -> None:
+    text = """module kept { interface Names {
+      int lambda(int self, int current);
+      void checkedCast();
+      ["stream"] idempotent int from();
+    }; };"""
+    with imported(tmp_path, "kept_names", {"names.idl": text}) as package:
+        api: Any = __import__(f"{package.__name__}.kept", fromlist=["Names"])
+
+        class NamesI(api.Names):  # type: ignore[misc]
+            def _lambda(self, _self, current, current_):
+                return _self - current
+
+            def _checkedCast(self, current):
+                pass
+
+            def _from(self, current):
+                return 7
+
+        pair.adapter.add(servant := NamesI(), "Names")
+        names = api.NamesPrx.checkedCast(pair.client.stringToProxy("Names"))
+        assert names._lambda(5, 2) == names.lambdaAsync(5, 2).result(5.0) == 3
+        names._checkedCast()
+        assert names._from() == 7
+        names._from.latest()
+        assert servant.fromPublisher.wait_for_listener(5.0)
+        servant.fromPublisher.publish(8)
+        assert names._from.wait(timeout=5.0).value == 8
+
+
 def test_generated_classes_describe_themselves(api: Any) -> None:
     leaf = describe(api.Leaf)
     assert (leaf.kind, leaf.bases) == ("class", ("::everything::Node",))
