@@ -61,7 +61,7 @@ def parse_string(text: str) -> tuple[str, list[str]]:
     become U+FFFD. An unknown escape stands for itself. Raises LiteralError for one that is no byte or no
     character.
     """
-    body = text[1:-1]
+    body = text[1:-1].replace("\\\n", "")  # a line goes on behind a backslash
     if "\\" not in body:
         return body, []
     unknown: list[str] = []
