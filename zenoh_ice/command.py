@@ -20,25 +20,20 @@ import functools
 import inspect
 import logging
 import math
-import signal
 import sys
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any, Final, NoReturn
 
 import typer
 
 from .exceptions import ZenohIceError
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
+from .stop_signals import StopOnSignal
 
 __all__ = ["finite", "run", "set_up_logging", "with_settings"]
 
 _PANEL: Final = "Shared by all commands"
-_CLEANUP_GRACE: Final = (
-    10.0  # s after a signal in which further ones are ignored, so that cleaning up can end
-)
 
 _logger = logging.getLogger(__name__)
 
@@ -191,7 +186,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     are ignored, but not for ever.
     """
     errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
-    _StopOnSignal().install()
+    StopOnSignal().install()
     try:
         app()
     except errors as error:
@@ -204,23 +199,3 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
 def _program_name() -> str:
     program = Path(sys.argv[0])
     return program.parent.name if program.name == "__main__.py" else program.name
-
-
-class _StopOnSignal:
-    """Turn signals into SystemExit in the main thread."""
-
-    def __init__(self) -> None:
-        self._stopped_at: float | None = None
-
-    def install(self) -> None:
-        signal.signal(signal.SIGINT, self._stop)
-        signal.signal(signal.SIGTERM, self._stop)
-        if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
-            signal.signal(signal.SIGHUP, self._stop)
-
-    def _stop(self, number: int, _frame: FrameType | None) -> None:
-        now = time.monotonic()
-        if self._stopped_at is not None and now - self._stopped_at < _CLEANUP_GRACE:
-            return
-        self._stopped_at = now
-        raise SystemExit(128 + number)

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import ExitStack
+from queue import Empty, SimpleQueue
 from typing import Any, Final, Self, TypeVar
 
 from .adapter import ObjectAdapter
@@ -76,7 +77,9 @@ class Communicator:
         self._futures: set[Future[Any]] = set()
         self._clock: Clock | None = None
         self._clock_lock = threading.Lock()
-        self._shutdown = threading.Event()
+        self._is_shut_down = False
+        # No event: Ctrl-C while one is taken hold of would leave it locked for ever.
+        self._shutdown: SimpleQueue[None] = SimpleQueue()
         self._destroyed = threading.Event()
         self.session: Final = open_session(settings)
         with ExitStack() as on_failure:
@@ -157,7 +160,7 @@ class Communicator:
 
     def shutdown(self) -> None:
         """Withdraw all servants and let `waitForShutdown` return; proxies go on working."""
-        self._shutdown.set()
+        self._end_wait()
         with self._lock:
             adapters = list(self._adapters)
         for adapter in adapters:
@@ -165,11 +168,18 @@ class Communicator:
 
     def waitForShutdown(self, timeout: float | None = None) -> bool:
         """Wait until `shutdown` or `destroy` is called, at most `timeout` s; return whether one was."""
-        return self._shutdown.wait(timeout)
+        if self._is_shut_down:
+            return True
+        try:
+            self._shutdown.get(timeout=None if timeout is None else max(0.0, timeout))
+        except Empty:
+            return False
+        self._shutdown.put(None)  # for the next who waits
+        return True
 
     def isShutdown(self) -> bool:
         """Return whether `shutdown` or `destroy` was called."""
-        return self._shutdown.is_set()
+        return self._is_shut_down
 
     def destroy(self) -> None:
         """End everything: servants, streams, calls that wait, threads, the session.
@@ -185,7 +195,7 @@ class Communicator:
             if not is_marked_thread():  # such a thread may be what the first caller waits for
                 self._destroyed.wait(3 * _DESTROY_LIMIT)
             return
-        self._shutdown.set()
+        self._end_wait()
         # Run from the last to the first, each whatever the others raise, Ctrl-C included.
         with ExitStack() as steps:
             steps.callback(_live.discard, self)
@@ -291,8 +301,12 @@ class Communicator:
     def abandon(self) -> None:
         """Refuse all further use: in a forked child the session is broken and must not be touched."""
         self.destroyed = True
-        self._shutdown.set()
+        self._end_wait()
         self._destroyed.set()
+
+    def _end_wait(self) -> None:
+        self._is_shut_down = True
+        self._shutdown.put(None)
 
     def _check(self) -> None:
         if self.destroyed:

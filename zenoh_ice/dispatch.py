@@ -101,9 +101,9 @@ class Dispatcher:
                 return
             self._started += 1
             thread = threading.Thread(target=self._work, name=f"{self._name}-{self._started}", daemon=True)
+            thread.start()  # first: if Ctrl-C strikes here, what was not started must not be waited for
             self._threads.add(thread)
             self._idle += 1
-            thread.start()
 
     def _work(self) -> None:
         _context.dispatcher = self

@@ -200,10 +200,11 @@ class StreamReader(Generic[V]):
         subscriber = self._subscriber or self._listen()
         if self._pump is None:
             self._try_receive = self._take_pending
-            self._pump = threading.Thread(
+            pump = threading.Thread(
                 target=self._run_pump, args=(subscriber.handler,), name=f"stream {self.what}", daemon=True
             )
-            self._pump.start()
+            pump.start()
+            self._pump = pump
 
     def _listen(self) -> zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]:
         self._check_open()

@@ -132,6 +132,44 @@ def test_a_second_signal_does_not_break_off_the_cleaning_up() -> None:
     assert (code, out, err) == (130, "clean\n", "")
 
 
+INTERRUPTED = """
+import os, signal, threading
+from zenoh_ice import initialize
+
+where, event_kind = PLACE
+
+def strike(frame, event, arg):
+    \"\"\"Send the signal when the main thread is at a certain place of its waiting.\"\"\"
+    code = frame.f_code
+    if code.co_filename == threading.__file__ and (code.co_name, event) == (where, event_kind):
+        sys.settrace(None)
+        os.kill(os.getpid(), signal.SIGINT)
+    return strike
+
+@app.command()
+def serve() -> None:
+    with initialize(connect=[], clock="wall") as communicator:
+        event = threading.Event()
+        sys.settrace(strike)
+        try:
+            WAIT
+        finally:
+            sys.settrace(None)
+            event.set()  # hangs if the signal left it locked
+"""
+
+
+@pytest.mark.parametrize(
+    "place", [("__enter__", "return"), ("__exit__", "call"), ("_acquire_restore", "call")]
+)
+@pytest.mark.parametrize("wait", ["event.wait(1), time.sleep(10)", "communicator.waitForShutdown(1)"])
+def test_signal_leaves_nothing_locked_wherever_it_strikes(place: tuple[str, str], wait: str) -> None:
+    """A wait for shutdown never comes to such a place, and ends after a second."""
+    body = INTERRUPTED.replace("PLACE", repr(place)).replace("WAIT", wait)
+    code, out, err = finish(start(body))
+    assert (code, out, err) == (130 if wait.startswith("event") else 0, "", "")
+
+
 def test_nohup_is_respected() -> None:
     process = start(SERVE.replace("time.sleep(60)", "time.sleep(0.5)"), preexec_fn=ignore_hangup)
     assert next_line(process) == "ready\n"
