@@ -12,7 +12,12 @@ _INLINE_TAG = re.compile(r"\{@\w+\s+([^{}]*)\}")
 _HTML_TAG = re.compile(r"</?[A-Za-z][A-Za-z0-9]*(?:\s[^<>]*)?/?>")
 _PARAGRAPH_TAG = re.compile(r"<(?:p|br|li|ul|ol|dl|dt|dd)\b[^<>]*>", re.IGNORECASE)
 _LAYOUT = str.maketrans("", "", "\n\t")
-_BLOCK_TAG = re.compile(r"^[ \t]*[@\\](\w+)[ \t]*", re.MULTILINE)
+# Any tag at the beginning of a line; in the middle of one those that cannot belong to the text.
+_BLOCK_TAG = re.compile(
+    r"""(?: ^[ \t]*[@\\](?=\w) | (?<=[ \t])@(?=(?:param|returns?|throws?|exception|see|deprecated)\b) )
+        (\w+)[ \t]*""",
+    re.MULTILINE | re.VERBOSE,
+)
 _IGNORED_TAGS = frozenset({"author", "date", "file", "ingroup", "since", "version"})
 
 

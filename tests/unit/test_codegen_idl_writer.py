@@ -14,6 +14,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import compile_interfaces
+from codegen.idl.doc_comments import parse_doc_comment
 from tests.support.slice_compiler import compile_text, imported, write_sources
 
 LAMP = """
@@ -400,6 +401,14 @@ def test_classes_may_be_null_and_refer_to_themselves(tmp_path: Path) -> None:
         tree = module.Node([module.Node([], None), None], None)
         decoder = msgspec.msgpack.Decoder(module.Node)
         assert decoder.decode(msgspec.msgpack.encode(tree)) == tree
+
+
+def test_tags_of_a_doc_comment_can_stand_in_one_line() -> None:
+    doc = parse_doc_comment(
+        " Move, ask a@return.org. @param p where to @return whether @throws Stuck if not "
+    )
+    assert doc.text == "Move, ask a@return.org."
+    assert (doc.parameters, doc.returns, doc.throws) == ({"p": "where to"}, "whether", {"Stuck": "if not"})
 
 
 def test_doc_comments_lose_their_markup(tmp_path: Path) -> None:
