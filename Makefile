@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 SECONDS ?=
 
-.PHONY: help demo test lint format bench codegen constraints system clean
+.PHONY: help demo test lint format bench oracle codegen constraints system clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -33,6 +33,10 @@ format: $(VENV)/dev.stamp ## Format the code
 
 bench: $(VENV)/bench.stamp system ## Measure the figures and print them as tables
 	@for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
+
+oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a C++ compiler; minutes to build)
+	$(BIN)/python -m pytest -q tests/unit/test_codegen_idl_reference.py
+	$(BIN)/python benchmarks/slice_agreement.py
 
 codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml
