@@ -20,6 +20,8 @@ _DEEPEST_INCLUDE = 64
 _MOST_INCLUDES = 10_000
 _MOST_TOKENS = 2_000_000
 
+_FOLDERS_OF_ICE = frozenset({"Glacier2", "Ice", "IceBox", "IceGrid", "IcePatch2", "IceSSL", "IceStorm"})
+
 _DIRECTIVE = re.compile(r"#\s*(?P<name>[a-z]*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
 _NAME = re.compile(r"[A-Za-z_]\w*")
@@ -248,8 +250,12 @@ class _Reader:
         own = token.source.path.parent
         path = self._include_path.find(name, own, own_directory_first=match["quoted"] is not None)
         if path is None:
-            note = Note(f"searched in {self._include_path.described(own)}; -I DIR adds a directory")
-            self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, note)
+            notes = [Note(f"searched in {self._include_path.described(own)}; -I DIR adds a directory")]
+            if name.partition("/")[0] in _FOLDERS_OF_ICE:
+                notes.append(
+                    Note("it is a file of Ice: `pip install zeroc-ice` brings the directory `slice` for -I")
+                )
+            self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, *notes)
             self._unit.complete = False
             return
         source = self._files.load(path, token.location)

@@ -87,6 +87,13 @@ def test_files_that_include_each_other_without_guards_are_an_error(tmp_path: Pat
     assert {found.code for found in diagnostics} == {"E006"}
 
 
+def test_a_missing_file_of_ice_comes_with_where_to_get_it(tmp_path: Path) -> None:
+    _, own = preprocess(tmp_path, '#include "none.idl"')
+    _, of_ice = preprocess(tmp_path, "#include <IceStorm/IceStorm.ice>")
+    assert "zeroc-ice" not in own.render()
+    assert "`pip install zeroc-ice` brings the directory `slice`" in of_ice.render()
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
