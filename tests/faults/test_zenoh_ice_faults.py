@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -527,18 +526,25 @@ class TestEndOfTheProgram:
 
 
 @pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no shared memory file system")
-def test_no_shared_memory_is_used_when_it_is_turned_off(
-    endpoint: str, make_communicator: MakeCommunicator
+@pytest.mark.parametrize("turned_on", [False, True])
+def test_shared_memory_is_used_unless_it_is_turned_off(
+    endpoint: str, make_communicator: MakeCommunicator, turned_on: bool
 ) -> None:
-    shared = set(os.listdir("/dev/shm"))  # noqa: PTH208
-    server = make_communicator(listen=[endpoint], shared_memory=False)
+    before = shared_memory_of_zenoh()
+    server = make_communicator(listen=[endpoint], shared_memory=turned_on)
     adapter = server.createObjectAdapter("Test")
     adapter.add(CalculatorI(), "Calculator")
     adapter.activate()
-    client = make_communicator(connect=[endpoint], shared_memory=False)
+    client = make_communicator(connect=[endpoint], shared_memory=turned_on)
     data = bytes(1 << 20)
     assert CalculatorPrx.checkedCast(client.stringToProxy("Calculator")).echo(data) == data
-    assert not {name for name in set(os.listdir("/dev/shm")) - shared if "zenoh" in name}  # noqa: PTH208
+    assert bool(shared_memory_of_zenoh() - before) == turned_on
+
+
+def shared_memory_of_zenoh() -> set[str]:
+    """Return the segments of shared memory that this process has mapped."""
+    maps = Path("/proc/self/maps").read_text()
+    return {line.split()[-1] for line in maps.splitlines() if "/dev/shm/" in line and "zenoh" in line}
 
 
 def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:
