@@ -10,6 +10,8 @@ from typing import Any, Final, Self
 import zenoh
 from zenoh.handlers import Callback
 
+from .stop_signals import unbroken
+
 __all__ = ["ClientWatch", "Clients", "client_token"]
 
 _CLIENT: Final = re.compile(r"[0-9a-f]{1,32}")
@@ -70,7 +72,9 @@ class Clients:
             # Zenoh's thread takes no lock of ours, so it may be asked while we hold this one.
             if self._subscriber is None and not self._closed:
                 self._subscriber = self._session.liveliness().declare_subscriber(
-                    client_token(self._realm, "*"), Callback(self._on_token, indirect=False), history=True
+                    client_token(self._realm, "*"),
+                    Callback(unbroken(self._on_token), indirect=False),
+                    history=True,
                 )
         return watch
 

@@ -26,6 +26,7 @@ from .mismatch import with_difference
 from .operation import Interface, Operation
 from .presence import Target
 from .session import send_limit
+from .stop_signals import unbroken
 from .wire_errors import ERROR_ENCODING, decode_error
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ class OutgoingCall:
         def send() -> None:
             try:
                 self._get(
-                    Callback(replies.append, ended, indirect=False),
+                    Callback(replies.append, unbroken(ended), indirect=False),
                     payload=payload,
                     attachment=self._attachment(),
                 )

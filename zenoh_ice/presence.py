@@ -21,6 +21,7 @@ from .exceptions import (
     ObjectNotExistException,
     SystemException,
 )
+from .stop_signals import unbroken
 
 __all__ = ["ABSENT", "Presence", "Target", "servant_token"]
 
@@ -89,7 +90,7 @@ class Presence:
         self._closed = False
         self._watched: dict[str, Any] = {}
         self._links: Final = session.info.declare_transport_events_listener(
-            Callback(self._on_link, indirect=False), history=True
+            Callback(unbroken(self._on_link), indirect=False), history=True
         )
 
     # What others ask.
@@ -210,7 +211,7 @@ class Presence:
                 return
             self._watched[realm] = None
         self._watched[realm] = self._session.liveliness().declare_subscriber(
-            f"@servant/{realm}/**", Callback(self._on_servant, indirect=False), history=True
+            f"@servant/{realm}/**", Callback(unbroken(self._on_servant), indirect=False), history=True
         )
 
     def add_listener(self, listener: Callable[[], None]) -> None:

@@ -15,6 +15,7 @@ from zenoh.handlers import Callback
 from .attachment import encode_sample_attachment
 from .exceptions import MarshalException
 from .operation import Operation
+from .stop_signals import unbroken
 
 __all__ = ["Channel", "Publisher"]
 
@@ -119,7 +120,9 @@ class Channel:
         def on_change(_: zenoh.MatchingStatus) -> None:  # on Zenoh's receiving thread: it only notifies
             publisher.wake()
 
-        self._listener: Final = self._publisher.declare_matching_listener(Callback(on_change, indirect=False))
+        self._listener: Final = self._publisher.declare_matching_listener(
+            Callback(unbroken(on_change), indirect=False)
+        )
 
     @property
     def listening(self) -> bool:

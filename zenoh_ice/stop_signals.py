@@ -8,15 +8,22 @@ import os
 import signal
 import threading
 import time
-from types import FrameType
-from typing import Final
+from collections.abc import Callable
+from types import CodeType, FrameType
+from typing import Final, ParamSpec, TypeVar
 
-__all__ = ["StopOnSignal"]
+__all__ = ["StopOnSignal", "unbroken"]
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 _CLEANUP_GRACE: Final = (
     10.0  # s after a signal in which further ones are ignored, so that cleaning up can end
 )
 _LATER: Final = 0.001  # s
+
+# Functions that Zenoh calls back: it swallows their exceptions, so a signal that strikes there would be lost.
+_CALLBACKS: Final[set[CodeType]] = set()
 
 # Python code that takes locks and gives them back: an exception in the middle of it would leave a lock taken
 # for ever, and whoever needs it to clean up would hang.
@@ -42,12 +49,19 @@ class StopOnSignal:
         now = time.monotonic()
         if self._stopped_at is not None and now - self._stopped_at < _CLEANUP_GRACE:
             return
-        if _keeps_books(frame):
-            # Not by a Thread: the books may be those of starting one.
+        if _must_go_on(frame):
+            # Not by a Thread: what goes on may be the start of one.
             _thread.start_new_thread(_send_again, (number,))
             return
         self._stopped_at = now
         raise SystemExit(128 + number)
+
+
+def unbroken(callback: Callable[P, R]) -> Callable[P, R]:
+    """Let a function that Zenoh calls back go on to its end when a signal strikes; returns the function."""
+    function = getattr(callback, "__func__", callback)
+    _CALLBACKS.add(function.__code__)
+    return callback
 
 
 def _send_again(number: int) -> None:
@@ -55,10 +69,11 @@ def _send_again(number: int) -> None:
     os.kill(os.getpid(), number)
 
 
-def _keeps_books(frame: FrameType | None) -> bool:
+def _must_go_on(frame: FrameType | None) -> bool:
+    """Return whether what a signal interrupted must not be broken off."""
     while frame is not None:
         code = frame.f_code
-        if code.co_filename in _BOOKKEEPERS and code.co_name not in _BLOCKING:
+        if code in _CALLBACKS or (code.co_filename in _BOOKKEEPERS and code.co_name not in _BLOCKING):
             return True
         frame = frame.f_back
     return False

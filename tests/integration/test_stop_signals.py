@@ -1,0 +1,45 @@
+"""Signals that strike where they must not break anything off."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+STRUCK_IN_A_CALLBACK = """
+import os, signal, time, typer
+from zenoh.handlers import Callback
+from zenoh_ice import initialize
+from zenoh_ice.command import run
+from zenoh_ice.stop_signals import unbroken
+
+app = typer.Typer()
+
+@app.command()
+def command() -> None:
+    with initialize(connect=[], clock="wall") as communicator:
+        token = communicator.session.liveliness().declare_token("strike")
+
+        def strike(_sample: object) -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+            print("went on", flush=True)
+
+        # The history is told by this thread, inside of the call.
+        subscriber = communicator.session.liveliness().declare_subscriber(
+            "strike", Callback(unbroken(strike), indirect=False), history=True
+        )
+        try:
+            time.sleep(10)
+            print("never struck", flush=True)
+        finally:
+            subscriber.undeclare()
+            token.undeclare()
+
+run(app)
+"""
+
+
+def test_a_signal_that_strikes_in_a_callback_of_zenoh_is_not_lost() -> None:
+    command = [sys.executable, "-c", STRUCK_IN_A_CALLBACK]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert (ended.returncode, ended.stdout) == (130, "went on\n"), ended.stderr
+    assert "Traceback" not in ended.stderr
