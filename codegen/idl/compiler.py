@@ -4,25 +4,23 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.files import GeneratedFile
 
 from . import ast
-from .checker import check
 from .codes import Code
 from .dialect import DEFAULT, Dialect
 from .leftovers import earlier_modules
 from .lexer import Source
 from .names import exported_names, module_package
 from .packages import ModuleSummary, package_files, packages_in_cycles
-from .parser import parse
 from .places import GeneratedModule, NestedModules, Places
-from .preprocessor import Preprocessor, TranslationUnit
 from .schema import schema_entry
 from .source_files import SourceFiles
+from .units import Units, places_of
 from .writer import GENERATED_BY, module_text, write_module
 
 
@@ -41,8 +39,8 @@ class _Root:
     directory: Path
     knows_all_sources: bool
     """Whether every IDL file of its packages lies in it, so that a module without its file is a leftover."""
-    sources: dict[Source, Places] = field(default_factory=dict)
-    """The files, each with the places of the translation unit that was taken for it."""
+    sources: dict[Source, Places]
+    """The files, each with the places of its translation unit."""
 
     def modules(self) -> Iterator[tuple[GeneratedModule, Places]]:
         """Yield all modules."""
@@ -67,28 +65,23 @@ def compile_interfaces(
     given. What is wrong goes to `diagnostics`; after an error the compilation is empty. Nothing is written.
     """
     files = SourceFiles(diagnostics)
-    preprocessor = Preprocessor(files, include_directories, diagnostics)
-    units: list[tuple[Path, TranslationUnit, ast.Module]] = []
+    units = Units(files, include_directories, dialect)
     sources = {source: path for path in paths if (source := files.load(path)) is not None}
-    for source, path in sources.items():
-        unit = preprocessor.unit(source)
-        tree = parse(unit, diagnostics, dialect)
-        if unit.complete:  # else every name of the file that is not found would seem undefined
-            check(tree, diagnostics)
-            units.append((path, unit, tree))
+    for source in sources:
+        units.read(source, diagnostics)
     if diagnostics.has_errors:
         return Compilation()
-    nested = NestedModules(tree for _, _, tree in units)
-    roots: dict[Path, _Root] = {}
-    # Several units can have a place for a file that was not given: whatever the order, the same one is taken.
-    for path, unit, tree in sorted(units, key=lambda each: each[0].resolve()):
+    directories: dict[Path, Path] = {}
+    given: defaultdict[Path, list[Source]] = defaultdict(list)
+    for source, path in sorted(sources.items(), key=lambda each: each[1].resolve()):
         directory = output or path.parent
-        root = roots.setdefault(directory.resolve(), _Root(directory, output is None))
-        places = Places(tree, nested)
-        root.sources[unit.source] = places
-        for included in unit.included:
-            root.sources.setdefault(included, places)
-    return _generate_all(list(roots.values()), output, diagnostics)
+        given[directories.setdefault(directory.resolve(), directory)].append(source)
+    with_included = {directory: units.with_included(each) for directory, each in given.items()}
+    nested = NestedModules(units.trees())
+    roots = [
+        _Root(directory, output is None, places_of(each, nested)) for directory, each in with_included.items()
+    ]
+    return _generate_all(roots, output, diagnostics)
 
 
 def _generate_all(roots: Sequence[_Root], output: Path | None, diagnostics: Diagnostics) -> Compilation:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from . import ast
 from .dependencies import named_elements, needed_at_import, needed_in_annotations
@@ -45,6 +46,21 @@ class NestedModules:
         return self._names[slice_module]
 
 
+class FileNames:
+    """What the Python modules of files are named after, the same in all units that come together."""
+
+    def __init__(self) -> None:
+        self._paths: dict[tuple[Source, str], Path] = {}
+
+    def path(self, module: GeneratedModule) -> Path | None:
+        """Return the path that a module is named after, or None if that is open."""
+        return self._paths.get((module.source, module.slice_module))
+
+    def set_path(self, module: GeneratedModule, path: Path) -> None:
+        """Name a module, and all others that its file makes in this Slice module, after a path."""
+        self._paths[module.source, module.slice_module] = path
+
+
 class Places:
     """The Python modules for everything that a translation unit defines.
 
@@ -52,8 +68,9 @@ class Places:
     modules each needs the other to be there first, a file has one for each time that it opens a module.
     """
 
-    def __init__(self, root: ast.Module, nested: NestedModules) -> None:
+    def __init__(self, root: ast.Module, nested: NestedModules, names: FileNames) -> None:
         self._nested = nested
+        self._names = names
         self._late: dict[str, bool] = {}
         self._build(root, split=set())
         in_cycles = _Reach(self._edges(needed_at_import)).in_cycles()
@@ -115,15 +132,20 @@ class Places:
     def _name_modules(self) -> None:
         numbers: defaultdict[tuple[Source, str], int] = defaultdict(int)
         owners: dict[tuple[str, str], Source] = {}
-        for place in self._modules:
+        # Those that another unit has named keep their names, so that all units import the same modules.
+        for place in sorted(self._modules, key=lambda place: self._names.path(place) is None):
             taken = {name for definition in place.definitions for name in exported_names(definition)}
             taken |= self._nested.of(place.slice_module)
-            path = place.source.path
-            place.name = file_module(path, taken)
-            if owners.setdefault((place.slice_module, place.name), place.source) is not place.source:
+            own = place.source.path
+            path = self._names.path(place)
+            place.name = file_module(path or own, taken)
+            owner = owners.setdefault((place.slice_module, place.name), place.source)
+            if path is None and owner is not place.source:
                 # A file of the same name in another directory is included before this one.
-                place.name = file_module(path.with_stem(f"{path.parent.name}_{path.stem}"), taken)
+                path = own.with_stem(f"{own.parent.name}_{own.stem}")
+                place.name = file_module(path, taken)
                 owners.setdefault((place.slice_module, place.name), place.source)
+            self._names.set_path(place, path or own)
             numbers[place.source, place.slice_module] += 1
             number = numbers[place.source, place.slice_module]
             if number > 1:
