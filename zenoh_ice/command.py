@@ -186,9 +186,15 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     are ignored, but not for ever.
     """
     errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
-    StopOnSignal().install()
+    stop = StopOnSignal()
+    stop.install()
     try:
         app()
+    except SystemError:
+        # A signal that strikes in the middle of Zenoh's own code comes out of it as this, without a cause.
+        if stop.exit_code is None:
+            raise
+        sys.exit(stop.exit_code)
     except errors as error:
         _logger.debug("the command failed", exc_info=True)
         typer.echo(f"{_program_name()}: error: {' '.join(str(error).split())}", err=True)

@@ -37,6 +37,8 @@ class StopOnSignal:
 
     def __init__(self) -> None:
         self._stopped_at: float | None = None
+        self.exit_code: int | None = None
+        """The exit code of a program that the signal ends; None before one came."""
 
     def install(self) -> None:
         """Take the signals from now on; SIGHUP unless it is ignored, as under nohup."""
@@ -54,7 +56,8 @@ class StopOnSignal:
             _thread.start_new_thread(_send_again, (number,))
             return
         self._stopped_at = now
-        raise SystemExit(128 + number)
+        self.exit_code = 128 + number
+        raise SystemExit(self.exit_code)
 
 
 def unbroken(callback: Callable[P, R]) -> Callable[P, R]:

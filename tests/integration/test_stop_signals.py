@@ -37,9 +37,31 @@ def command() -> None:
 run(app)
 """
 
+STRUCK_IN_FOREIGN_CODE = """
+import os, signal, typer
+from zenoh_ice.command import run
+
+app = typer.Typer()
+
+@app.command()
+def command() -> None:
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    except SystemExit:
+        raise SystemError("error return without exception set")  # as it comes out of Zenoh
+
+run(app)
+"""
+
 
 def test_a_signal_that_strikes_in_a_callback_of_zenoh_is_not_lost() -> None:
     command = [sys.executable, "-c", STRUCK_IN_A_CALLBACK]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
     assert (ended.returncode, ended.stdout) == (130, "went on\n"), ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+def test_a_signal_that_foreign_code_turned_into_another_error_still_ends_quietly() -> None:
+    command = [sys.executable, "-c", STRUCK_IN_FOREIGN_CODE]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert (ended.returncode, ended.stderr) == (143, "")
