@@ -111,8 +111,7 @@ def decode(
     payload = sys.stdin.buffer.read(limit + 1)
     if len(payload) > limit:
         _fail(f"the payload is larger than {limit // _MEBIBYTE} MiB; --max-size allows more")
-    classes = {scoped: each for scoped, each in definitions.items() if isinstance(each, ast.Class)}
-    reader = PayloadReader(payload, classes)
+    reader = PayloadReader(payload, definitions)
     try:
         value = reader.read(definition, part)
     except PayloadError as error:

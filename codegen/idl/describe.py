@@ -94,6 +94,8 @@ def _with_doc(field: Field, text: str) -> Field:
 def _data(definition: ast.Definition) -> list[list[str]]:
     fields = fields_of(definition)
     before = "on the wire: "
+    if isinstance(definition, ast.ExceptionType):
+        return [_exception_lines(before, definition), *_example(definition)]
     if fields is not None:
         before += "nil, or " if isinstance(definition, ast.Class) else ""
         lines = _map_lines(before, fields)
@@ -109,6 +111,18 @@ def _data(definition: ast.Definition) -> list[list[str]]:
             lines += _indented(parse_doc_comment(enumerator.doc).text, 6)
         return [lines]
     return [[f"{before}{_wire_type_of(definition)}"], *_example(definition)]
+
+
+def _exception_lines(before: str, exception: ast.ExceptionType) -> list[str]:
+    bases = ", ".join(f'"{base.scoped}"' for base in exception.ancestors())
+    return [
+        f"{before}a map",
+        f'  exception  "{exception.scoped}" or that of an exception that extends it',
+        f"  bases      array of what that extends, the nearest first: {bases}"
+        if bases
+        else "  bases      array of what that extends, the nearest first; missing if it is nothing",
+        *_indent(_map_lines("members    ", fields_of(exception) or [])),
+    ]
 
 
 def _map_lines(before: str, fields: Sequence[Field]) -> list[str]:

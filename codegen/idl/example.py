@@ -67,6 +67,9 @@ class _Example:
             value[TYPE_FIELD] = type_ids(definition)
         value.update((field.name, self._type(field.type)) for field in fields)
         self._open.discard(definition.scoped)
+        if isinstance(definition, ast.ExceptionType):
+            bases: list[Wire] = [base.scoped for base in definition.ancestors()]
+            return {"exception": definition.scoped, **({"bases": bases} if bases else {}), "members": value}
         return value
 
     def _type(self, kind: ast.Type) -> Wire:

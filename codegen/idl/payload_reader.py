@@ -58,14 +58,15 @@ class PayloadError(Exception):
 
 
 class PayloadReader:
-    """Reads one payload; `classes` are those that a value may be of, by scoped name.
+    """Reads one payload; `types` are the classes and exceptions that a value may be of, by scoped name.
 
     `ignored` are the places of members that the type does not have: a receiver leaves them out.
     """
 
-    def __init__(self, payload: bytes, classes: Mapping[str, ast.Class]) -> None:
+    def __init__(self, payload: bytes, types: Mapping[str, ast.Definition]) -> None:
         self._payload = payload
-        self._classes = classes
+        self._classes = {name: each for name, each in types.items() if isinstance(each, ast.Class)}
+        self._exceptions = {name: each for name, each in types.items() if isinstance(each, ast.ExceptionType)}
         # Containers are opened here by their headers alone; inside of a single value none is allowed.
         self._unpacker = msgpack.Unpacker(
             max_buffer_size=max(1, len(payload)), max_array_len=0, max_map_len=0, max_ext_len=0
@@ -159,6 +160,8 @@ class PayloadReader:
                 return self._class(definition)
             case ast.Interface() | ast.ForwardDeclaration():
                 return self._class(None)
+            case ast.ExceptionType():
+                return self._exception(definition)
             case ast.Enumeration():
                 return self._enumerator(definition)
             case ast.Sequence() if is_bytes(definition):
@@ -274,6 +277,44 @@ class PayloadReader:
                 raise self._error(f"`{announced[:120]}` is no {expected.scoped}")
         fields = fields_of(actual) if actual is not None else []
         return {TYPE_FIELD: announced, **self._map(fields or [], count - 1)}
+
+    def _exception(self, expected: ast.ExceptionType) -> Json:
+        count = self._header("a map")
+        if not count:
+            raise self._error("`exception` is missing")
+        self._expect("a string")
+        if self._unpack() != "exception":
+            raise self._error("`exception` must come first")
+        with self._at(".exception"):
+            announced = self._text()
+        bases: list[str] = []
+        members: Json = None
+        for _ in range(count - 1):
+            name = self._text()
+            if name == "bases" and members is None:
+                with self._at(".bases"):
+                    bases = [self._text() for _ in range(self._header("an array"))]
+            elif name == "members" and members is None:
+                fields = fields_of(self._nearest(announced, bases, expected)) or []
+                with self._at(".members"):
+                    members = self._map(fields)
+            else:
+                self._ignore(name)
+        if members is None:
+            members = self._map(fields_of(self._nearest(announced, bases, expected)) or [], 0)
+        return {"exception": announced, **({"bases": [*bases]} if bases else {}), "members": members}
+
+    def _nearest(self, announced: str, bases: list[str], expected: ast.ExceptionType) -> ast.ExceptionType:
+        """Return the nearest exception that is known, of those that one says to be."""
+        known = (self._exceptions[each] for each in (announced, *bases) if each in self._exceptions)
+        nearest = next(known, None)
+        if nearest is None or expected not in (nearest, *nearest.ancestors()):
+            raise self._error(f"`{announced[:120]}` is no {expected.scoped}")
+        return nearest
+
+    def _text(self) -> str:
+        self._expect("a string")
+        return str(self._unpack())
 
 
 def _key_text(key: Json) -> str:

@@ -2,7 +2,8 @@
 
 This is the form that `zenoh_ice` gives to values: a struct, the arguments and the results of an operation are
 MessagePack maps by member name; a class says under `@type` which one it is; a proxy is the text that stands
-for it; an optional member may be missing.
+for it; an optional member may be missing. The map of an exception holds its type id under `exception`, those
+of what it extends under `bases`, and the map of its members under `members`.
 """
 
 from __future__ import annotations

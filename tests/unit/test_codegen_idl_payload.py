@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -25,6 +26,7 @@ from codegen.idl.wire_shape import Part, holds_bytes
 from tests.support.slice_compiler import imported
 from zenoh_ice import MarshalException
 from zenoh_ice.codec import Codec
+from zenoh_ice.wire_errors import encode_error
 
 TEXT = """\
 /** Things that travel. */
@@ -53,6 +55,7 @@ module m {
   class Node { int id; Node next; };
   class Leaf extends Node { string label; };
   exception Bad { string why; };
+  exception Worse extends Bad { int much; };
   interface Device {
     /** Do it.
      * @param much how much of it
@@ -90,8 +93,7 @@ def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
 
 
 def read(definitions: dict[str, ast.Definition], name: str, payload: bytes, part: Part = Part.RESULT) -> Any:
-    classes = {scoped: each for scoped, each in definitions.items() if isinstance(each, ast.Class)}
-    return PayloadReader(payload, classes).read(find_definition(name, definitions), part)
+    return PayloadReader(payload, definitions).read(find_definition(name, definitions), part)
 
 
 EVERYTHING = {
@@ -187,6 +189,55 @@ def test_arguments_and_results_of_an_operation(definitions: dict[str, ast.Defini
     assert list(result) == ["returnValue", "node"]
 
 
+def test_an_exception_is_read_as_the_runtime_sends_it(
+    definitions: dict[str, ast.Definition], api: ModuleType
+) -> None:
+    bad = {"exception": "::m::Bad", "members": {"why": "so"}}
+    worse = {"exception": "::m::Worse", "bases": ["::m::Bad"], "members": {"why": "so", "much": 3}}
+    assert read(definitions, "Bad", encode_error(api.Bad(why="so"))) == bad
+    for name in ("Bad", "Worse"):
+        assert read(definitions, name, encode_error(api.Worse(why="so", much=3))) == worse
+
+
+def test_an_exception_that_no_file_defines_is_read_as_what_it_extends(
+    definitions: dict[str, ast.Definition],
+) -> None:
+    newer = {"exception": "::m::New", "bases": ["::m::Bad"], "members": {"why": "so", "more": 1}}
+    reader = PayloadReader(msgpack.packb(newer), definitions)
+    assert reader.read(definitions["::m::Bad"]) == {**newer, "members": {"why": "so"}}
+    assert reader.ignored == ["$.members.more"]
+
+
+@pytest.mark.parametrize(
+    ("payload", "message"),
+    [
+        ({}, "`exception` is missing"),
+        ({"why": "so"}, "`exception` must come first"),
+        ({"exception": "::m::Bad"}, "`why` is missing"),
+        ({"exception": "::m::Bad", "members": {"why": 1}}, "$.members.why: expected a string"),
+        ({"exception": "::m::Bad", "bases": [1]}, "$.bases: expected a string"),
+        ({"exception": "::zenoh_ice::TimeoutException", "message": ""}, "is no ::m::Bad"),
+        ({"exception": "::m::Node", "members": {"why": "so"}}, "`::m::Node` is no ::m::Bad"),
+    ],
+)
+def test_what_is_no_such_exception_is_refused(
+    definitions: dict[str, ast.Definition], payload: dict[str, object], message: str
+) -> None:
+    with pytest.raises(PayloadError, match=re.escape(message)):
+        read(definitions, "Bad", msgpack.packb(payload))
+
+
+def test_the_example_of_an_exception_is_what_the_runtime_sends(
+    definitions: dict[str, ast.Definition], api: ModuleType
+) -> None:
+    worse = definitions["::m::Worse"]
+    assert msgpack.packb(example_of(worse)) == encode_error(api.Worse(why="text", much=3))
+    text = describe(worse)
+    assert '  exception  "::m::Worse" or ' in text
+    assert '  bases      array of what that extends, the nearest first: "::m::Bad"\n' in text
+    assert "  members    a map\n    why   string\n    much  integer of 32 bits\n" in text
+
+
 def values() -> st.SearchStrategy[Any]:
     """Values that fit, nearly fit, or do not fit at all."""
     inner = st.fixed_dictionaries({"flag": st.booleans(), "small": st.integers(0, 256)})
@@ -227,7 +278,7 @@ def test_it_takes_what_the_runtime_takes(
 
 @given(payload=st.binary(max_size=60))
 def test_any_bytes_are_read_or_refused(definitions: dict[str, ast.Definition], payload: bytes) -> None:
-    for name in ("Everything", "Node", "Names", "Device::get"):
+    for name in ("Everything", "Node", "Names", "Device::get", "Worse"):
         with suppress(PayloadError):
             read(definitions, name, payload)
 
