@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import signal
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
 from interfaces.jderobot import Pose3DEncodersPrx
-from tests.support.processes import ComponentProcess, module
+from tests.support.processes import ComponentProcess, announced, module
 from zenoh_ice import initialize
 
 
@@ -76,14 +75,11 @@ def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint: str) -> None:
             assert "Traceback" not in mover.output
 
 
-START = "import ballmover.__main__ as program; print('starting', flush=True); program.main()"
-
-
 def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
         for delay in (0.0, 0.03, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4):  # s; any moment will do
-            with ComponentProcess([sys.executable, "-c", START, "green", "--connect", endpoint]) as mover:
+            with ComponentProcess(announced("ballmover.__main__", "green", "--connect", endpoint)) as mover:
                 mover.wait_for("starting")
                 time.sleep(delay)
                 mover.process.send_signal(signal.SIGINT)

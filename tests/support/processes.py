@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-__all__ = ["ComponentProcess", "free_endpoint", "module"]
+__all__ = ["ComponentProcess", "announced", "free_endpoint", "module"]
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -23,6 +23,15 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 def module(name: str, *arguments: str) -> list[str]:
     """Return the command that runs a Python module with the interpreter of the tests."""
     return [sys.executable, "-m", name, *arguments]
+
+
+def announced(entry: str, *arguments: str) -> list[str]:
+    """Return the command that runs the `main` of a module, and says `starting` once Ctrl-C ends it quietly."""
+    code = (
+        "from startup import end_at_ctrl_c; end_at_ctrl_c(); print('starting', flush=True)\n"
+        f"from {entry} import main; main()"
+    )
+    return [sys.executable, "-c", code, *arguments]
 
 
 def free_endpoint() -> str:
