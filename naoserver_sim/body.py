@@ -14,6 +14,7 @@ import numpy as np
 
 from naoserver.body import Body, Joint, Link
 from naoserver.robot import CameraFacts
+from naoserver_sim.motor import add_motor
 
 TORSO: Final = "torso"
 
@@ -59,7 +60,8 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
     followers = {coupling.follower for coupling in body.couplings}
     for joint in body.joints:
         if joint.name not in followers:
-            _add_motor(spec, joint)
+            tuning = gains(joint.name)
+            add_motor(spec, joint, kp=tuning["kp"], kv=tuning["kv"])
     for coupling in body.couplings:
         spec.add_equality(
             name=f"{coupling.leader}={coupling.follower}",
@@ -123,19 +125,6 @@ def _add_link(
         added.mass = _MASSLESS[0]
         added.inertia = [_MASSLESS[1]] * 3
     return added
-
-
-def _add_motor(spec: mujoco.MjSpec, joint: Joint) -> None:
-    motor = spec.add_actuator(
-        name=joint.name,
-        target=joint.name,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        ctrllimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        ctrlrange=[joint.lower, joint.upper],
-        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        forcerange=[-joint.max_torque, joint.max_torque],
-    )
-    motor.set_to_position(kp=gains(joint.name)["kp"], kv=gains(joint.name)["kv"])
 
 
 def _add_contact_shapes(links: Mapping[str, mujoco.MjsBody], body: Body) -> None:

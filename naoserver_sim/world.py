@@ -15,6 +15,7 @@ import numpy as np
 
 from naoserver.robot import CameraFacts, JointFacts
 from naoserver_sim.body import BODY_BIT, FLOOR_BIT, add_camera
+from naoserver_sim.motor import add_motor
 
 BALL_RADIUS: Final = 0.06
 
@@ -136,16 +137,7 @@ def add_ball(spec: mujoco.MjSpec, ball: Ball) -> None:
             range=[joint.lower, joint.upper],
             armature=_ARMATURE,
         )
-        motor = spec.add_actuator(
-            name=joint.name,
-            target=joint.name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            ctrllimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-            ctrlrange=[joint.lower, joint.upper],
-            forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-            forcerange=[-joint.max_torque, joint.max_torque],
-        )
-        motor.set_to_position(kp=_STIFFNESS, kv=_DAMPING)
+        add_motor(spec, joint, kp=_STIFFNESS, kv=_DAMPING)
     carrier.explicitinertial = True
     carrier.mass = _BALL_MASS
     carrier.inertia = [1e-6] * 3

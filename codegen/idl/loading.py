@@ -9,12 +9,11 @@ from pathlib import Path
 from codegen.diagnostics import Diagnostics
 
 from . import ast
-from .checker import check
 from .dialect import DEFAULT, Dialect
 from .lexer import Source
-from .parser import parse
 from .preprocessor import Preprocessor
 from .source_files import SourceFiles
+from .units import checked_tree
 
 __all__ = ["CheckedFile", "definitions_of", "load_interfaces"]
 
@@ -45,9 +44,7 @@ def load_interfaces(
     loaded: list[CheckedFile] = []
     for source, path in sources.items():
         unit = preprocessor.unit(source)
-        tree = parse(unit, diagnostics, dialect)
-        if unit.complete:
-            check(tree, diagnostics)
+        tree = checked_tree(unit, diagnostics, dialect)
         loaded.append(CheckedFile(path, source, tuple(unit.included), tree))
     return loaded
 

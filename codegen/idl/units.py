@@ -14,7 +14,7 @@ from .dialect import Dialect
 from .lexer import Source
 from .parser import parse
 from .places import FileNames, NestedModules, Places
-from .preprocessor import Preprocessor
+from .preprocessor import Preprocessor, TranslationUnit
 from .source_files import SourceFiles
 
 
@@ -41,9 +41,7 @@ class Units:
             errors_before = len(diagnostics.errors)
             preprocessor = Preprocessor(self._files, self._include_directories, diagnostics)
             read = preprocessor.unit(source)
-            tree = parse(read, diagnostics, self._dialect)
-            if read.complete:  # else every name of the file that is not found would seem undefined
-                check(tree, diagnostics)
+            tree = checked_tree(read, diagnostics, self._dialect)
             sound = len(diagnostics.errors) == errors_before
             self._units[source] = Unit(tree, tuple(read.included)) if sound else None
         return self._units[source]
@@ -69,6 +67,14 @@ class Units:
         included = {each for unit in found.values() if unit is not None for each in unit.included}
         order = sorted(found, key=lambda source: (source in included, source.path.resolve()))
         return {source: found[source] for source in order}
+
+
+def checked_tree(unit: TranslationUnit, diagnostics: Diagnostics, dialect: Dialect) -> ast.Module:
+    """Return what a translation unit defines; what is wrong with it goes to `diagnostics`."""
+    tree = parse(unit, diagnostics, dialect)
+    if unit.complete:  # else every name of the file that is not found would seem undefined
+        check(tree, diagnostics)
+    return tree
 
 
 def places_of(units: dict[Source, Unit | None], nested: NestedModules) -> dict[Source, Places]:
