@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .automaton import Automaton, State, Transition
-from .component import Component, Proxy, libraries
+from .automaton import Automaton, Event, Input, State, Transition
+from .component import Component, Parameter, Proxy, libraries
 from .errors import ComponentError
 from .virtual import VirtualRun, run
 
@@ -20,6 +20,9 @@ __all__ = [
     "Automaton",
     "Component",
     "ComponentError",
+    "Event",
+    "Input",
+    "Parameter",
     "Proxy",
     "State",
     "Transition",

@@ -3,32 +3,72 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, Final
 
 from .errors import DefinitionError
 
-__all__ = ["Automaton", "State", "Transition"]
+__all__ = ["REQUIRED", "Automaton", "Event", "Input", "State", "Transition"]
+
+REQUIRED: Final = object()
+"""Stands for the default of an input that has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened, told to every automaton that is active; `data` is None or what was sent along.
+
+    Data is what JSON knows: None, bool, int, float, str, lists, and dicts with str keys.
+    """
+
+    name: str
+    data: Any = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Input:
+    """A variable of an automaton that the state above it sets: of type int, float, bool, str or object.
+
+    Without a default, which is `REQUIRED`, the state has to hand it over.
+    """
+
+    name: str
+    type: type = object
+    default: object = REQUIRED
 
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """A state: `code` runs once a cycle while it is the current one; it may own automata, its children."""
+    """A state: `code` runs once a cycle while it is the current one; it may own automata, its children.
+
+    `entry` runs when the state is entered and `exit` when it is left. Then `arguments` returns the values for
+    the inputs of the children, by the id of the child and the input's name. `restart` lets the children begin
+    anew each time the state is entered, instead of going on where they were. An automaton in a `final` state
+    has finished.
+    """
 
     id: int
     name: str
     initial: bool = False
+    final: bool = False
+    entry: Callable[[], object] | None = None
     code: Callable[[], object] | None = None
+    exit: Callable[[], object] | None = None
     children: tuple[Automaton, ...] = ()
+    restart: bool = False
+    arguments: Callable[[], Mapping[int, Mapping[str, object]]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Transition:
     """A transition from the state `origin` to the state `destination`, both ids.
 
-    It fires `seconds` of active time after the entry into its origin, or when `guard` returns something
-    true; `condition` is the guard as text. `code` runs after the change of state.
+    It fires `seconds` of active time after the entry into its origin, at the `event` of that name, when the
+    origin's children have `finished`, or else when `guard` returns something true. The others may have a
+    guard, too, which must hold as well; `condition` is the guard as text. `code` runs after the change of
+    state. Guard and code of one with an event take the `Event`.
     """
 
     id: int
@@ -36,25 +76,36 @@ class Transition:
     origin: int
     destination: int
     seconds: float | None = None
-    guard: Callable[[], object] | None = None
+    event: str = ""
+    finished: bool = False
+    guard: Callable[..., object] | None = None
     condition: str = ""
-    code: Callable[[], object] | None = None
+    priority: int | None = None
+    code: Callable[..., object] | None = None
 
     @cached_property
     def delay(self) -> int | None:
-        """The time after which it fires in ns, None for one with a guard."""
+        """The time after which it fires in ns, None for one without."""
         return None if self.seconds is None else round(self.seconds * 1e9)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Automaton:
-    """An automaton; `period` is the time between its cycles in s. Raises DefinitionError."""
+    """An automaton; `period` is the time between its cycles in s. Raises DefinitionError.
+
+    `set_inputs` takes a value for each of `inputs`, by name. Transitions out of a state are tried by
+    priority, 1 first, and those without one after them, in their order. `source` names the file that it was
+    imported from.
+    """
 
     id: int
     name: str
     period: float = 0.1
     states: tuple[State, ...]
     transitions: tuple[Transition, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    set_inputs: Callable[[Mapping[str, object]], object] | None = None
+    source: str = ""
     _by_id: dict[int, State] = field(init=False, repr=False, compare=False)
     _outgoing: dict[int, tuple[Transition, ...]] = field(init=False, repr=False, compare=False)
 
@@ -62,7 +113,7 @@ class Automaton:
         by_id = {state.id: state for state in self.states}
         object.__setattr__(self, "_by_id", by_id)
         outgoing = {
-            origin: tuple(transition for transition in self.transitions if transition.origin == origin)
+            origin: tuple(sorted((t for t in self.transitions if t.origin == origin), key=_rank))
             for origin in by_id
         }
         object.__setattr__(self, "_outgoing", outgoing)
@@ -105,10 +156,17 @@ class Automaton:
             what = f"transition {transition.id} ({transition.name!r}) of {label}"
             if not {transition.origin, transition.destination} <= self._by_id.keys():
                 raise DefinitionError(f"{what} joins states that do not exist")
-            if (transition.seconds is None) == (transition.guard is None):
-                raise DefinitionError(f"{what} needs either a time or a guard")
+            triggers = (transition.seconds is not None) + bool(transition.event) + transition.finished
+            if triggers > 1:
+                raise DefinitionError(f"{what} fires by one of a time, an event and the end of the children")
+            if not triggers and transition.guard is None:
+                raise DefinitionError(f"{what} needs a time, an event or a guard")
             if transition.seconds is not None and not _positive(transition.seconds):
                 raise DefinitionError(f"{what} fires after {transition.seconds} s: it is a positive number")
+
+
+def _rank(transition: Transition) -> float:
+    return math.inf if transition.priority is None else transition.priority
 
 
 def _positive(seconds: float) -> bool:

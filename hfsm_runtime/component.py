@@ -17,7 +17,16 @@ from .errors import ComponentError, MissingLibraryError, NotConnectedError, Vari
 from .source_map import locate
 from .supervision import OnError
 
-__all__ = ["Component", "Proxy", "libraries", "make_automata", "proxies_of", "source_of"]
+__all__ = [
+    "Component",
+    "Parameter",
+    "Proxy",
+    "libraries",
+    "make_automata",
+    "parameters_of",
+    "proxies_of",
+    "source_of",
+]
 
 P = TypeVar("P")
 
@@ -45,6 +54,30 @@ class Proxy(Generic[P]):
         if instance is None:
             return self
         raise NotConnectedError(f"self.{self.name} (servant {self.identity}) is not connected")
+
+
+class Parameter(Generic[P]):
+    """Declare a parameter of a component: its default, which also tells its type, and what it is for.
+
+    The type is int, float, bool or str. The attribute is the default until the command line, or a test, sets
+    it.
+    """
+
+    def __init__(self, default: P, description: str = "") -> None:
+        self.default = default
+        self.description = description
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Parameter[P]: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> P: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Parameter[P] | P:
+        return self if instance is None else self.default
 
 
 class Component:
@@ -82,6 +115,15 @@ def proxies_of(component: Component) -> dict[str, Proxy[Any]]:
     found: dict[str, Proxy[Any]] = {}
     for base in reversed(type(component).__mro__):
         found.update({name: value for name, value in vars(base).items() if isinstance(value, Proxy)})
+    return found
+
+
+def parameters_of(component: Component | type[Component]) -> dict[str, Parameter[Any]]:
+    """Return the parameters that a component declares, by attribute."""
+    found: dict[str, Parameter[Any]] = {}
+    owner = component if isinstance(component, type) else type(component)
+    for base in reversed(owner.__mro__):
+        found.update({name: value for name, value in vars(base).items() if isinstance(value, Parameter)})
     return found
 
 

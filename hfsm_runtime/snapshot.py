@@ -12,14 +12,18 @@ from interfaces.hfsm import (
     ComponentStructure,
     ErrorReport,
     GuardSnapshot,
+    ParameterStructure,
     StateStructure,
     TimerSnapshot,
+    TransitionKind,
     TransitionStructure,
 )
 
+from .automaton import Transition
+from .component import parameters_of
 from .runtime import Runtime, Status
 from .tree import Run
-from .variables import variables_of
+from .variables import short_repr, variables_of
 
 __all__ = ["structure_of", "take_snapshot"]
 
@@ -32,7 +36,16 @@ _STATUS: Final = {
 
 def structure_of(runtime: Runtime) -> ComponentStructure:
     """Return the automata of a component, the root first, each before its children."""
-    return ComponentStructure(name=runtime.name, automata=[_structure(run) for run in runtime.tree.runs])
+    return ComponentStructure(
+        name=runtime.name,
+        document=runtime.component._hfsm_document,
+        generation=0,
+        parameters=[
+            ParameterStructure(name=name, type=type(p.default).__name__, description=p.description)
+            for name, p in parameters_of(runtime.component).items()
+        ],
+        automata=[_structure(run) for run in runtime.tree.runs],
+    )
 
 
 def take_snapshot(runtime: Runtime) -> ComponentSnapshot:
@@ -45,7 +58,12 @@ def take_snapshot(runtime: Runtime) -> ComponentSnapshot:
     return ComponentSnapshot(
         time=now / 1e9,
         status=_STATUS[runtime.status],
+        generation=0,
         automata=automata,
+        parameters={
+            name: short_repr(getattr(runtime.component, name)) for name in parameters_of(runtime.component)
+        },
+        stoppedAt=[],
         errors=[
             ErrorReport(
                 time=record.time / 1e9,
@@ -67,12 +85,15 @@ def _structure(run: Run) -> AutomatonStructure:
         parent=run.parent.automaton.id if run.parent else 0,
         owner=run.owner.id if run.owner else 0,
         period=automaton.period,
+        source=automaton.source,
         states=[
             StateStructure(
                 id=state.id,
                 name=state.name,
                 initial=state.initial,
-                child=state.children[0].id if state.children else 0,
+                final=state.final,
+                children=[child.id for child in state.children],
+                restart=state.restart,
             )
             for state in automaton.states
         ],
@@ -82,13 +103,23 @@ def _structure(run: Run) -> AutomatonStructure:
                 name=transition.name,
                 origin=transition.origin,
                 destination=transition.destination,
-                timed=transition.seconds is not None,
+                kind=_kind(transition),
                 seconds=transition.seconds or 0.0,
+                event=transition.event,
                 condition=transition.condition,
+                order=automaton.outgoing(automaton.state(transition.origin)).index(transition) + 1,
             )
             for transition in automaton.transitions
         ],
     )
+
+
+def _kind(transition: Transition) -> TransitionKind:
+    if transition.seconds is not None:
+        return TransitionKind.OnTime
+    if transition.event:
+        return TransitionKind.OnEvent
+    return TransitionKind.OnFinished if transition.finished else TransitionKind.OnCondition
 
 
 def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
@@ -97,6 +128,7 @@ def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
         id=run.automaton.id,
         state=run.current.id,
         ghost=run.parent is not None and not run.active,  # the root is none, not even before it starts
+        finished=False,
         lastTransition=run.last_transition,
         enteredAt=(run.entered or 0) / 1e9,
         timers=[

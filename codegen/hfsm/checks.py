@@ -79,21 +79,20 @@ class _Checker:
         self._unique_ids(document.automata, "automaton")
         owners: dict[int, tuple[Automaton, State]] = {}
         for automaton, state in document.states():
-            if state.child == NO_CHILD:
-                continue
-            child = self._automata.get(state.child)
-            if child is None:
-                message = f"state `{state.name}` owns automaton {state.child}, which does not exist"
-                self._error("E512", message, state)
-            elif state.child in owners:
-                first = self._first_is(owners[state.child][1])
-                self._error("E512", f"automaton {child.id} already has an owner", state, [first])
-            else:
-                owners[state.child] = (automaton, state)
-                if child.father != automaton.id:
-                    message = f"automaton {child.id} says that its father is {child.father}"
-                    note = Note(f"but a state of automaton {automaton.id} owns it", self._place(state))
-                    self._error("E512", message, child, [note])
+            for number in state.children:
+                child = self._automata.get(number)
+                if child is None:
+                    message = f"state `{state.name}` owns automaton {number}, which does not exist"
+                    self._error("E512", message, state)
+                elif number in owners:
+                    first = self._first_is(owners[number][1])
+                    self._error("E512", f"automaton {number} already has an owner", state, [first])
+                else:
+                    owners[number] = (automaton, state)
+                    if child.father != automaton.id:
+                        message = f"automaton {number} says that its father is {child.father}"
+                        note = Note(f"but a state of automaton {automaton.id} owns it", self._place(state))
+                        self._error("E512", message, child, [note])
         for automaton in document.automata:
             if automaton.father != NO_CHILD and automaton.id not in owners:
                 message = f"no state owns automaton {automaton.id}"

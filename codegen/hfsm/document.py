@@ -8,18 +8,25 @@ unfinished, and `codegen.hfsm.checks` says what is missing before a component is
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 
 __all__ = [
+    "Argument",
     "Automaton",
     "Comment",
     "Document",
     "Element",
+    "Event",
     "Extra",
+    "Import",
     "Interface",
     "Library",
+    "Parameter",
+    "Property",
     "State",
     "Text",
     "Transition",
@@ -83,24 +90,48 @@ class _Node:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Argument(_Node):
+    """What a state hands to the input `name` of one of its automata: an expression.
+
+    `child` is the automaton's id; 0 stands for the only one of the state's automata that has such an input.
+    """
+
+    name: str
+    child: int = NO_CHILD
+    value: Text = Text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class State(_Node):
-    """A state: its place on the canvas in pixels, its code, and the automaton that it owns."""
+    """A state: its place on the canvas in pixels, its code, and the automata that it owns.
+
+    `code` runs in every cycle, `entry` when the state is entered and `exit` when it is left. An automaton
+    that enters a `final` state has finished. `history` says what becomes of the state's automata when it is
+    entered again: `resume` (also when blank) where they were, or `restart`.
+    """
 
     id: int
     name: str
     initial: bool = False
+    final: bool = False
     x: float = 0.0
     y: float = 0.0
-    child: int = NO_CHILD
+    children: tuple[int, ...] = ()
+    history: Text = Text()
+    entry: Text = Text()
     code: Text = Text()
+    exit: Text = Text()
+    arguments: tuple[Argument, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transition(_Node):
     """A transition between two states of one automaton.
 
-    `type` is `time`, with milliseconds in `trigger`, or `condition`, with an expression in `trigger`. `code`
-    runs when it fires.
+    `type` is `time`, with milliseconds in `trigger`; `condition`, with Python in `trigger`; `event`, with
+    the name of the event in `trigger`; or `finished`: all automata of the origin have finished. All but a
+    `condition` may have a `guard` that must hold, too. `code` runs when it fires. Transitions out of a state
+    are tried by `priority`, 1 first, and those without one after them in the order of the document.
     """
 
     id: int
@@ -111,24 +142,68 @@ class Transition(_Node):
     destination: int
     type: str = "condition"
     trigger: Text = Text()
+    guard: Text = Text()
+    priority: Text = Text()
     code: Text = Text()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter(_Node):
+    """A typed value: a parameter of a component (`self.name`, `--name`), or an input of an automaton.
+
+    `type` is `int`, `float`, `bool`, `str` or, for an input only, `object`; `default` is a Python literal.
+    An input without a default must be handed over by the state that owns the automaton.
+    """
+
+    name: str
+    type: Text = Text()
+    default: Text = Text()
+    description: Text = Text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Import(_Node):
+    """Where the content of an automaton comes from: another document, by its path relative to this one.
+
+    `automaton` is an id in that document, 0 for its root. All below it comes along.
+    """
+
+    file: Text
+    automaton: int = NO_CHILD
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Automaton(_Node):
-    """An automaton; `father` is the id of the automaton above it, 0 for the root."""
+    """An automaton; `father` is the id of the automaton above it, 0 for the root.
+
+    `inputs` are variables that the owning state sets each time it is entered. One with an `imported` has
+    nothing else of its own. `path` is the file that it was read from when that is not the document's own.
+    """
 
     id: int
     father: int = NO_CHILD
     states: tuple[State, ...] = ()
     transitions: tuple[Transition, ...] = ()
+    inputs: tuple[Parameter, ...] = ()
+    imported: Import | None = None
     iteration_time: Text = Text(DEFAULT_PERIOD)
     variables: Text = Text()
     functions: Text = Text()
+    path: Path | None = field(default=None, compare=False)
 
     def state(self, id: int) -> State | None:
         """Return the state with this id, or None."""
         return next((state for state in self.states if state.id == id), None)
+
+    def outgoing(self, state: int) -> tuple[Transition, ...]:
+        """Return the transitions out of a state, by its id, in the order in which they are tried."""
+        found = [transition for transition in self.transitions if transition.origin == state]
+        return tuple(sorted(found, key=_rank))
+
+
+def _rank(transition: Transition) -> float:
+    digits = transition.priority.text.strip()
+    return int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 10 else math.inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,16 +235,44 @@ class Interface(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Event(_Node):
+    """An event that may come from outside; those that only automata send need not be declared."""
+
+    name: str
+    description: Text = Text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Property(_Node):
+    """What the model checker is to prove of the automata.
+
+    `kind` is `always`, `eventually` or `never`, `within` a number of milliseconds or blank, `expression`
+    what holds, as in `docs/checks.md`.
+    """
+
+    name: str = ""
+    kind: str = "always"
+    within: Text = Text()
+    expression: Text = Text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Document(_Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
-    `description` and `on_error` are additions of ours; the origin's editor ignores them. What is unknown
-    among the libraries and among the interfaces is in `libraries_extras` and `config_extras`.
+    `description`, `on_error`, `language`, parameters, events and properties are additions of ours; the
+    origin's editor ignores them. `language` is blank for Python, and names any other, in which the code is
+    kept but does not run. What is unknown among the libraries and among the interfaces is in
+    `libraries_extras` and `config_extras`.
     """
 
     root_tag: str = "VisualHFSM"
     description: Text = Text()
     on_error: Text = Text()
+    language: Text = Text()
+    parameters: tuple[Parameter, ...] = ()
+    events: tuple[Event, ...] = ()
+    properties: tuple[Property, ...] = ()
     automata: tuple[Automaton, ...] = ()
     libraries: tuple[Library, ...] = ()
     interfaces: tuple[Interface, ...] = ()
@@ -191,7 +294,7 @@ class Document(_Node):
         father = self.automaton(automaton.father)
         if father is None:
             return None
-        return next((state for state in father.states if state.child == automaton.id), None)
+        return next((state for state in father.states if automaton.id in state.children), None)
 
     def states(self) -> Iterator[tuple[Automaton, State]]:
         """Yield every state with its automaton, in the order of the file."""

@@ -140,8 +140,11 @@ class _AutomatonWriter:
             arguments.append("initial=True")
         if code is not None:
             arguments.append(f"code={self._function('state', state.name, state.id, code)}")
-        if state.child in self._methods:
-            arguments.append(f"children=(self.{self._methods[state.child]}(),)")
+        if state.children:
+            children = "".join(f"self.{self._methods[child]}(), " for child in state.children)
+            arguments.append(
+                f"children=({children.rstrip() if len(state.children) == 1 else children.rstrip(', ')})"
+            )
         return _call("State", arguments)
 
     def _transition(self, item: TransitionProgram) -> str:
@@ -220,7 +223,7 @@ def _root_first(program: Program) -> list[AutomatonProgram]:
     while pending:
         automaton = program.automaton(pending.pop())
         ordered.append(automaton)
-        pending += [state.child for state, _ in reversed(automaton.states) if state.child]
+        pending += [child for state, _ in reversed(automaton.states) for child in reversed(state.children)]
     return ordered
 
 

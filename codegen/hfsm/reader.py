@@ -16,13 +16,18 @@ from ..diagnostics import Diagnostics, Location, Note
 from .document import (
     DEFAULT_PERIOD,
     NO_CHILD,
+    Argument,
     Automaton,
     Comment,
     Document,
     Element,
+    Event,
     Extra,
+    Import,
     Interface,
     Library,
+    Parameter,
+    Property,
     State,
     Text,
     Transition,
@@ -87,8 +92,14 @@ class _Reader:
         parts = self._parts(
             root,
             nodes=("SubAutomata",),
-            leaves=("description", "onerror", "libraries", "config"),
+            leaves=(
+                *("description", "onerror", "language", "parameters", "events", "properties"),
+                *("libraries", "config"),
+            ),
         )
+        parameters = self._container(parts.first("parameters"), "parameter")
+        events = self._container(parts.first("events"), "event")
+        properties = self._container(parts.first("properties"), "property")
         libraries = self._container(parts.first("libraries"), "lib")
         config = self._container(parts.first("config"), "iceinterface")
         return Document(
@@ -96,6 +107,16 @@ class _Reader:
             comments=tuple(Comment(text) for text in leading),
             description=_text(parts.first("description")),
             on_error=_text(parts.first("onerror")),
+            language=_text(parts.first("language")),
+            parameters=self._parameters(parameters, "parameter"),
+            events=tuple(
+                self._event(element, events.comments_before(element))
+                for element in events.known.get("event", ())
+            ),
+            properties=tuple(
+                self._property(element, properties.comments_before(element))
+                for element in properties.known.get("property", ())
+            ),
             automata=tuple(
                 self._automaton(element, parts.comments_before(element))
                 for element in parts.known.get("SubAutomata", ())
@@ -110,7 +131,7 @@ class _Reader:
             ),
             libraries_extras=libraries.extras,
             config_extras=config.extras,
-            extras=parts.extras,
+            extras=parameters.extras + events.extras + properties.extras + parts.extras,
             attributes=tuple(root.attributes.items()),
             line=root.line,
             column=root.column,
@@ -128,8 +149,8 @@ class _Reader:
     def _automaton(self, element: XmlElement, comments: tuple[Comment, ...]) -> Automaton:
         parts = self._parts(
             element,
-            nodes=("state", "transition"),
-            leaves=("iteration_time", "variables", "functions"),
+            nodes=("state", "transition", "input"),
+            leaves=("import", "iteration_time", "variables", "functions"),
         )
         return Automaton(
             id=self._id_attribute(element, "id"),
@@ -141,6 +162,8 @@ class _Reader:
                 self._transition(child, parts.comments_before(child))
                 for child in parts.known.get("transition", ())
             ),
+            inputs=self._parameters(parts, "input"),
+            imported=self._import(parts.first("import")),
             iteration_time=_text(parts.first("iteration_time"), default=DEFAULT_PERIOD),
             variables=_text(parts.first("variables")),
             functions=_text(parts.first("functions")),
@@ -152,16 +175,24 @@ class _Reader:
         )
 
     def _state(self, element: XmlElement, comments: tuple[Comment, ...]) -> State:
-        leaves = ("posx", "posy", "name", "idSubautomataSon", "code")
-        parts = self._parts(element, leaves=leaves)
+        leaves = ("posx", "posy", "name", "idSubautomataSon", "final", "history", "entry", "code", "exit")
+        parts = self._parts(element, nodes=("child", "argument"), leaves=leaves)
         return State(
             id=self._id_attribute(element, "id"),
             name=_text(parts.first("name")).text,
             initial=self._flag(element, "initial"),
             x=self._number(parts.first("posx")),
             y=self._number(parts.first("posy")),
-            child=self._id(element, parts.first("idSubautomataSon"), "idSubautomataSon", default=NO_CHILD),
+            children=self._children(element, parts),
+            final=self._is_final(parts.first("final")),
+            history=_text(parts.first("history")),
+            entry=_text(parts.first("entry")),
             code=_text(parts.first("code")),
+            exit=_text(parts.first("exit")),
+            arguments=tuple(
+                self._argument(child, parts.comments_before(child))
+                for child in parts.known.get("argument", ())
+            ),
             comments=comments,
             extras=parts.extras,
             attributes=_other_attributes(element, "id", "initial"),
@@ -170,7 +201,7 @@ class _Reader:
         )
 
     def _transition(self, element: XmlElement, comments: tuple[Comment, ...]) -> Transition:
-        leaves = ("posx", "posy", "origin", "destiny", "transcode", "name", "trans")
+        leaves = ("posx", "posy", "origin", "destiny", "transcode", "name", "trans", "guard", "priority")
         parts = self._parts(element, leaves=leaves)
         trigger = parts.first("trans")
         if trigger is None:
@@ -186,10 +217,91 @@ class _Reader:
             destination=self._id(element, parts.first("destiny"), "destiny"),
             type="" if trigger is None else trigger.attributes.get("type", ""),
             trigger=_text(trigger),
+            guard=_text(parts.first("guard")),
+            priority=_text(parts.first("priority")),
             code=_text(parts.first("transcode")),
             comments=comments,
             extras=parts.extras,
             attributes=_other_attributes(element, "id"),
+            line=element.line,
+            column=element.column,
+        )
+
+    def _children(self, element: XmlElement, parts: _Parts) -> tuple[int, ...]:
+        """Return the automata of a state: the one that the origin knows, then the further ones."""
+        first = self._id(element, parts.first("idSubautomataSon"), "idSubautomataSon", default=NO_CHILD)
+        further = (self._parse_id(child, "child", child.text) for child in parts.known.get("child", ()))
+        return tuple(child for child in (first, *further) if child != NO_CHILD)
+
+    def _is_final(self, element: XmlElement | None) -> bool:
+        return element is not None and self._parse_flag(element, "final", element.text)
+
+    def _argument(self, element: XmlElement, comments: tuple[Comment, ...]) -> Argument:
+        return Argument(
+            name=self._attribute(element, "name"),
+            child=self._id_attribute(element, "child", default=NO_CHILD),
+            value=_text(element),
+            comments=comments,
+            extras=self._parts(element).extras,
+            attributes=_other_attributes(element, "name", "child"),
+            line=element.line,
+            column=element.column,
+        )
+
+    def _parameters(self, container: _Parts, tag: str) -> tuple[Parameter, ...]:
+        return tuple(
+            self._parameter(element, container.comments_before(element))
+            for element in container.known.get(tag, ())
+        )
+
+    def _parameter(self, element: XmlElement, comments: tuple[Comment, ...]) -> Parameter:
+        parts = self._parts(element, leaves=("name", "type", "default", "description"))
+        return Parameter(
+            name=_text(parts.first("name")).text,
+            type=_text(parts.first("type")),
+            default=_text(parts.first("default")),
+            description=_text(parts.first("description")),
+            comments=comments,
+            extras=parts.extras,
+            attributes=tuple(element.attributes.items()),
+            line=element.line,
+            column=element.column,
+        )
+
+    def _import(self, element: XmlElement | None) -> Import | None:
+        if element is None:
+            return None
+        return Import(
+            file=_text(element),
+            automaton=self._id_attribute(element, "automaton", default=NO_CHILD),
+            extras=self._parts(element).extras,
+            attributes=_other_attributes(element, "automaton"),
+            line=element.line,
+            column=element.column,
+        )
+
+    def _event(self, element: XmlElement, comments: tuple[Comment, ...]) -> Event:
+        parts = self._parts(element, leaves=("name", "description"))
+        return Event(
+            name=_text(parts.first("name")).text,
+            description=_text(parts.first("description")),
+            comments=comments,
+            extras=parts.extras,
+            attributes=tuple(element.attributes.items()),
+            line=element.line,
+            column=element.column,
+        )
+
+    def _property(self, element: XmlElement, comments: tuple[Comment, ...]) -> Property:
+        parts = self._parts(element, leaves=("name", "within", "expression"))
+        return Property(
+            name=_text(parts.first("name")).text,
+            kind=self._attribute(element, "kind"),
+            within=_text(parts.first("within")),
+            expression=_text(parts.first("expression")),
+            comments=comments,
+            extras=parts.extras,
+            attributes=_other_attributes(element, "kind"),
             line=element.line,
             column=element.column,
         )
@@ -257,13 +369,19 @@ class _Reader:
 
     def _warn_of_loss(self, leaf: XmlElement) -> None:
         """Tell what a leaf holds beside its text, which the model does not keep."""
-        if leaf.tag in ("libraries", "config"):
+        if leaf.tag in ("libraries", "config", "parameters", "events", "properties"):
             return
-        unknown = [name for name in leaf.attributes if (leaf.tag, name) != ("trans", "type")]
+        known = {("trans", "type"), ("import", "automaton")}
+        unknown = [name for name in leaf.attributes if (leaf.tag, name) not in known]
         if unknown or leaf.children:
             what = f"attribute `{unknown[0]}`" if unknown else "elements and comments inside it"
             message = f"`{leaf.tag}` has only text: {what} would be lost on saving"
             self._diagnostics.warning("W501", message, self._place(leaf))
+
+    def _attribute(self, element: XmlElement, name: str) -> str:
+        if name not in element.attributes:
+            self._error(element, "E506", f"`{element.tag}` needs the attribute `{name}`")
+        return element.attributes.get(name, "")
 
     def _id_attribute(self, element: XmlElement, name: str, default: int | None = None) -> int:
         value = element.attributes.get(name)
@@ -302,7 +420,10 @@ class _Reader:
         return number
 
     def _flag(self, element: XmlElement, name: str) -> bool:
-        value = element.attributes.get(name, "false").strip().lower()
+        return self._parse_flag(element, name, element.attributes.get(name, "false"))
+
+    def _parse_flag(self, element: XmlElement, name: str, text: str) -> bool:
+        value = text.strip().lower()
         if value not in ("true", "false", "1", "0"):
             self._error(element, "E506", f"`{name}` is `true` or `false`, not `{value[:40]}`")
         return value in ("true", "1")

@@ -6,13 +6,19 @@ import re
 from typing import Final
 
 from .document import (
+    NO_CHILD,
+    Argument,
     Automaton,
     Comment,
     Document,
     Element,
+    Event,
     Extra,
+    Import,
     Interface,
     Library,
+    Parameter,
+    Property,
     State,
     Text,
     Transition,
@@ -51,6 +57,11 @@ class _Writer:
             self._leaf("description", document.description)
         if document.on_error.text:
             self._leaf("onerror", document.on_error)
+        if document.language.text:
+            self._leaf("language", document.language)
+        self._parameters(document)
+        self._events(document)
+        self._properties(document)
         for automaton in document.automata:
             self._automaton(automaton)
         self._libraries(document)
@@ -67,6 +78,10 @@ class _Writer:
             self._state(state)
         for transition in automaton.transitions:
             self._transition(transition)
+        for item in automaton.inputs:
+            self._parameter("input", item)
+        if automaton.imported is not None:
+            self._import(automaton.imported)
         self._leaf("iteration_time", automaton.iteration_time)
         self._leaf("variables", automaton.variables)
         self._leaf("functions", automaton.functions)
@@ -80,8 +95,17 @@ class _Writer:
         self._leaf("posx", _number(state.x))
         self._leaf("posy", _number(state.y))
         self._leaf("name", state.name)
-        self._leaf("idSubautomataSon", str(state.child))
+        self._leaf("idSubautomataSon", str(state.children[0] if state.children else NO_CHILD))
+        for child in state.children[1:]:
+            self._leaf("child", str(child))
+        if state.final:
+            self._leaf("final", "true")
+        self._optional("history", state.history)
+        self._optional("entry", state.entry)
         self._leaf("code", state.code)
+        self._optional("exit", state.exit)
+        for argument in state.arguments:
+            self._argument(argument)
         self._extras(state.extras)
         self._close("state")
 
@@ -95,8 +119,73 @@ class _Writer:
         self._leaf("transcode", transition.code)
         self._leaf("name", transition.name)
         self._leaf("trans", transition.trigger, (("type", transition.type),))
+        self._optional("guard", transition.guard)
+        self._optional("priority", transition.priority)
         self._extras(transition.extras)
         self._close("transition")
+
+    def _argument(self, argument: Argument) -> None:
+        self._comments(argument.comments)
+        child = () if argument.child == NO_CHILD else (("child", str(argument.child)),)
+        if argument.extras:
+            raise DocumentNotWritableError(f"the argument `{argument.name}` holds only text")
+        self._leaf("argument", argument.value, (("name", argument.name), *child, *argument.attributes))
+
+    def _parameters(self, document: Document) -> None:
+        if document.parameters:
+            self._open("parameters")
+            for parameter in document.parameters:
+                self._parameter("parameter", parameter)
+            self._close("parameters")
+
+    def _parameter(self, tag: str, parameter: Parameter) -> None:
+        self._comments(parameter.comments)
+        self._open(tag, parameter.attributes)
+        self._leaf("name", parameter.name)
+        self._leaf("type", parameter.type)
+        self._optional("default", parameter.default)
+        self._optional("description", parameter.description)
+        self._extras(parameter.extras)
+        self._close(tag)
+
+    def _import(self, imported: Import) -> None:
+        automaton = () if imported.automaton == NO_CHILD else (("automaton", str(imported.automaton)),)
+        self._leaf("import", imported.file, automaton + imported.attributes)
+
+    def _events(self, document: Document) -> None:
+        if document.events:
+            self._open("events")
+            for event in document.events:
+                self._event(event)
+            self._close("events")
+
+    def _event(self, event: Event) -> None:
+        self._comments(event.comments)
+        self._open("event", event.attributes)
+        self._leaf("name", event.name)
+        self._optional("description", event.description)
+        self._extras(event.extras)
+        self._close("event")
+
+    def _properties(self, document: Document) -> None:
+        if document.properties:
+            self._open("properties")
+            for item in document.properties:
+                self._property(item)
+            self._close("properties")
+
+    def _property(self, item: Property) -> None:
+        self._comments(item.comments)
+        self._open("property", (("kind", item.kind), *item.attributes))
+        self._leaf("name", item.name)
+        self._optional("within", item.within)
+        self._leaf("expression", item.expression)
+        self._extras(item.extras)
+        self._close("property")
+
+    def _optional(self, tag: str, text: Text) -> None:
+        if text.text:
+            self._leaf(tag, text)
 
     def _libraries(self, document: Document) -> None:
         if not document.libraries and not document.libraries_extras:

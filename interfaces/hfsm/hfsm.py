@@ -29,20 +29,33 @@ __all__ = [
     "AutomatonSnapshotSeq",
     "AutomatonStructure",
     "AutomatonStructureSeq",
+    "Breakpoint",
+    "BreakpointSeq",
     "ComponentSnapshot",
     "ComponentStatus",
     "ComponentStructure",
     "ErrorReport",
     "ErrorReportSeq",
+    "Explanation",
     "GuardSnapshot",
     "GuardSnapshotSeq",
     "HfsmMonitor",
     "HfsmMonitorPrx",
+    "IdSeq",
+    "InvalidValue",
     "NoSuchElement",
+    "ParameterStructure",
+    "ParameterStructureSeq",
+    "ReloadRefused",
+    "ReloadReport",
     "StateStructure",
     "StateStructureSeq",
+    "StringSeq",
     "TimerSnapshot",
     "TimerSnapshotSeq",
+    "TransitionExplanation",
+    "TransitionExplanationSeq",
+    "TransitionKind",
     "TransitionStructure",
     "TransitionStructureSeq",
     "VariableValues",
@@ -53,17 +66,33 @@ class _Nothing(Struct):
     """The arguments or results of operations without any."""
 
 
+IdSeq = list[Int]
+
+
 class StateStructure(Struct):
     """A state of an automaton."""
 
     id: Int
     name: str
     initial: bool
-    child: Int
-    """The automaton that the state owns, 0 for none."""
+    final: bool
+    """Whether an automaton that enters it has finished."""
+    children: IdSeq
+    """The automata that the state owns."""
+    restart: bool
+    """Whether they begin anew each time the state is entered."""
 
 
 StateStructureSeq = list[StateStructure]
+
+
+class TransitionKind(IntEnum):
+    """What lets a transition fire."""
+
+    OnCondition = 0
+    OnTime = 1
+    OnEvent = 2
+    OnFinished = 3
 
 
 class TransitionStructure(Struct):
@@ -75,12 +104,15 @@ class TransitionStructure(Struct):
     """The state that it leaves."""
     destination: Int
     """The state that it enters."""
-    timed: bool
-    """Whether it fires by time."""
+    kind: TransitionKind
     seconds: float
-    """Active seconds in the origin after which it fires; 0 unless timed."""
+    """Active seconds in the origin after which it fires; 0 unless it fires by time."""
+    event: str
+    """The event at which it fires; empty unless it does."""
     condition: str
-    """The condition under which it fires; empty when timed."""
+    """The guard as text; empty when there is none."""
+    order: Int
+    """Its place among the transitions out of its origin, in the order in which they are tried, from 1."""
 
 
 TransitionStructureSeq = list[TransitionStructure]
@@ -98,6 +130,8 @@ class AutomatonStructure(Struct):
     """The state of the parent that owns it, 0 for the root."""
     period: float
     """Seconds between its cycles."""
+    source: str
+    """The file that it was imported from; empty for the component's own."""
     states: StateStructureSeq
     transitions: TransitionStructureSeq
 
@@ -105,10 +139,27 @@ class AutomatonStructure(Struct):
 AutomatonStructureSeq = list[AutomatonStructure]
 
 
+class ParameterStructure(Struct):
+    """A parameter of a component."""
+
+    name: str
+    type: str
+    """int, float, bool or str."""
+    description: str
+
+
+ParameterStructureSeq = list[ParameterStructure]
+
+
 class ComponentStructure(Struct):
     """The automata of a component, the root first, each before its children."""
 
     name: str
+    document: str
+    """The file name of the document."""
+    generation: Int
+    """How many times the component was reloaded."""
+    parameters: ParameterStructureSeq
     automata: AutomatonStructureSeq
 
 
@@ -144,6 +195,8 @@ class AutomatonSnapshot(Struct):
     """The current state, or the one remembered while it is a ghost."""
     ghost: bool
     """Whether an ancestor's current state keeps it from running."""
+    finished: bool
+    """Whether it has reached a final state."""
     lastTransition: Int
     """The transition that fired last, 0 before the first."""
     enteredAt: float
@@ -187,15 +240,84 @@ class ErrorReport(Struct):
 ErrorReportSeq = list[ErrorReport]
 
 
+class Breakpoint(Struct):
+    """Where a component is to pause: at a state or at a transition; the other is 0."""
+
+    automaton: Int
+    state: Int
+    """Pauses when it has been entered, before its code runs."""
+    transition: Int
+    """Pauses when it has fired."""
+    condition: str
+    """An expression over the automaton's variables that must be true, too; empty for always."""
+
+
+BreakpointSeq = list[Breakpoint]
+
+
 class ComponentSnapshot(Struct):
     """A component at one moment."""
 
     time: float
     """Component time in s: active time since its start on its own clock."""
     status: ComponentStatus
+    generation: Int
+    """How many times the component was reloaded: its structure may have changed."""
     automata: AutomatonSnapshotSeq
+    parameters: VariableValues
+    """Parameters by name, each as Python's repr, cut to 120 characters."""
+    stoppedAt: BreakpointSeq
+    """The breakpoints at which the component paused and has not gone on yet."""
     errors: ErrorReportSeq
     """The newest errors, oldest first, at most 20."""
+
+
+class TransitionExplanation(Struct):
+    """Why a transition out of the current state has not fired."""
+
+    transition: Int
+    order: Int
+    """Its place in the order in which transitions are tried, from 1."""
+    asked: bool
+    """Whether its guard was asked in the last cycle."""
+    value: bool
+    """The last value of its guard since the state was entered; false also when it was never asked."""
+    askedAt: float
+    """Component time of that value in s; negative when it was never asked."""
+    remaining: float
+    """Active seconds until it fires by time; negative unless it fires by time."""
+    reason: str
+    """What keeps it from firing, for people."""
+
+
+TransitionExplanationSeq = list[TransitionExplanation]
+
+
+class Explanation(Struct):
+    """Why an automaton is where it is."""
+
+    automaton: Int
+    state: Int
+    ghost: bool
+    enteredBy: Int
+    """The transition that brought it here, 0 for none."""
+    transitions: TransitionExplanationSeq
+    """The transitions out of the state, in the order in which they are tried."""
+    summary: str
+    """The same in a sentence."""
+
+
+StringSeq = list[str]
+
+
+class ReloadReport(Struct):
+    """What became of a component that was reloaded."""
+
+    generation: Int
+    held: float
+    """Wall seconds during which no cycle could begin."""
+    notKept: StringSeq
+    """What the new document kept from being kept, for people; empty when all was."""
 
 
 class NoSuchElement(UserException):
@@ -211,6 +333,36 @@ class NoSuchElement(UserException):
     def __init__(self, what: str) -> None:
         super().__init__(what)
         self.what = what
+
+
+class InvalidValue(UserException):
+    """A value or an expression cannot be used."""
+
+    ice_type_id: ClassVar[str] = "::hfsm::InvalidValue"
+
+    class Members(UserException.Members):
+        """The members that travel."""
+
+        what: str
+
+    def __init__(self, what: str) -> None:
+        super().__init__(what)
+        self.what = what
+
+
+class ReloadRefused(UserException):
+    """The component was not reloaded and runs on as it was."""
+
+    ice_type_id: ClassVar[str] = "::hfsm::ReloadRefused"
+
+    class Members(UserException.Members):
+        """The members that travel."""
+
+        reason: str
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
 
 
 class _HfsmMonitor_getStructure_Result(Struct):
@@ -276,6 +428,88 @@ _HfsmMonitor_forceTransition: Final[Operation[[Int, Int], None]] = Operation(
     exceptions=(NoSuchElement,),
 )
 
+
+class _HfsmMonitor_setBreakpoints_Arguments(Struct):
+    breakpoints: BreakpointSeq
+
+
+_HfsmMonitor_setBreakpoints: Final[Operation[[BreakpointSeq], None]] = Operation(
+    "setBreakpoints",
+    arguments=_HfsmMonitor_setBreakpoints_Arguments,
+    result=_Nothing,
+    exceptions=(NoSuchElement, InvalidValue),
+    idempotent=True,
+)
+
+
+class _HfsmMonitor_getBreakpoints_Result(Struct):
+    returnValue: BreakpointSeq
+
+
+_HfsmMonitor_getBreakpoints: Final[Operation[[], BreakpointSeq]] = Operation(
+    "getBreakpoints",
+    arguments=_Nothing,
+    result=_HfsmMonitor_getBreakpoints_Result,
+    idempotent=True,
+)
+
+
+class _HfsmMonitor_setVariable_Arguments(Struct):
+    automaton: Int
+    name: str
+    value: str
+
+
+_HfsmMonitor_setVariable: Final[Operation[[Int, str, str], None]] = Operation(
+    "setVariable",
+    arguments=_HfsmMonitor_setVariable_Arguments,
+    result=_Nothing,
+    exceptions=(NoSuchElement, InvalidValue),
+    idempotent=True,
+)
+
+
+class _HfsmMonitor_sendEvent_Arguments(Struct):
+    name: str
+    data: str
+
+
+_HfsmMonitor_sendEvent: Final[Operation[[str, str], None]] = Operation(
+    "sendEvent",
+    arguments=_HfsmMonitor_sendEvent_Arguments,
+    result=_Nothing,
+    exceptions=(InvalidValue,),
+)
+
+
+class _HfsmMonitor_explain_Arguments(Struct):
+    automaton: Int
+
+
+class _HfsmMonitor_explain_Result(Struct):
+    returnValue: Explanation
+
+
+_HfsmMonitor_explain: Final[Operation[[Int], Explanation]] = Operation(
+    "explain",
+    arguments=_HfsmMonitor_explain_Arguments,
+    result=_HfsmMonitor_explain_Result,
+    exceptions=(NoSuchElement,),
+    idempotent=True,
+)
+
+
+class _HfsmMonitor_reload_Result(Struct):
+    returnValue: ReloadReport
+
+
+_HfsmMonitor_reload: Final[Operation[[], ReloadReport]] = Operation(
+    "reload",
+    arguments=_Nothing,
+    result=_HfsmMonitor_reload_Result,
+    exceptions=(ReloadRefused,),
+)
+
 _HfsmMonitor_stop: Final[Operation[[], None]] = Operation("stop", arguments=_Nothing, result=_Nothing)
 
 _HfsmMonitor: Final = Interface(
@@ -287,12 +521,19 @@ _HfsmMonitor: Final = Interface(
         _HfsmMonitor_resume,
         _HfsmMonitor_step,
         _HfsmMonitor_forceTransition,
+        _HfsmMonitor_setBreakpoints,
+        _HfsmMonitor_getBreakpoints,
+        _HfsmMonitor_setVariable,
+        _HfsmMonitor_sendEvent,
+        _HfsmMonitor_explain,
+        _HfsmMonitor_reload,
         _HfsmMonitor_stop,
     ),
-    fingerprint="b05c237e78ad720c",
+    fingerprint="56046e00959d5af5",
     definition="""\
 ::hfsm::AutomatonSnapshot::cycles: long
 ::hfsm::AutomatonSnapshot::enteredAt: double
+::hfsm::AutomatonSnapshot::finished: bool
 ::hfsm::AutomatonSnapshot::ghost: bool
 ::hfsm::AutomatonSnapshot::guards: sequence<::hfsm::GuardSnapshot>
 ::hfsm::AutomatonSnapshot::id: int
@@ -308,56 +549,110 @@ _HfsmMonitor: Final = Interface(
 ::hfsm::AutomatonStructure::owner: int
 ::hfsm::AutomatonStructure::parent: int
 ::hfsm::AutomatonStructure::period: double
+::hfsm::AutomatonStructure::source: string
 ::hfsm::AutomatonStructure::states: sequence<::hfsm::StateStructure>
 ::hfsm::AutomatonStructure::transitions: sequence<::hfsm::TransitionStructure>
+::hfsm::Breakpoint::automaton: int
+::hfsm::Breakpoint::condition: string
+::hfsm::Breakpoint::state: int
+::hfsm::Breakpoint::transition: int
 ::hfsm::ComponentSnapshot::automata: sequence<::hfsm::AutomatonSnapshot>
 ::hfsm::ComponentSnapshot::errors: sequence<::hfsm::ErrorReport>
+::hfsm::ComponentSnapshot::generation: int
+::hfsm::ComponentSnapshot::parameters: dictionary<string, string>
 ::hfsm::ComponentSnapshot::status: ::hfsm::ComponentStatus
+::hfsm::ComponentSnapshot::stoppedAt: sequence<::hfsm::Breakpoint>
 ::hfsm::ComponentSnapshot::time: double
 ::hfsm::ComponentStatus::Halted = 2
 ::hfsm::ComponentStatus::Paused = 1
 ::hfsm::ComponentStatus::Running = 0
 ::hfsm::ComponentStructure::automata: sequence<::hfsm::AutomatonStructure>
+::hfsm::ComponentStructure::document: string
+::hfsm::ComponentStructure::generation: int
 ::hfsm::ComponentStructure::name: string
+::hfsm::ComponentStructure::parameters: sequence<::hfsm::ParameterStructure>
 ::hfsm::ErrorReport::automaton: int
 ::hfsm::ErrorReport::location: string
 ::hfsm::ErrorReport::message: string
 ::hfsm::ErrorReport::state: int
 ::hfsm::ErrorReport::time: double
+::hfsm::Explanation::automaton: int
+::hfsm::Explanation::enteredBy: int
+::hfsm::Explanation::ghost: bool
+::hfsm::Explanation::state: int
+::hfsm::Explanation::summary: string
+::hfsm::Explanation::transitions: sequence<::hfsm::TransitionExplanation>
 ::hfsm::GuardSnapshot::transition: int
 ::hfsm::GuardSnapshot::value: bool
+::hfsm::HfsmMonitor::explain(int automaton): ::hfsm::Explanation throws ::hfsm::NoSuchElement idempotent
 ::hfsm::HfsmMonitor::forceTransition(int automaton, int transition): void throws ::hfsm::NoSuchElement
+::hfsm::HfsmMonitor::getBreakpoints(): sequence<::hfsm::Breakpoint> idempotent
 ::hfsm::HfsmMonitor::getSnapshot(): ::hfsm::ComponentSnapshot idempotent stream
 ::hfsm::HfsmMonitor::getStructure(): ::hfsm::ComponentStructure idempotent
 ::hfsm::HfsmMonitor::pause(): void idempotent
+::hfsm::HfsmMonitor::reload(): ::hfsm::ReloadReport throws ::hfsm::ReloadRefused
 ::hfsm::HfsmMonitor::resume(): void idempotent
+::hfsm::HfsmMonitor::sendEvent(string name, string data): void throws ::hfsm::InvalidValue
+::hfsm::HfsmMonitor::setBreakpoints(sequence<::hfsm::Breakpoint> breakpoints): void throws ::hfsm::InvalidValue, ::hfsm::NoSuchElement idempotent
+::hfsm::HfsmMonitor::setVariable(int automaton, string name, string value): void throws ::hfsm::InvalidValue, ::hfsm::NoSuchElement idempotent
 ::hfsm::HfsmMonitor::step(int automaton): void throws ::hfsm::NoSuchElement
 ::hfsm::HfsmMonitor::stop(): void
+::hfsm::InvalidValue::what: string
 ::hfsm::NoSuchElement::what: string
-::hfsm::StateStructure::child: int
+::hfsm::ParameterStructure::description: string
+::hfsm::ParameterStructure::name: string
+::hfsm::ParameterStructure::type: string
+::hfsm::ReloadRefused::reason: string
+::hfsm::ReloadReport::generation: int
+::hfsm::ReloadReport::held: double
+::hfsm::ReloadReport::notKept: sequence<string>
+::hfsm::StateStructure::children: sequence<int>
+::hfsm::StateStructure::final: bool
 ::hfsm::StateStructure::id: int
 ::hfsm::StateStructure::initial: bool
 ::hfsm::StateStructure::name: string
+::hfsm::StateStructure::restart: bool
 ::hfsm::TimerSnapshot::remaining: double
 ::hfsm::TimerSnapshot::transition: int
+::hfsm::TransitionExplanation::asked: bool
+::hfsm::TransitionExplanation::askedAt: double
+::hfsm::TransitionExplanation::order: int
+::hfsm::TransitionExplanation::reason: string
+::hfsm::TransitionExplanation::remaining: double
+::hfsm::TransitionExplanation::transition: int
+::hfsm::TransitionExplanation::value: bool
+::hfsm::TransitionKind::OnCondition = 0
+::hfsm::TransitionKind::OnEvent = 2
+::hfsm::TransitionKind::OnFinished = 3
+::hfsm::TransitionKind::OnTime = 1
 ::hfsm::TransitionStructure::condition: string
 ::hfsm::TransitionStructure::destination: int
+::hfsm::TransitionStructure::event: string
 ::hfsm::TransitionStructure::id: int
+::hfsm::TransitionStructure::kind: ::hfsm::TransitionKind
 ::hfsm::TransitionStructure::name: string
+::hfsm::TransitionStructure::order: int
 ::hfsm::TransitionStructure::origin: int
 ::hfsm::TransitionStructure::seconds: double
-::hfsm::TransitionStructure::timed: bool
 enum ::hfsm::ComponentStatus
+enum ::hfsm::TransitionKind
+exception ::hfsm::InvalidValue
 exception ::hfsm::NoSuchElement
+exception ::hfsm::ReloadRefused
 interface ::hfsm::HfsmMonitor
 struct ::hfsm::AutomatonSnapshot
 struct ::hfsm::AutomatonStructure
+struct ::hfsm::Breakpoint
 struct ::hfsm::ComponentSnapshot
 struct ::hfsm::ComponentStructure
 struct ::hfsm::ErrorReport
+struct ::hfsm::Explanation
 struct ::hfsm::GuardSnapshot
+struct ::hfsm::ParameterStructure
+struct ::hfsm::ReloadReport
 struct ::hfsm::StateStructure
 struct ::hfsm::TimerSnapshot
+struct ::hfsm::TransitionExplanation
 struct ::hfsm::TransitionStructure
 """,
 )
@@ -423,6 +718,70 @@ class HfsmMonitorPrx(ObjectPrx):
         """Call `forceTransition` without waiting."""
         return self.ice_invokeAsync(_HfsmMonitor_forceTransition, automaton, transition)
 
+    def setBreakpoints(self, breakpoints: BreakpointSeq) -> None:
+        """Replace all breakpoints.
+
+        Raises NoSuchElement, InvalidValue.
+        """
+        return self.ice_invoke(_HfsmMonitor_setBreakpoints, breakpoints)
+
+    def setBreakpointsAsync(self, breakpoints: BreakpointSeq) -> Future[None]:
+        """Call `setBreakpoints` without waiting."""
+        return self.ice_invokeAsync(_HfsmMonitor_setBreakpoints, breakpoints)
+
+    def getBreakpoints(self) -> BreakpointSeq:
+        """Call `getBreakpoints`."""
+        return self.ice_invoke(_HfsmMonitor_getBreakpoints)
+
+    def getBreakpointsAsync(self) -> Future[BreakpointSeq]:
+        """Call `getBreakpoints` without waiting."""
+        return self.ice_invokeAsync(_HfsmMonitor_getBreakpoints)
+
+    def setVariable(self, automaton: Int, name: str, value: str) -> None:
+        """Set a variable of an automaton, or with 0 a parameter of the component, to a value in JSON.
+
+        Raises NoSuchElement, InvalidValue.
+        """
+        return self.ice_invoke(_HfsmMonitor_setVariable, automaton, name, value)
+
+    def setVariableAsync(self, automaton: Int, name: str, value: str) -> Future[None]:
+        """Call `setVariable` without waiting."""
+        return self.ice_invokeAsync(_HfsmMonitor_setVariable, automaton, name, value)
+
+    def sendEvent(self, name: str, data: str) -> None:
+        """Send an event, with data in JSON or empty, to every active automaton.
+
+        Raises InvalidValue.
+        """
+        return self.ice_invoke(_HfsmMonitor_sendEvent, name, data)
+
+    def sendEventAsync(self, name: str, data: str) -> Future[None]:
+        """Call `sendEvent` without waiting."""
+        return self.ice_invokeAsync(_HfsmMonitor_sendEvent, name, data)
+
+    def explain(self, automaton: Int) -> Explanation:
+        """Say of each transition out of the current state why it has not fired.
+
+        Raises NoSuchElement.
+        """
+        return self.ice_invoke(_HfsmMonitor_explain, automaton)
+
+    def explainAsync(self, automaton: Int) -> Future[Explanation]:
+        """Call `explain` without waiting."""
+        return self.ice_invokeAsync(_HfsmMonitor_explain, automaton)
+
+    def reload(self) -> ReloadReport:
+        """Load the component's file again and go on in it, with all states, timers and variables that it
+        still has.
+
+        Raises ReloadRefused.
+        """
+        return self.ice_invoke(_HfsmMonitor_reload)
+
+    def reloadAsync(self) -> Future[ReloadReport]:
+        """Call `reload` without waiting."""
+        return self.ice_invokeAsync(_HfsmMonitor_reload)
+
     def stop(self) -> None:
         """End the component: running cycles end, the robot is stopped, the process exits."""
         return self.ice_invoke(_HfsmMonitor_stop)
@@ -470,6 +829,46 @@ class HfsmMonitor(Object):
         """Fire a transition at the next cycle of its automaton, whatever its condition says.
 
         Raises NoSuchElement.
+        """
+
+    @abstractmethod
+    def setBreakpoints(self, breakpoints: BreakpointSeq, current: Current) -> None:
+        """Replace all breakpoints.
+
+        Raises NoSuchElement, InvalidValue.
+        """
+
+    @abstractmethod
+    def getBreakpoints(self, current: Current) -> BreakpointSeq:
+        """Serve `getBreakpoints`."""
+
+    @abstractmethod
+    def setVariable(self, automaton: Int, name: str, value: str, current: Current) -> None:
+        """Set a variable of an automaton, or with 0 a parameter of the component, to a value in JSON.
+
+        Raises NoSuchElement, InvalidValue.
+        """
+
+    @abstractmethod
+    def sendEvent(self, name: str, data: str, current: Current) -> None:
+        """Send an event, with data in JSON or empty, to every active automaton.
+
+        Raises InvalidValue.
+        """
+
+    @abstractmethod
+    def explain(self, automaton: Int, current: Current) -> Explanation:
+        """Say of each transition out of the current state why it has not fired.
+
+        Raises NoSuchElement.
+        """
+
+    @abstractmethod
+    def reload(self, current: Current) -> ReloadReport:
+        """Load the component's file again and go on in it, with all states, timers and variables that it
+        still has.
+
+        Raises ReloadRefused.
         """
 
     @abstractmethod

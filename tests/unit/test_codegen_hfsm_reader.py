@@ -12,12 +12,17 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, read_document, write_document
 from codegen.hfsm.document import (
+    Argument,
     Automaton,
     Comment,
     Document,
     Element,
+    Event,
+    Import,
     Interface,
     Library,
+    Parameter,
+    Property,
     State,
     Text,
     Transition,
@@ -89,8 +94,8 @@ def test_reads_every_part_of_a_document() -> None:
     (automaton,) = document.automata
     (state,) = automaton.states
     (transition,) = automaton.transitions
-    assert (state.id, state.name, state.initial, state.x, state.y, state.child) == (
-        1, "go to wall", True, 118.113, 121.0, 0
+    assert (state.id, state.name, state.initial, state.x, state.y, state.children) == (
+        1, "go to wall", True, 118.113, 121.0, ()
     )  # fmt: skip
     assert state.code.text == "\nself.motors.setV(0.2)\nif 1 < 2: pass"
     assert (transition.id, transition.origin, transition.destination) == (7, 1, 1)
@@ -244,6 +249,13 @@ _elements = st.recursive(
 )
 _extras = st.lists(_elements, max_size=2).map(tuple)
 _node = {"comments": _comments, "extras": _extras, "attributes": _attributes}
+_arguments = st.builds(
+    Argument, name=_texts, child=_ids, value=_code, comments=_comments, attributes=_attributes
+)
+_parameters = st.lists(
+    st.builds(Parameter, name=_texts, type=_code, default=_code, description=_code, **_node), max_size=2
+).map(tuple)
+_imports = st.none() | st.builds(Import, file=_code, automaton=_ids)
 _states = st.builds(
     State,
     id=_ids,
@@ -251,17 +263,23 @@ _states = st.builds(
     initial=st.booleans(),
     x=_numbers,
     y=_numbers,
-    child=_ids,
+    final=st.booleans(),
+    children=st.lists(st.integers(1, 2**31 - 1), max_size=3).map(tuple),
+    history=_code,
+    entry=_code,
     code=_code,
+    exit=_code,
+    arguments=st.lists(_arguments, max_size=2).map(tuple),
     **_node,
 )
 _transitions = st.builds(
     Transition, id=_ids, name=_texts, x=_numbers, y=_numbers, origin=_ids, destination=_ids,
-    type=_texts, trigger=_code, code=_code, **_node,
+    type=_texts, trigger=_code, guard=_code, priority=_code, code=_code, **_node,
 )  # fmt: skip
 _automata = st.builds(
     Automaton, id=_ids, father=_ids, states=st.lists(_states, max_size=3).map(tuple),
-    transitions=st.lists(_transitions, max_size=3).map(tuple), iteration_time=_code, variables=_code,
+    transitions=st.lists(_transitions, max_size=3).map(tuple), inputs=_parameters,
+    imported=_imports, iteration_time=_code, variables=_code,
     functions=_code, **_node,
 )  # fmt: skip
 _interfaces = st.builds(
@@ -271,7 +289,10 @@ _interfaces = st.builds(
 _libraries = st.builds(Library, name=_code, comments=_comments, attributes=_attributes)
 _documents = st.builds(
     Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=_code, on_error=_code,
-    automata=st.lists(_automata, max_size=3).map(tuple), libraries=st.lists(_libraries, max_size=2).map(tuple),
+    language=_code, parameters=_parameters, events=st.lists(st.builds(Event, name=_texts, description=_code, **_node), max_size=2).map(tuple),
+    properties=st.lists(
+        st.builds(Property, name=_texts, kind=_texts, within=_code, expression=_code, **_node), max_size=2
+    ).map(tuple), automata=st.lists(_automata, max_size=3).map(tuple), libraries=st.lists(_libraries, max_size=2).map(tuple),
     interfaces=st.lists(_interfaces, max_size=2).map(tuple), libraries_extras=_extras, config_extras=_extras,
     **_node,
 )  # fmt: skip

@@ -98,9 +98,10 @@ class Automata:
         for position, state in enumerate(automaton.states, 1):
             here = (*last, position == len(automaton.states))
             yield StateRow(automaton, state, here)
-            child = self._by_id.get(state.child)
-            if child is not None and child.id not in visited and len(here) < _DEEPEST:
-                yield from self._rows_below(child, here, visited)
+            for number in state.children:
+                child = self._by_id.get(number)
+                if child is not None and child.id not in visited and len(here) < _DEEPEST:
+                    yield from self._rows_below(child, here, visited)
 
     def current_path(self, snapshot: ComponentSnapshot) -> list[str]:
         """Return the names of the current states from the root down to the innermost running automaton."""
@@ -113,7 +114,7 @@ class Automata:
             current = states[found.id].state
             path.append(self.state_name(found.id, current))
             state = self._states.get((found.id, current))
-            found = self._by_id.get(state.child) if state else None
+            found = self._by_id.get(state.children[0]) if state and state.children else None
         return path
 
     def active_since(self, snapshot: ComponentSnapshot, automaton: int) -> float:
