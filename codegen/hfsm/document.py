@@ -22,6 +22,7 @@ __all__ = [
     "Element",
     "Event",
     "Extra",
+    "Functions",
     "Import",
     "Interface",
     "Library",
@@ -79,7 +80,7 @@ class _Node:
     """What every element of the model has.
 
     `comments` stand before the element, `extras` are written at its end, `attributes` are those that the
-    model does not know.
+    model does not know. `path` is the file that it was read from when that is not the document's own.
     """
 
     comments: tuple[Comment, ...] = ()
@@ -87,6 +88,7 @@ class _Node:
     attributes: tuple[tuple[str, str], ...] = ()
     line: int = field(default=0, compare=False)
     column: int = field(default=0, compare=False)
+    path: Path | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,7 +179,7 @@ class Automaton(_Node):
     """An automaton; `father` is the id of the automaton above it, 0 for the root.
 
     `inputs` are variables that the owning state sets each time it is entered. One with an `imported` has
-    nothing else of its own. `path` is the file that it was read from when that is not the document's own.
+    nothing else of its own.
     """
 
     id: int
@@ -189,7 +191,6 @@ class Automaton(_Node):
     iteration_time: Text = Text(DEFAULT_PERIOD)
     variables: Text = Text()
     functions: Text = Text()
-    path: Path | None = field(default=None, compare=False)
 
     def state(self, id: int) -> State | None:
         """Return the state with this id, or None."""
@@ -243,6 +244,13 @@ class Event(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Functions(_Node):
+    """Functions of an imported file that stand in none of the automata that come from it."""
+
+    text: Text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Property(_Node):
     """What the model checker is to prove of the automata.
 
@@ -263,7 +271,7 @@ class Document(_Node):
     `description`, `on_error`, `language`, parameters, events and properties are additions of ours; the
     origin's editor ignores them. `language` is blank for Python, and names any other, in which the code is
     kept but does not run. What is unknown among the libraries and among the interfaces is in
-    `libraries_extras` and `config_extras`.
+    `libraries_extras` and `config_extras`. `functions` come from imported files, and are never written.
     """
 
     root_tag: str = "VisualHFSM"
@@ -278,6 +286,7 @@ class Document(_Node):
     interfaces: tuple[Interface, ...] = ()
     libraries_extras: tuple[Extra, ...] = ()
     config_extras: tuple[Extra, ...] = ()
+    functions: tuple[Functions, ...] = ()
 
     def automaton(self, id: int) -> Automaton | None:
         """Return the automaton with this id, or None."""
