@@ -59,6 +59,12 @@ class SetpointController:
         """Hand over a command for the next tick."""
         self._mailbox.append(command)
 
+    def place(self, motors: NDArray[np.intp], positions: Array, out: Array) -> None:
+        """Set the setpoints of some motors at once, where they stay; fill `out`."""
+        self._setpoints[motors] = np.clip(positions, self._lower[motors], self._upper[motors])
+        self._targets[motors] = self._setpoints[motors]
+        out[:] = self._setpoints
+
     def tick(self, period: float, out: Array) -> None:
         """Take the commands posted since the last tick, move the setpoints for `period` s, fill `out`."""
         while self._mailbox:

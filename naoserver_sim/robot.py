@@ -82,6 +82,17 @@ class SimulatedDevice:
         values = np.array([velocities[self._index.joints[place].name] for place in places])
         self._simulator.post(Command.velocities(self._index.motors[places], values))
 
+    def place(self, positions: Mapping[str, float]) -> None:
+        """Put some joints somewhere at once, where they rest: a test's way to set a scene.
+
+        Raises KeyError when a joint is unknown, RobotError unless the robot follows a virtual clock.
+        """
+        if not isinstance(self._simulator, VirtualSimulator):
+            raise RobotError("only a simulation that follows a virtual clock can be set to a place")
+        index, places = self._index, self._motors_last_first(positions)
+        values = np.array([positions[index.joints[place].name] for place in places])
+        self._simulator.place(index.qpos[places], index.dofs[places], index.motors[places], values)
+
     def _motors_last_first(self, names: Mapping[str, float]) -> list[int]:
         """Return where the named joints stand, the leader of two with one motor last."""
         return sorted((self._places[name] for name in names), reverse=True)

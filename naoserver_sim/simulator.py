@@ -211,6 +211,17 @@ class VirtualSimulator(Simulator):
             self._catch_up()
             super().post(command)
 
+    def place(
+        self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array
+    ) -> None:
+        """Put some joints somewhere at once, at rest."""
+        with self._lock:
+            self._catch_up()
+            self._data.qpos[qpos] = positions
+            self._data.qvel[dofs] = 0.0
+            self._controller.place(motors, positions, self._data.ctrl)
+            self._snapshot = self._take_snapshot()
+
     def start(self) -> None:
         """Do nothing: the clock makes the time pass."""
 

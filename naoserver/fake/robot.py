@@ -129,6 +129,15 @@ class FakeDevice:
         """Move the setpoints of some joints at `velocities` until further notice."""
         self._command({name: (math.copysign(math.inf, v), abs(v)) for name, v in velocities.items()})
 
+    def place(self, positions: Mapping[str, float]) -> None:
+        """Put some joints somewhere at once, where they rest: a test's way to set a scene."""
+        with self._lock:
+            now = self._clock.now()
+            for name, position in positions.items():
+                facts = self._by_name[name]
+                value = min(max(position, facts.lower), facts.upper)
+                self._motions[name] = _Motion(now, value, value)
+
     def close(self) -> None:
         """Stop all motion."""
         self.read()

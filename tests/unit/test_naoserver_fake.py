@@ -118,3 +118,12 @@ def test_a_camera_that_fails_says_why(clock):
 def test_an_unknown_camera_is_named(robot):
     with pytest.raises(HardwareFailure, match="'CameraBack'"):
         robot.capture("CameraBack", 320, 240)
+
+
+def test_a_joint_that_is_placed_is_there_at_once_and_stays(robot, clock):
+    robot.command_velocities({"HeadYaw": 1.0})
+    clock.advance(0.5)
+    robot.place({"HeadYaw": -0.7})
+    assert head(robot) == pytest.approx((-0.7, -0.7, 0.0))
+    clock.advance(1.0)
+    assert head(robot) == pytest.approx((-0.7, -0.7, 0.0))

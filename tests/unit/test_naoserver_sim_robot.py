@@ -160,6 +160,17 @@ def test_ball_hangs_still_in_the_air(robot, clock):
     assert robot.mechanisms[0].read().positions == pytest.approx(before, abs=1e-6)
 
 
+def test_a_ball_that_is_placed_is_there_at_once_and_stays(robot, clock):
+    ball = robot.mechanisms[1]
+    ball.command_velocities({"BallGreenPan": 1.0})
+    clock.advance(0.5)
+    ball.place({"BallGreenPan": -0.4, "BallGreenX": 1.5})
+    expected = (-0.4, 1.5, ball.read().positions[2])
+    assert ball.read().positions == pytest.approx(expected, abs=1e-6)
+    clock.advance(1.0)
+    assert ball.read().positions == pytest.approx(expected, abs=1e-3)
+
+
 def test_a_waving_arm_leaves_the_torso_upright(robot, clock):
     worst = 0.0
     fraction = 0.3
