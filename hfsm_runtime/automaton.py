@@ -125,6 +125,11 @@ class Automaton:
         return next(state for state in self.states if state.initial)
 
     @cached_property
+    def events(self) -> frozenset[str]:
+        """The names of the events that any of its transitions waits for."""
+        return frozenset(transition.event for transition in self.transitions if transition.event)
+
+    @cached_property
     def interval(self) -> int:
         """The time between its cycles in ns."""
         return round(self.period * 1e9)
@@ -152,6 +157,10 @@ class Automaton:
             raise DefinitionError(f"{label} needs exactly one initial state")
         if not _positive(self.period):
             raise DefinitionError(f"{label} has the period {self.period}: it is a positive number of seconds")
+        for state in self.states:
+            required = any(given.default is REQUIRED for child in state.children for given in child.inputs)
+            if required and state.arguments is None:
+                raise DefinitionError(f"the state {state.name!r} of {label} hands its automata no inputs")
         for transition in self.transitions:
             what = f"transition {transition.id} ({transition.name!r}) of {label}"
             if not {transition.origin, transition.destination} <= self._by_id.keys():

@@ -14,6 +14,7 @@ from zenoh_ice.exceptions import ZenohIceError
 
 from .automaton import Automaton
 from .errors import ComponentError, MissingLibraryError, NotConnectedError, VariablesError
+from .events import make_event
 from .source_map import locate
 from .supervision import OnError
 
@@ -23,6 +24,7 @@ __all__ = [
     "Proxy",
     "libraries",
     "make_automata",
+    "parameter_values",
     "parameters_of",
     "proxies_of",
     "source_of",
@@ -109,6 +111,13 @@ class Component:
         """Wait by the component's clock; ends early, with the whole cycle, when the component does."""
         self.clock.sleep(seconds)
 
+    def send(self, name: str, data: object = None) -> None:
+        """Send an event to every automaton that is active; nobody is before the component has started.
+
+        `data` is what JSON knows. Raises EventError.
+        """
+        make_event(name, data)
+
 
 def proxies_of(component: Component) -> dict[str, Proxy[Any]]:
     """Return the proxies that a component declares, by attribute."""
@@ -125,6 +134,11 @@ def parameters_of(component: Component | type[Component]) -> dict[str, Parameter
     for base in reversed(owner.__mro__):
         found.update({name: value for name, value in vars(base).items() if isinstance(value, Parameter)})
     return found
+
+
+def parameter_values(component: Component) -> dict[str, object]:
+    """Return the values that a component's parameters have now, by attribute."""
+    return {name: getattr(component, name) for name in parameters_of(component)}
 
 
 def source_of(component: Component) -> str:

@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from .automaton import Transition
-from .errors import ComponentStoppedError
+from .automaton import Event, State, Transition
+from .errors import ComponentStoppedError, CycleCutError
+from .inputs import hand_over
 from .tree import Run, Tree
 
 __all__ = ["CycleEnded", "Supervisor", "run_cycle"]
@@ -33,29 +34,34 @@ class Supervisor(Protocol):
         """Take notice of a cycle that went through to its end."""
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
-        """Take notice that automata below a state that was left are still in a cycle."""
+        """Take notice that automata below a state that `run` leaves are still in a cycle."""
+
+    def entered(self, run: Run, transition: Transition | None) -> bool:
+        """Take notice that a state was entered, by a transition or as the initial one; true to pause here.
+
+        Its entry is complete and its code has not run.
+        """
 
 
 def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
     """Run one cycle of an automaton, which belongs to the component time `now`; false for a ghost.
 
-    Transitions out of the current state are tried in their order, and the first that holds fires: the
-    automata below the old state become ghosts and end their running cycles, then the transition's code runs,
-    then the timers of the new state start and the automata below it wake. At last the code of the current
-    state runs. What takes no longer than the period counts as if it took no time, so that timers keep to the
-    schedule of the cycles.
+    The entry into the current state comes first, where it is still owed. Then the transitions out of it are
+    tried, and the first that holds fires: the automata below the old state become ghosts and end their
+    running cycles, exit code, the change of state, the transition's code and entry code follow, and then the
+    timers of the new state start and the automata below it wake. At last the code of the current state runs.
+    What takes no longer than the period counts as if it took no time, so that timers keep to the schedule of
+    the cycles.
     """
     if not tree.begin_cycle(run):
         return False
     began, began_wall = supervisor.now(), time.perf_counter()
+    for observer in tree.observers:
+        observer.cycle_began(run, now)
     try:
-        transition = _first_that_holds(run, now, supervisor)
-        if transition is not None:
-            _fire(tree, run, transition, now, supervisor)
-        if run.active and run.current.code is not None:
-            _call(run, run.current.code, supervisor)
+        _run_steps(tree, run, now, supervisor)
         supervisor.succeeded(run)
-    except CycleEnded:
+    except (CycleEnded, CycleCutError):
         pass
     except ComponentStoppedError:
         return False
@@ -64,45 +70,135 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
         run.last_cycle = time.perf_counter() - began_wall
         run.longest_cycle = max(run.longest_cycle, run.last_cycle)
         run.overruns += supervisor.now() - began > run.automaton.interval
+        for observer in tree.observers:
+            observer.cycle_ended(run, now)
         tree.end_cycle(run)
     return True
 
 
-def _first_that_holds(run: Run, now: int, supervisor: Supervisor) -> Transition | None:
+def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+    if run.code_first:
+        run.code_first = False
+    else:
+        if run.owed:
+            _enter(tree, run, now, supervisor)
+        if run.unseen and run.on_duty and not run.owed:
+            run.unseen = False
+            if supervisor.entered(run, None):
+                tree.suspend(run, code_first=False)
+                return
+        if not run.current.final:
+            transition = _first_that_holds(tree, run, now, supervisor)
+            if transition is not None and _fire(tree, run, transition, now, supervisor):
+                run.unseen = False
+                if supervisor.entered(run, transition):
+                    tree.suspend(run, code_first=True)
+                    return
+    if run.on_duty and not run.owed:
+        if run.current.final:
+            tree.finish(run, now)
+        elif run.current.code is not None:
+            _call(tree, run, run.current.code, supervisor)
+
+
+def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
     forced, run.forced = run.forced, None
     if forced is not None and forced.origin == run.current.id:
         return forced
     for transition in run.automaton.outgoing(run.current):
-        if transition.delay is not None:
-            holds = run.active_time(now) >= transition.delay
-        else:
-            assert transition.guard is not None, "a transition has either a time or a guard"
-            holds = bool(_call(run, transition.guard, supervisor))
-            run.guards[transition.id] = holds
-        if holds:
+        if _holds(tree, run, transition, now, supervisor):
             return transition
     return None
 
 
-def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> None:
-    left = run.current
-    if not tree.leave(run, transition, now):
-        return
+def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
+    if transition.delay is not None:
+        triggered = run.active_time(now) >= transition.delay
+    elif transition.event:
+        triggered = transition.event in run.present
+    elif transition.finished:
+        triggered = bool(run.below) and all(child.finished for child in run.below)
+    else:
+        triggered = True
+    if not triggered or transition.guard is None:
+        return triggered
+    value = bool(_call(tree, run, _bound(run, transition, transition.guard), supervisor))
+    run.guards[transition.id] = value
+    for observer in tree.observers:
+        observer.guard_evaluated(run, transition, value, now)
+    return value
+
+
+def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
+    """Fire a transition; false when the new state is not entered yet, since the automaton became a ghost."""
+    if not tree.leave(run, now):
+        return False
+    for observer in tree.observers:
+        observer.fired(run, transition, now)
     try:
-        late = tree.wait_for_cycles(left, run, HAND_OVER)
+        late = tree.wait_for_cycles(run, HAND_OVER)
         if late:
             supervisor.not_handed_over(run, late)
+        for left, state in _left_for_good(run):
+            if state.exit is not None:
+                _call(tree, left, state.exit, supervisor)
+    finally:  # once the automata below have let go, the state changes whatever its exit code comes to
+        tree.change(run, transition, now)
+    try:
         if transition.code is not None:
-            _call(run, transition.code, supervisor)
+            _call(tree, run, _bound(run, transition, transition.code), supervisor)
     finally:
-        ended = supervisor.now()
-        tree.enter(run, now if ended < now + run.automaton.interval else ended)
+        if not run.owed:
+            tree.enter(run, _settled(run, now, supervisor))
+    if run.owed:
+        _enter(tree, run, now, supervisor)
+    return run.on_duty
 
 
-def _call(run: Run, code: Callable[[], object], supervisor: Supervisor) -> object:
+def _enter(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+    """Do what is owed at the entry into the current state; a ghost goes on owing it."""
+    state = run.current
+    if not run.on_duty:
+        return
+    if state.entry is not None:
+        _call(tree, run, state.entry, supervisor)
+    arguments = state.arguments
+    if arguments is not None and not state.final:
+        _call(tree, run, lambda: hand_over(state, arguments()), supervisor)
+    tree.enter(run, _settled(run, now, supervisor))
+
+
+def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
+    """Return the time from which the timers of a state count."""
+    ended = supervisor.now()
+    return now if ended < now + run.automaton.interval else ended
+
+
+def _left_for_good(run: Run) -> list[tuple[Run, State]]:
+    """Return the states whose exit code runs when an automaton leaves its state, in this order."""
+    left: list[tuple[Run, State]] = []
+    if run.current.restart:
+        for child in run.below:
+            if child.entered is not None and not child.owed and not child.finished:
+                left += _left_for_good(child)
+    left.append((run, run.current))
+    return left
+
+
+def _bound(run: Run, transition: Transition, code: Callable[..., object]) -> Callable[[], object]:
+    """Return a transition's guard or code as a function without parameters."""
+    if not transition.event:
+        return code
+    event = run.present.get(transition.event) or Event(transition.event)  # none when it was forced
+    return lambda: code(event)
+
+
+def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervisor) -> object:
     """Return what a piece of user code returns, or None when it failed and the cycle is to go on."""
     try:
         return code()
     except Exception as error:  # noqa: BLE001 - anything may come out of user code; the supervisor tells it
+        for observer in tree.observers:
+            observer.code_failed(run, error)
         supervisor.failed(run, error)
         return None

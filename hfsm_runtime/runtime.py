@@ -9,15 +9,17 @@ from typing import Final
 
 from zenoh_ice.clock import Clock
 
-from .automaton import Transition
-from .component import Component, make_automata, source_of
-from .errors import ComponentError, ComponentStoppedError
+from .automaton import Automaton, Transition
+from .breakpoints import Breakpoints
+from .component import Component, make_automata, parameter_values, source_of
+from .errors import ComponentStoppedError, UnknownElementError
+from .events import make_event
 from .supervision import ErrorRecord, OnError, Supervision
 from .threads import Threads
 from .timeline import Timeline
-from .tree import Run, Tree
+from .tree import ChangeKind, Run, Tree
 
-__all__ = ["Runtime", "Status", "UnknownElementError"]
+__all__ = ["Runtime", "Status"]
 
 _STOP: Final = 2.0
 """The longest wait in wall seconds for the running cycles when the component ends."""
@@ -31,16 +33,13 @@ class Status(StrEnum):
     HALTED = "halted"
 
 
-class UnknownElementError(ComponentError):
-    """A request names an automaton or a transition that the component does not have, or not now."""
-
-
 class Runtime:
     """The life of a component: made, started, perhaps paused and resumed, and stopped once.
 
     Making it runs the variables of the document; raises what `make_automata` does. `ended` is set when the
-    component is to end: by an error, by `request_stop`, or by its own code. `servers_present` tells whether
-    the servants of the component's proxies can be reached, as far as is known.
+    component is to end: by an error, by `request_stop`, by its own code, or since the root has finished.
+    `servers_present` tells whether the servants of the component's proxies can be reached, as far as is
+    known.
     """
 
     def __init__(
@@ -51,13 +50,17 @@ class Runtime:
         servers_present: Callable[[], bool] = lambda: True,
     ) -> None:
         self.component = component
+        self.generation = 0
+        """How many times the component was reloaded."""
+        self.breakpoints = Breakpoints()
         self.ended = threading.Event()
         self.failed = False
         """Whether an error ended the component."""
         component.clock = clock
         vars(component)["sleep"] = self._sleep
-        self.tree = Tree(make_automata(component))
-        self.timeline = Timeline(clock)
+        vars(component)["send"] = self.send
+        self.tree = self._make_tree(make_automata(component))
+        self.timeline = self._make_timeline(clock)
         self._supervision = Supervision(
             self.tree,
             self.timeline,
@@ -67,8 +70,10 @@ class Runtime:
             document=component._hfsm_document,
             halt=self._halt,
             servers_present=servers_present,
+            entered=self._entered,
         )
         self._threads = Threads(self.tree, self.timeline, self._supervision, self._crashed)
+        self.tree.on_change.append(self._changed)
 
     @property
     def name(self) -> str:
@@ -123,12 +128,14 @@ class Runtime:
         """Go on after a pause."""
         with self.tree.lock:
             if not self.ended.is_set():
+                self.breakpoints.go_on()
                 self._threads.resume()
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError."""
-        runs = self.tree.runs if automaton == 0 else (self._run(automaton),)
+        runs = self.tree.runs if automaton == 0 else (self.run(automaton),)
         if not self.ended.is_set():
+            self.breakpoints.go_on(run.automaton.id for run in runs)
             self._threads.step(runs)
 
     def force(self, automaton: int, transition: int) -> None:
@@ -136,7 +143,7 @@ class Runtime:
 
         Raises UnknownElementError, also when the transition does not leave the current state.
         """
-        run = self._run(automaton)
+        run = self.run(automaton)
         found = _transition(run, transition)
         with self.tree.lock:
             if found.origin != run.current.id:
@@ -147,7 +154,19 @@ class Runtime:
                 )
             run.forced = found
 
-    def _run(self, automaton: int) -> Run:
+    def _make_tree(self, root: Automaton) -> Tree:
+        return Tree(root)
+
+    def _make_timeline(self, clock: Clock) -> Timeline:
+        return Timeline(clock)
+
+    def send(self, name: str, data: object = None) -> None:
+        """Send an event to every automaton that is active; raises EventError."""
+        for run, event in self.tree.send(make_event(name, data), self.timeline.now()):
+            self._supervision.event_lost(run, event)
+
+    def run(self, automaton: int) -> Run:
+        """Return an automaton by its id; raises UnknownElementError."""
         run = self.tree.run(automaton)
         if run is None:
             known = ", ".join(str(run.automaton.id) for run in self.tree.runs)
@@ -155,9 +174,26 @@ class Runtime:
         return run
 
     def _sleep(self, seconds: float) -> None:
-        self.component.clock.wait(self.ended, max(0.0, seconds))
+        if not self._threads.sleep(self.component.clock, seconds, self.ended):
+            self.component.clock.wait(self.ended, max(0.0, seconds))
         if self.ended.is_set():
             raise ComponentStoppedError
+
+    def _changed(self, _now: int, run: Run, kind: ChangeKind) -> None:
+        if kind is ChangeKind.FINISHED and run is self.tree.root:
+            self.request_stop()
+
+    def _entered(self, run: Run, transition: Transition | None) -> bool:
+        """Pause at a breakpoint; it is reached on the automaton's thread, before the code of the state."""
+        hits = self.breakpoints.reached(run, transition, parameter_values(self.component))
+        if not hits or self.ended.is_set():
+            return False
+        self.pause()
+        self.breakpoints.stop_at(run, hits)
+        for hit in hits:
+            if hit.trouble:
+                self._supervision.note(run, hit.trouble)
+        return True
 
     def _halt(self) -> None:
         self.failed = True

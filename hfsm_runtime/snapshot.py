@@ -128,7 +128,7 @@ def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
         id=run.automaton.id,
         state=run.current.id,
         ghost=run.parent is not None and not run.active,  # the root is none, not even before it starts
-        finished=False,
+        finished=run.finished,
         lastTransition=run.last_transition,
         enteredAt=(run.entered or 0) / 1e9,
         timers=[

@@ -19,6 +19,7 @@ from zenoh_ice.exceptions import (
     TimeoutException,
 )
 
+from .automaton import Event, Transition
 from .cycle import CycleEnded
 from .source_map import locate
 from .timeline import Timeline
@@ -61,7 +62,8 @@ class ErrorRecord:
 
 
 class Supervision:
-    """Take errors from the cycles of one component; `halt` is called when the policy says so.
+    """Take errors from the cycles of one component; `halt` is called when the policy says so, and
+    `entered` at each entry into a state, to tell whether to pause there.
 
     While a server is away the cycles that need it are left, and tried again at their next time: the log tells
     once that it is gone and once that it is back. It is back when `servers_present` says so and the automata
@@ -79,6 +81,7 @@ class Supervision:
         document: str = "",
         halt: Callable[[], None] = lambda: None,
         servers_present: Callable[[], bool] = lambda: True,
+        entered: Callable[[Run, Transition | None], bool] = lambda _run, _transition: False,
     ) -> None:
         self._tree = tree
         self._timeline = timeline
@@ -88,6 +91,7 @@ class Supervision:
         self._document = document
         self._halt = halt
         self._servers_present = servers_present
+        self._entered = entered
         self._lock = threading.Lock()
         self._records: deque[ErrorRecord] = deque(maxlen=_KEPT)
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
@@ -137,11 +141,26 @@ class Supervision:
         """Take notice that automata below a state that was left are still in a cycle."""
         for child in late:
             message = (
-                f"still in a cycle 1 s after {_place(run)} took over: its code must not block, "
-                "and both drive the robot until it ends"
+                f"still in a cycle 1 s after {run.automaton.name} left the state {run.current.name}: "
+                "its code must not block, and others drive the robot with it until it ends"
             )
             self._record(child, "", message)
             self._log.error("%s: %s", _place(child), message)
+
+    def entered(self, run: Run, transition: Transition | None) -> bool:
+        """Take notice that a state was entered; true to pause there."""
+        return self._entered(run, transition)
+
+    def note(self, run: Run, message: str) -> None:
+        """Take notice of something that is amiss with an automaton and is no error of its code."""
+        self._record(run, "", message)
+        self._log.warning("%s: %s", _place(run), message)
+
+    def event_lost(self, run: Run, event: Event) -> None:
+        """Take notice that an automaton has lost an event, since too many came before its next cycle."""
+        message = f"the event {event.name!r} is lost: more came within a period than are kept"
+        self._record(run, "", message)
+        self._log_seldom(run, event.name, f"{_place(run)}: {message}", None)
 
     def _server_away(self, run: Run, location: str, message: str) -> None:
         with self._lock:
@@ -158,7 +177,7 @@ class Supervision:
         with self._lock:
             self._records.append(record)
 
-    def _log_seldom(self, run: Run, location: str, text: str, error: Exception) -> None:
+    def _log_seldom(self, run: Run, location: str, text: str, error: Exception | None) -> None:
         key = (run.automaton.id, run.current.id, location)
         now = time.monotonic()
         with self._lock:

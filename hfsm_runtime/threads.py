@@ -8,8 +8,10 @@ import time
 from collections.abc import Callable
 from typing import Final
 
+from zenoh_ice.clock import Clock
+
 from .cycle import Supervisor, run_cycle
-from .errors import ComponentStoppedError
+from .errors import ComponentStoppedError, CycleCutError
 from .schedule import slot_after, slot_at, slot_from
 from .timeline import Timeline
 from .tree import ChangeKind, Run, Tree
@@ -45,6 +47,7 @@ class Threads:
         self._crashed = crashed
         self._stopping = False
         self._one_step = threading.Lock()
+        self._own = threading.local()
         self._workers = {run: _Worker(self, run) for run in tree.runs}
         tree.on_change.append(self._changed)
 
@@ -76,6 +79,7 @@ class Threads:
         with self._tree.lock:
             self._tree.held = True
             self._timeline.pause()
+        self.wake()  # those who sleep in their code
 
     def resume(self) -> None:
         """Go on after a pause."""
@@ -91,7 +95,7 @@ class Threads:
         """
         with self._one_step:
             with self._tree.lock:
-                active = [run for run in runs if run.active]
+                active = [run for run in runs if run.active and not run.finished]
                 if self._stopping or not self._timeline.paused or not active:
                     return
                 self._timeline.step(min(run.automaton.interval for run in active))
@@ -104,14 +108,32 @@ class Threads:
                 if not worker.stepped.wait(_STEP):
                     _logger.warning("the step of %s takes longer than %g s", run.automaton.name, _STEP)
 
+    def sleep(self, clock: Clock, seconds: float, ended: threading.Event) -> bool:
+        """Wait on behalf of user code; false, and no wait, when this is no automaton's thread.
+
+        Returns early when the component has `ended`, and raises CycleCutError when the cycle is to.
+        """
+        worker: _Worker | None = getattr(self._own, "worker", None)
+        if worker is None:
+            return False
+        end = clock.now() + seconds
+        while not ended.is_set():
+            worker.wake.clear()
+            if not self._tree.may_go_on(worker.run):
+                raise CycleCutError
+            left = end - clock.now()
+            if left <= 0:
+                break
+            clock.wait(worker.wake, left)
+        return True
+
     def wake(self) -> None:
         """Let every thread look at what has changed."""
         for worker in self._workers.values():
             worker.wake.set()
 
-    def _changed(self, _now: int, run: Run, kind: ChangeKind) -> None:
-        if kind is not ChangeKind.GHOST:
-            self._workers[run].wake.set()
+    def _changed(self, _now: int, run: Run, _kind: ChangeKind) -> None:
+        self._workers[run].wake.set()  # a ghost's, since its code may sleep
 
     def run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end; the body of its thread."""
@@ -121,7 +143,7 @@ class Threads:
             if run.stepping:
                 self._cycle(run, self._timeline.now())
                 worker.stepped.set()
-            elif self._tree.held or not run.active:
+            elif self._tree.held or not run.active or run.finished:
                 worker.wake.wait(_IDLE)
             else:
                 slot = max(slot, slot_from(run.activated, interval))
@@ -138,6 +160,7 @@ class Threads:
 
     def guard(self, worker: _Worker) -> None:
         """Run an automaton and tell when its thread ends before its time."""
+        self._own.worker = worker
         try:
             self.run_cycles(worker)
         except ComponentStoppedError:

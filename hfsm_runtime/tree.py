@@ -10,8 +10,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from .automaton import Automaton, State, Transition
+from .automaton import REQUIRED, Automaton, Event, State, Transition
 from .errors import DefinitionError
+from .events import Inbox
+from .observer import Observer
 
 __all__ = ["ChangeKind", "Run", "Tree"]
 
@@ -25,6 +27,8 @@ class ChangeKind(StrEnum):
     """An ancestor left the state above it: it remembers its own."""
     RESUMED = "resumed"
     """It goes on in the state that it remembered."""
+    FINISHED = "finished"
+    """It is in a final state, and runs no more cycles."""
 
 
 @dataclass(eq=False, slots=True)
@@ -41,10 +45,24 @@ class Run:
     current: State = field(init=False)
     active: bool = False
     """Whether every ancestor is in the state that owns the chain down to here: if not, it is a ghost."""
+    finished: bool = False
+    """Whether it has reached a final state."""
     activated: int = 0
     """When it last became active."""
+    activations: int = 0
+    """How often it became active."""
+    claimed: int = 0
+    """The activation to which its running, or its last, cycle belongs."""
     entered: int | None = None
     """When it entered its current state; None before it was active for the first time."""
+    owed: bool = False
+    """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
+    waking: bool = True
+    """Whether the automata below the current state have not been woken since it was entered."""
+    unseen: bool = True
+    """Whether the supervisor has not been told yet that the current state was entered."""
+    code_first: bool = False
+    """Whether the next cycle begins with the code of the state, since the last one was cut before it."""
     waited: int = 0
     """The active time in the current state up to `since`."""
     since: int | None = None
@@ -55,6 +73,11 @@ class Run:
     stepping: bool = False
     """Whether one cycle is to run although the tree is held."""
     in_cycle: bool = False
+    in_step: bool = False
+    """Whether the running cycle is such a one."""
+    inbox: Inbox = field(default_factory=Inbox)
+    present: dict[str, Event] = field(default_factory=dict)
+    """The events of the running cycle, by name."""
     guards: dict[int, bool] = field(default_factory=dict)
     """The last value of each guard out of the current state."""
     cycles: int = 0
@@ -64,6 +87,17 @@ class Run:
 
     def __post_init__(self) -> None:
         self.current = self.automaton.initial
+        self.owed = _owes(self.current)
+
+    @property
+    def on_duty(self) -> bool:
+        """Whether the running cycle is still to run code: not when it has outlived its activation."""
+        return self.active and self.claimed == self.activations
+
+    @property
+    def below(self) -> tuple[Run, ...]:
+        """The automata that the current state owns."""
+        return self.children.get(self.current.id, ())
 
     def active_time(self, now: int) -> int:
         """Return the active time since the entry into the current state in ns."""
@@ -76,12 +110,22 @@ class Run:
                 yield child
                 yield from child.descendants()
 
+    def paths(self) -> Iterator[str]:
+        """Yield the names of current states from here down, joined by `/`; one for each branch."""
+        below = () if self.current.final else self.below
+        if not below:
+            yield self.current.name
+        for child in below:
+            for path in child.paths():
+                yield f"{self.current.name}/{path}"
+
 
 class Tree:
     """The automata of a component at run time.
 
-    `on_change` is called, under the lock, after every change of state and each time an automaton becomes a
-    ghost or is one no longer; it must not block.
+    `on_change` is called, under the lock, after every change of state, each time an automaton becomes a ghost
+    or is one no longer, and when it has finished; it must not block. `observers` see more. Raises
+    DefinitionError.
     """
 
     def __init__(self, root: Automaton) -> None:
@@ -89,17 +133,34 @@ class Tree:
         self.held = False
         """While set no cycle begins, except those of automata that are `stepping`."""
         self.on_change: list[Callable[[int, Run, ChangeKind], None]] = []
+        self.observers: list[Observer] = []
         self._cycle_ended = threading.Condition(self.lock)
         self.runs: tuple[Run, ...] = tuple(_grow(root, None, None, 0))
         """All automata, each before its children."""
         self._by_id = {run.automaton.id: run for run in self.runs}
         if len(self._by_id) != len(self.runs):
             raise DefinitionError("two automata have one id")
+        for declared in root.inputs:
+            if declared.default is REQUIRED:
+                raise DefinitionError(f"nobody hands the root its input {declared.name!r}: give it a default")
 
     @property
     def root(self) -> Run:
         """The automaton that no state owns."""
         return self.runs[0]
+
+    @property
+    def active(self) -> str:
+        """The path of current states from the root down, such as `followBall/green`.
+
+        Where a state owns several automata the path follows the first.
+        """
+        return next(self.root.paths())
+
+    @property
+    def active_paths(self) -> tuple[str, ...]:
+        """The paths of current states from the root down, one for each branch, in their order."""
+        return tuple(self.root.paths())
 
     def run(self, id: int) -> Run | None:
         """Return an automaton by its id, or None."""
@@ -108,87 +169,180 @@ class Tree:
     def start(self, now: int) -> None:
         """Enter the initial states: the timers of all that is active begin to count."""
         with self.lock:
-            self._activate(self.root, now)
+            self._begin(self.root, now)
+
+    def send(self, event: Event, now: int) -> list[tuple[Run, Event]]:
+        """Give an event to every automaton that is active and waits for its like anywhere.
+
+        Return who lost which older event for it.
+        """
+        lost: list[tuple[Run, Event]] = []
+        with self.lock:
+            for run in self.runs:
+                if run.active and not run.finished and event.name in run.automaton.events:
+                    dropped = run.inbox.put(event)
+                    if dropped is not None:
+                        lost.append((run, dropped))
+            for observer in self.observers:
+                observer.event_sent(event, now)
+        return lost
 
     def begin_cycle(self, run: Run) -> bool:
-        """Claim an automaton for a cycle; false for a ghost, and for all while the tree is held."""
+        """Claim an automaton for a cycle; false for a ghost, and for all while the tree is held.
+
+        The events that have arrived become present, except in a cycle that only finishes the last one.
+        """
         with self.lock:
             stepping, run.stepping = run.stepping, False
-            run.in_cycle = run.active and (stepping or not self.held)
-            return run.in_cycle
+            if not run.active or run.finished or (self.held and not stepping):
+                return False
+            run.in_cycle, run.in_step = True, stepping
+            run.claimed = run.activations
+            if not run.code_first:
+                run.present = run.inbox.take()
+            return True
 
     def end_cycle(self, run: Run) -> None:
         """Give an automaton free that `begin_cycle` claimed."""
         with self.lock:
-            run.in_cycle = False
+            run.in_cycle = run.in_step = False
             self._cycle_ended.notify_all()
 
-    def leave(self, run: Run, transition: Transition, now: int) -> bool:
-        """Change the state of an automaton; all below the one that it left become ghosts.
+    def may_go_on(self, run: Run) -> bool:
+        """Return whether a running cycle need not end early: it does for a ghost, and while held."""
+        return run.on_duty and (run.in_step or not self.held)
 
-        The timers of the new state do not run yet, and the automata below it are ghosts still: that is for
-        `enter`. False, and no change, when the automaton has become a ghost itself in the meantime.
+    def leave(self, run: Run, now: int) -> bool:
+        """Begin to leave the current state: all automata below become ghosts.
+
+        False, and no change, when the automaton has become a ghost itself in the meantime.
         """
         with self.lock:
-            if not run.active:
+            if not run.on_duty:
                 return False
-            for child in run.children.get(run.current.id, ()):
+            for child in run.below:
                 self._deactivate(child, now)
-            run.current = run.automaton.state(transition.destination)
-            run.last_transition = transition.id
-            run.entered = now
-            run.waited = 0
-            run.since = None
-            run.guards = {}
-            self._changed(now, run, ChangeKind.ENTERED)
             return True
 
-    def enter(self, run: Run, now: int) -> None:
-        """Start the timers of the state that `leave` brought, and wake the automata below it."""
-        with self.lock:
-            if run.active:
-                run.since = now
-                for child in run.children.get(run.current.id, ()):
-                    self._activate(child, now)
-
-    def wait_for_cycles(self, state: State, run: Run, timeout: float) -> list[Run]:
-        """Wait until no automaton below a state of `run` is in a cycle; return those that still are.
+    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
+        """Wait until no automaton below the current state is in a cycle; return those that still are.
 
         `timeout` is in s of wall time.
         """
-        children = run.children.get(state.id, ())
-        below = [run for child in children for run in (child, *child.descendants())]
+        below = [run for child in run.below for run in (child, *child.descendants())]
+        if not below:
+            return below
         with self.lock:
             self._cycle_ended.wait_for(lambda: not any(run.in_cycle for run in below), timeout)
             return [run for run in below if run.in_cycle]
 
-    def _activate(self, run: Run, now: int) -> None:
+    def change(self, run: Run, transition: Transition, now: int) -> None:
+        """Change the state; its timers do not run and the automata below sleep until `enter`.
+
+        A cycle that ends so late that the automaton is active anew changes nothing any more.
+        """
+        with self.lock:
+            if run.claimed == run.activations:
+                run.last_transition = transition.id
+                self._set(run, run.automaton.state(transition.destination), now)
+
+    def enter(self, run: Run, now: int) -> None:
+        """Start the timers of the current state, whose entry is complete, and wake the automata below it.
+
+        Those of a ghost start when it is one no longer.
+        """
+        with self.lock:
+            if run.claimed == run.activations:
+                run.owed = False
+                if run.active:
+                    self._settle(run, now)
+
+    def finish(self, run: Run, now: int) -> None:
+        """Let an automaton have finished."""
+        with self.lock:
+            if run.on_duty and not run.finished:
+                run.finished = True
+                run.inbox.clear()
+                self._changed(now, run, ChangeKind.FINISHED)
+
+    def suspend(self, run: Run, *, code_first: bool) -> None:
+        """Let the next cycle go on where this one is cut.
+
+        With `code_first` that is the code of the state, otherwise the transitions with the same events.
+        """
+        with self.lock:
+            run.code_first = code_first
+            if not code_first:
+                run.inbox.give_back(run.present)
+
+    def _begin(self, run: Run, now: int) -> None:
+        """Activate an automaton below a state that was entered."""
         if run.active:
             return
+        anew = run.finished or (run.owner is not None and run.owner.restart)
+        if run.entered is None or anew:
+            run.finished = False
+            run.forced = None
+            self._activate(run, now, initial=True)
+        else:
+            self._activate(run, now)
+
+    def _activate(self, run: Run, now: int, *, initial: bool = False) -> None:
         run.active = True
         run.activated = now
-        run.since = now
-        if run.entered is None:
-            run.entered = now
-            self._changed(now, run, ChangeKind.ENTERED)
+        run.activations += 1
+        if initial:
+            self._set(run, run.automaton.initial, now)
         else:
             self._changed(now, run, ChangeKind.RESUMED)
-        for child in run.children.get(run.current.id, ()):
-            self._activate(child, now)
+        if run.owed:
+            return
+        if run.waking:
+            self._settle(run, now)
+        else:
+            run.since = now
+            for child in run.below:
+                if not run.current.final and not child.active:
+                    self._activate(child, now)
+
+    def _settle(self, run: Run, now: int) -> None:
+        run.since = now
+        run.waking = False
+        if not run.current.final:
+            for child in run.below:
+                self._begin(child, now)
 
     def _deactivate(self, run: Run, now: int) -> None:
         if not run.active:
             return
-        for child in run.children.get(run.current.id, ()):
+        for child in run.below:
             self._deactivate(child, now)
         run.active = False
+        run.inbox.clear()
         run.waited = run.active_time(now)
         run.since = None
         self._changed(now, run, ChangeKind.GHOST)
 
+    def _set(self, run: Run, state: State, now: int) -> None:
+        run.current = state
+        run.entered = now
+        run.owed = _owes(state)
+        run.waking = run.unseen = True
+        run.code_first = False
+        run.waited = 0
+        run.since = None
+        run.guards = {}
+        self._changed(now, run, ChangeKind.ENTERED)
+
     def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
         for notify in self.on_change:
             notify(now, run, kind)
+        for observer in self.observers:
+            observer.changed(now, run, kind)
+
+
+def _owes(state: State) -> bool:
+    return state.entry is not None or (state.arguments is not None and not state.final)
 
 
 def _grow(automaton: Automaton, parent: Run | None, owner: State | None, depth: int) -> Iterator[Run]:

@@ -1,14 +1,15 @@
-"""Look at the variables of an automaton while its code runs.
+"""Look at the variables of an automaton while its code runs, and set them.
 
-The code of an automaton shares its variables as a closure, so they can be read without its help, and without
-stopping it.
+The code of an automaton shares its variables as a closure, so they can be read and set without its help, and
+without stopping it.
 """
 
 from __future__ import annotations
 
+import difflib
 import itertools
 import reprlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from types import CellType, ModuleType
 from typing import Final
 
@@ -17,8 +18,9 @@ import msgspec
 from zenoh_ice import Sample
 
 from .automaton import Automaton
+from .errors import UnknownElementError, ValueTypeError
 
-__all__ = ["short_repr", "variables_of"]
+__all__ = ["assign", "cells_of", "convert", "did_you_mean", "short_repr", "values_of", "variables_of"]
 
 _LONGEST: Final = 120
 
@@ -28,17 +30,73 @@ def variables_of(automaton: Automaton) -> dict[str, str]:
 
     A variable that no code has assigned yet is not there; nor are functions, classes and modules.
     """
-    values: dict[str, str] = {}
-    for name, cell in _cells(automaton):
-        if name == "self" or name in values:
-            continue
+    return {name: short_repr(value) for name, value in sorted(values_of(automaton).items())}
+
+
+def values_of(automaton: Automaton) -> dict[str, object]:
+    """Return the values of the variables that the automaton's code uses, by name, as `variables_of` does."""
+    values: dict[str, object] = {}
+    for name, cell in cells_of(automaton).items():
         try:
             value = cell.cell_contents
         except ValueError:  # nothing has been assigned
             continue
         if not callable(value) and not isinstance(value, ModuleType):
-            values[name] = short_repr(value)
-    return dict(sorted(values.items()))
+            values[name] = value
+    return values
+
+
+def cells_of(automaton: Automaton) -> dict[str, CellType]:
+    """Return where the closures of an automaton's code keep its variables, by name."""
+    cells: dict[str, CellType] = {}
+    for code in _functions(automaton):
+        closure = getattr(code, "__closure__", None)
+        if closure:
+            for name, cell in zip(code.__code__.co_freevars, closure, strict=True):
+                cells.setdefault(name, cell)
+    return {name: cell for name, cell in cells.items() if name != "self" and not name.startswith("__")}
+
+
+def assign(automaton: Automaton, name: str, value: object) -> None:
+    """Set a variable that the automaton's code uses.
+
+    Raises UnknownElementError when it uses none of this name, or the name is that of a function, and
+    ValueTypeError when it is an input of another type.
+    """
+    cell = cells_of(automaton).get(name)
+    if cell is None:
+        known = values_of(automaton)
+        raise UnknownElementError(
+            f"the code of automaton {automaton.id} ({automaton.name}) uses no variable {name!r}"
+            f"{did_you_mean(name, known)}"
+        )
+    try:
+        if callable(cell.cell_contents) or isinstance(cell.cell_contents, ModuleType):
+            raise UnknownElementError(f"{name} is no variable of automaton {automaton.id}: it is code")
+    except ValueError:  # nothing has been assigned
+        pass
+    for declared in automaton.inputs:
+        if declared.name == name:
+            value = convert(value, declared.type, f"the input {name}")
+    cell.cell_contents = value
+
+
+def convert(value: object, wanted: type, what: str) -> object:
+    """Return a value that came as JSON as the type of a parameter or an input; raises ValueTypeError."""
+    if wanted is object or type(value) is wanted:
+        return value
+    if wanted is float and type(value) is int:
+        return float(value)
+    raise ValueTypeError(f"{what} is {wanted.__name__}, not {type(value).__name__}: {value!r:.80}")
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return `: did you mean ...?` with the known names that resemble one, or `: there are ...`."""
+    names = sorted(known)
+    close = difflib.get_close_matches(name[:_LONGEST], names, 3)
+    if close:
+        return f": did you mean {' or '.join(close)}?"
+    return f": there are {', '.join(names)}" if names else ": there are none"
 
 
 def short_repr(value: object) -> str:
@@ -52,21 +110,16 @@ def short_repr(value: object) -> str:
     return text.encode("utf-8", "backslashreplace").decode()
 
 
-def _cells(automaton: Automaton) -> Iterator[tuple[str, CellType]]:
-    for code in _functions(automaton):
-        closure = getattr(code, "__closure__", None)
-        if closure:
-            yield from zip(code.__code__.co_freevars, closure, strict=True)
-
-
-def _functions(automaton: Automaton) -> Iterator[Callable[[], object]]:
+def _functions(automaton: Automaton) -> Iterator[Callable[..., object]]:
     for state in automaton.states:
-        if state.code is not None:
-            yield state.code
+        yield from _given(state.entry, state.code, state.exit, state.arguments)
     for transition in automaton.transitions:
-        for code in (transition.guard, transition.code):
-            if code is not None:
-                yield code
+        yield from _given(transition.guard, transition.code)
+    yield from _given(automaton.set_inputs)
+
+
+def _given(*code: Callable[..., object] | None) -> Iterator[Callable[..., object]]:
+    return (function for function in code if function is not None)
 
 
 class _BoundedRepr(reprlib.Repr):

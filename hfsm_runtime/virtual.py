@@ -13,6 +13,7 @@ from zenoh_ice.clock import VirtualClock
 
 from .component import Component, make_automata, source_of
 from .cycle import run_cycle
+from .events import make_event
 from .schedule import slot_after, slot_at
 from .supervision import ErrorRecord, OnError, Supervision
 from .timeline import Timeline
@@ -24,7 +25,7 @@ _SECOND: Final = 1_000_000_000
 
 
 class Change(NamedTuple):
-    """At a time in s an automaton entered a state, became a ghost in it, or resumed it."""
+    """At a time in s an automaton entered a state, became a ghost in it, resumed it, or finished in it."""
 
     time: float
     automaton: str
@@ -37,7 +38,7 @@ class VirtualRun:
 
     Proxies are not connected: assign to the component's attributes what stands for them. `trace` is every
     change since the start, the entry into the initial states included. `self.sleep` moves the time on; the
-    cycles that fall due in the meantime run after it.
+    cycles that fall due in the meantime run after it. When the root has finished nothing runs any more.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class VirtualRun:
         self.clock = clock or VirtualClock()
         component.clock = self.clock
         vars(component)["sleep"] = self._sleep
+        vars(component)["send"] = self.send
         self.trace: list[Change] = []
         self.halted = False
         self.tree = Tree(make_automata(component))
@@ -80,18 +82,22 @@ class VirtualRun:
 
         Where a state owns several automata the path follows the first.
         """
-        path: list[str] = []
-        current: Run | None = self.tree.root
-        while current is not None:
-            path.append(current.current.name)
-            children = current.children.get(current.current.id)
-            current = children[0] if children else None
-        return "/".join(path)
+        return self.tree.active
+
+    @property
+    def active_paths(self) -> tuple[str, ...]:
+        """The paths of current states from the root down, one for each branch, in their order."""
+        return self.tree.active_paths
+
+    @property
+    def finished(self) -> bool:
+        """Whether the root has finished, and with it the component."""
+        return self.tree.root.finished
 
     def advance(self, seconds: float) -> None:
-        """Run all cycles that fall due in the next `seconds`, the end included; none once it has halted."""
+        """Run all cycles that fall due in the next `seconds`, the end included; none once it has ended."""
         end = self._timeline.now() + round(seconds * _SECOND)
-        while self._due and self._due[0][0] <= end and not self.halted:
+        while self._due and self._due[0][0] <= end and not (self.halted or self.finished):
             due, index = heapq.heappop(self._due)
             run = self.tree.runs[index]
             self._move_to(due)
@@ -101,6 +107,11 @@ class VirtualRun:
                 self._due, (slot_after(max(at, self._timeline.now()), run.automaton.interval), index)
             )
         self._move_to(end)
+
+    def send(self, name: str, data: object = None) -> None:
+        """Send an event to every automaton that is active; raises EventError."""
+        for run, event in self.tree.send(make_event(name, data), self._timeline.now()):
+            self._supervision.event_lost(run, event)
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return when one automaton entered which state, its initial one included."""
