@@ -3,39 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from itertools import count
+from typing import Any
 
 from hfsm_runtime import Automaton, Component, State, Transition
 
+Code = Callable[[], object]
+
 _ids = count(1)
 
-__all__ = ["after", "automaton", "component", "when"]
+__all__ = ["Code", "after", "automaton", "component", "finished", "on", "when"]
 
 
 def after(
-    seconds: float, origin: int, destination: int, code: Callable[[], object] | None = None
+    seconds: float, origin: int, destination: int, code: Code | None = None, **others: Any
 ) -> Transition:
     """Return a timed transition."""
-    return Transition(id=next(_ids), origin=origin, destination=destination, seconds=seconds, code=code)
+    return Transition(
+        id=next(_ids), origin=origin, destination=destination, seconds=seconds, code=code, **others
+    )
 
 
-def when(
-    guard: Callable[[], object], origin: int, destination: int, code: Callable[[], object] | None = None
-) -> Transition:
+def when(guard: Code, origin: int, destination: int, code: Code | None = None, **others: Any) -> Transition:
     """Return a transition with a guard."""
-    return Transition(id=next(_ids), origin=origin, destination=destination, guard=guard, code=code)
+    return Transition(id=next(_ids), origin=origin, destination=destination, guard=guard, code=code, **others)
+
+
+def on(event: str, origin: int, destination: int, **others: Any) -> Transition:
+    """Return a transition that fires at an event."""
+    return Transition(id=next(_ids), origin=origin, destination=destination, event=event, **others)
+
+
+def finished(origin: int, destination: int, **others: Any) -> Transition:
+    """Return a transition that fires when the children of its origin have finished."""
+    return Transition(id=next(_ids), origin=origin, destination=destination, finished=True, **others)
 
 
 def automaton(
-    id: int, name: str, states: Iterable[State], transitions: Iterable[Transition] = (), period: float = 0.1
+    id: int,
+    name: str,
+    states: Iterable[State],
+    transitions: Iterable[Transition] = (),
+    period: float = 0.1,
+    **others: Any,
 ) -> Automaton:
     """Return an automaton whose first state is the initial one."""
-    found = tuple(states)
-    first = State(
-        id=found[0].id, name=found[0].name, initial=True, code=found[0].code, children=found[0].children
-    )
+    first, *rest = states
     return Automaton(
-        id=id, name=name, period=period, states=(first, *found[1:]), transitions=tuple(transitions)
+        id=id,
+        name=name,
+        period=period,
+        states=(replace(first, initial=True), *rest),
+        transitions=tuple(transitions),
+        **others,
     )
 
 
