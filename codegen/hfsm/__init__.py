@@ -15,8 +15,8 @@ from ..files import GeneratedFile
 from .generator import GENERATED_BY, generate
 from .known_interfaces import find_interfaces
 from .names import identifier
-from .program import understand
 from .reader import parse_document, read_document
+from .understanding import understand
 from .writer import DocumentNotWritableError, write_document
 
 __all__ = [

@@ -149,7 +149,7 @@ class _Checker:
                 written = transition.trigger.text.strip()[:40]
                 message = f"the time of {label} is a positive number of milliseconds, not `{written}`"
                 self._error("E515", message, transition.trigger)
-        elif transition.type != "condition":
+        elif transition.type not in ("condition", "event", "finished"):
             message = f'{label} has the type `{transition.type[:40]}`: it is "time" or "condition"'
             self._error("E515", message, transition.trigger)
 

@@ -8,14 +8,34 @@ import unicodedata
 from collections.abc import Collection
 from typing import Final
 
-__all__ = ["RESERVED", "camel_case", "component_name", "identifier", "unique"]
+from .document import Document
+
+__all__ = ["RESERVED", "camel_case", "component_name", "identifier", "reserved_names", "unique"]
 
 RESERVED: Final = frozenset(
     {"Any", "Automaton", "Component", "Proxy", "State", "Transition", "libraries", "main", "self"}
 )
-"""Names that a generated component needs for itself."""
+"""Names that every generated component needs for itself; `reserved_names` tells those of one document."""
 
 _LONGEST_NAME: Final = 100
+
+
+def reserved_names(document: Document) -> frozenset[str]:
+    """Return the names that the component of a document needs for itself.
+
+    Those of the language's later parts are taken only where the document uses them, so that older ones may go
+    on calling something `Event`.
+    """
+    names = set(RESERVED)
+    if any(
+        transition.type == "event" for automaton in document.automata for transition in automaton.transitions
+    ):
+        names.add("Event")
+    if document.parameters:
+        names.add("Parameter")
+    if any(automaton.inputs for automaton in document.automata):
+        names |= {"Input", "Mapping", "bool", "float", "int", "object", "str"}
+    return frozenset(names)
 
 
 def identifier(name: str, fallback: str) -> str:

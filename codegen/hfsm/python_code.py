@@ -1,86 +1,28 @@
-"""Understand the Python that people typed into a document: parse it, find its names, indent it anew.
-
-A piece of code becomes the body of a function in the generated component. Its lines stand there as they were
-typed, moved to the right; the inside of a multi-line string is not touched.
-"""
+"""Understand the Python that people typed into a document: which names it binds, and what it must not do."""
 
 from __future__ import annotations
 
 import ast
-import io
 import re
 import symtable
-import tokenize
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
+from .code_text import INDENT, Code, CodeError, compile_source, parse, split, without_warnings
 from .document import Text
 
-__all__ = ["Code", "CodeError", "analyze_block", "analyze_condition", "analyze_library", "analyze_methods"]
+__all__ = [
+    "Code",
+    "CodeError",
+    "analyze_block",
+    "analyze_condition",
+    "analyze_expression",
+    "analyze_library",
+    "analyze_methods",
+]
 
-_INDENT: Final = " " * 4
 _SELF: Final = "self"
-
-# What C++ has and Python has not, outside strings and comments of either.
-_CPP: Final = re.compile(
-    r"""^[^\S\n]*\#\s*(?:include|define|ifdef|ifndef|endif)\b   # the preprocessor
-      | ->\s*\w+\s*(?:\(|\[|->|;|=[^=]|<|>)              # a member through a pointer
-      | (?<!\[)\b[A-Za-z_]\w*::\w+                       # a scoped name
-      | ^[^\S\n]*//                                        # a comment
-      | /\*
-      | ^[^\S\n]*(?:const\s+)?(?:void|bool|int|float|double|char|auto|unsigned|std::\w+)[\s&*]+\w+\s*[;=(\[]
-      | [;{]\s*$                                           # the end of a statement, or a block
-      | \)\s*\{
-      | &&|\|\||!\w+\s*[()]""",
-    re.VERBOSE | re.MULTILINE,
-)
-
-
-class CodeError(Exception):
-    """A piece of code cannot be used; `line` and `column` are those of the document."""
-
-    def __init__(self, message: str, line: int, column: int = 1) -> None:
-        super().__init__(message)
-        self.line = line
-        self.column = column
-
-
-@dataclass(frozen=True, slots=True)
-class Code:
-    """A piece of code as it will stand in the component.
-
-    `lines` are its lines without the indentation that all share and without empty lines around them; `line`
-    is where the first stands in the document, `start` the column of its first character, and `removed` how
-    much was taken off the left of the others; `fixed` holds the indices of lines that must not be indented,
-    because they begin inside a string. `bound` are the names that it assigns in its own scope and `used` all
-    names in it.
-    """
-
-    lines: tuple[str, ...]
-    line: int
-    fixed: frozenset[int] = frozenset()
-    start: int = 1
-    removed: int = 0
-    bound: frozenset[str] = frozenset()
-    used: frozenset[str] = frozenset()
-    has_statements: bool = True
-
-    def error(self, message: str, line: int = 1, column: int = 1) -> CodeError:
-        """Return an error at a line and column of the code, both from 1."""
-        line = min(max(1, line), len(self.lines))
-        left = self.start - 1 if line == 1 else self.removed
-        return CodeError(message, self.line + line - 1, left + max(1, column))
-
-    def indented(self, level: int) -> list[str]:
-        """Return the lines moved right by a number of levels."""
-        prefix = _INDENT * level
-        return [
-            line if index in self.fixed or not line.strip() else prefix + line
-            for index, line in enumerate(self.lines)
-        ]
 
 
 def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: bool = True) -> Code | None:
@@ -89,10 +31,10 @@ def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: 
     `shared` are the names that the variables of the automaton bind. With `returns` false the code runs in the
     middle of a function, and must not return from it. Raises CodeError.
     """
-    code = _split(text)
+    code = split(text)
     if code is None:
         return None
-    tree = _parse(code, code.lines)
+    tree = parse(code, code.lines)
     _refuse_out_of_place(tree, code, returns=returns)
     declared = frozenset(
         name for node in _own_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names
@@ -105,22 +47,37 @@ def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: 
     return replace(code, bound=bound, used=_names(tree), has_statements=bool(tree.body))
 
 
-def analyze_condition(text: Text) -> Code:
-    """Return an expression that may span lines. Raises CodeError."""
-    code = _split(text)
+def analyze_expression(text: Text, what: str = "value") -> Code:
+    """Return an expression that may span lines; `what` it is, for the messages. Raises CodeError."""
+    code = split(text)
     if code is None:
-        raise CodeError("the condition is empty", text.line, text.column)
+        raise CodeError(f"the {what} is empty", text.line, text.column)
     # Parentheses on lines of their own let the expression span lines and end with a comment.
-    tree = _parse(code, ("(", *code.lines, ")"), header=1)
+    tree = parse(code, ("(", *code.lines, ")"), header=1)
     statement = tree.body[0]
     # A tuple takes in the parentheses, and so does what closes them itself, as in `a) or (b`.
     if len(tree.body) != 1 or not isinstance(statement, ast.Expr) or statement.value.lineno == 1:
-        raise code.error("a condition is one expression that is true or false")
+        raise code.error(f"a {what} is one expression")
     _refuse_out_of_place(tree, code, returns=False, header=1)
     bound = _bound(_scope(code, frozenset(), expression=True), tree)
     if _SELF in bound:
         raise code.error("`self` is the component: no code can assign it")
-    return replace(code, bound=bound, used=_names(tree))
+    return replace(code, bound=bound, used=_names(tree), is_expression=True)
+
+
+def analyze_condition(text: Text, *, shared: frozenset[str] = frozenset()) -> Code:
+    """Return an expression, or the statements that return the value of a condition. Raises CodeError."""
+    try:
+        return analyze_expression(text, "condition")
+    except CodeError:
+        if not re.search(r"\breturn\b", text.text):
+            raise
+    code = analyze_block(text, shared=shared)
+    assert code is not None, "a blank text is no expression, and returns nothing"
+    statements = parse(code, code.lines)
+    if not any(isinstance(node, ast.Return) and node.value is not None for node in _own_nodes(statements)):
+        raise code.error("a condition is one expression, or statements that return whether it holds")
+    return code
 
 
 def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
@@ -128,11 +85,11 @@ def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
 
     Raises CodeError.
     """
-    code = _split(text)
+    code = split(text)
     if code is None:
         return None
-    tree = _parse(code, code.lines)
-    _compile("\n".join(code.lines), code)
+    tree = parse(code, code.lines)
+    compile_source("\n".join(code.lines), code)
     found: dict[str, int] = {}
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
@@ -161,76 +118,17 @@ def analyze_library(text: Text) -> tuple[str, frozenset[str]]:
     return statement, frozenset(names)
 
 
-def _split(text: Text) -> Code | None:
-    """Return the lines of a text without what all share on their left, or None when all are blank."""
-    lines = text.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    first = next((index for index, line in enumerate(lines) if line.strip()), None)
-    if first is None:
-        return None
-    last = next(index for index in reversed(range(len(lines))) if lines[index].strip())
-    lines = lines[first : last + 1]
-    line = text.line + first
-    indentation = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
-    fixed = _string_lines(lines, indented=bool(indentation))
-    if indentation:
-        for index, content in enumerate(lines):
-            if index in fixed or not content.strip():
-                continue
-            lines[index] = content.removeprefix(indentation)
-    removed = len(indentation)
-    start = text.column + removed if first == 0 else removed + 1
-    return Code(tuple(lines), line, fixed, start, removed)
-
-
-def _string_lines(lines: list[str], *, indented: bool) -> frozenset[int]:
-    """Return the indices of the lines that begin inside a string."""
-    source = "\n".join((["if True:"] if indented else []) + lines) + "\n"
-    offset = 2 if indented else 1
-    fixed: set[int] = set()
-    open_format_strings: list[int] = []
-    try:
-        for token in tokenize.generate_tokens(io.StringIO(source).readline):
-            kind = tokenize.tok_name[token.type]
-            start = token.start[0]
-            if kind == "FSTRING_START":
-                open_format_strings.append(start)
-            elif kind == "FSTRING_END":
-                start = open_format_strings.pop()
-            if kind in ("STRING", "FSTRING_END"):
-                fixed.update(range(start + 1 - offset, token.end[0] + 1 - offset))
-    except (tokenize.TokenError, SyntaxError):
-        pass  # the parser says what is wrong, and where
-    return frozenset(fixed)
-
-
-def _parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
-    """Return the tree of the code in `lines`, which begin with `header` lines of ours."""
-    source = "\n".join(lines)
-    try:
-        with _without_warnings():
-            return ast.parse(source)
-    except (SyntaxError, ValueError) as error:
-        line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
-        reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        message = f"not valid Python: {reason}"
-        if _CPP.search(source):
-            message = f"this is C++, and only Python runs here (Python says: {reason})"
-        raise code.error(message, line - header, column) from error
-    except (RecursionError, MemoryError) as error:
-        raise code.error("the code is nested too deeply") from error
-
-
 def _scope(code: Code, outer: frozenset[str], *, expression: bool = False) -> symtable.SymbolTable:
     """Return the names of the code as the body of a function inside one that binds `outer`."""
     names = " = ".join(sorted(outer | {"_"}))
-    lines = ["def _outer():", f"{_INDENT}{names} = None", f"{_INDENT}def _inner():"]
-    lines += [f"{_INDENT * 2}return ("] if expression else []
+    lines = ["def _outer():", f"{INDENT}{names} = None", f"{INDENT}def _inner():"]
+    lines += [f"{INDENT * 2}return ("] if expression else []
     header = len(lines)
     lines += code.indented(2)
-    lines += [f"{_INDENT * 2})"] if expression else [f"{_INDENT * 2}pass"]
+    lines += [f"{INDENT * 2})"] if expression else [f"{INDENT * 2}pass"]
     source = "\n".join(lines) + "\n"
-    _compile(source, code, header, columns=2 * len(_INDENT))
-    with _without_warnings():
+    compile_source(source, code, header, columns=2 * len(INDENT))
+    with without_warnings():
         table = symtable.symtable(source, "<document>", "exec")
     return table.get_children()[0].get_children()[0]
 
@@ -266,26 +164,6 @@ def _binds(node: ast.AST) -> Iterator[str]:
             yield name
         case ast.MatchMapping(rest=str(name)):
             yield name
-
-
-def _compile(source: str, code: Code, header: int = 0, columns: int = 0) -> None:
-    """Raise CodeError for what the parser lets pass and the compiler does not, such as a stray `break`."""
-    try:
-        with _without_warnings():
-            compile(source, "<document>", "exec", dont_inherit=True)
-    except SyntaxError as error:
-        line, column = (error.lineno or 1) - header, (error.offset or 1) - columns
-        raise code.error(f"not valid Python: {error.msg}", line, column) from error
-    except (RecursionError, MemoryError) as error:
-        raise code.error("the code is nested too deeply") from error
-
-
-@contextmanager
-def _without_warnings() -> Iterator[None]:
-    """Let doubtful code pass, such as an escape sequence that Python does not know."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
 
 
 def _refuse_out_of_place(tree: ast.Module, code: Code, *, returns: bool, header: int = 0) -> None:
