@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 import time
-from pathlib import PurePath
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path, PurePath
 from typing import Annotated, Final, NoReturn
 
 import typer
@@ -48,6 +50,22 @@ _StayHalted = Annotated[
         help="After an error stop the robot but keep serving the monitor, until Ctrl-C.",
     ),
 ]
+_Record = Annotated[
+    Path | None,
+    typer.Option(
+        "--record",
+        metavar="MCAP",
+        dir_okay=False,
+        help="Record the run to a file, for `visualhfsm replay` and for Foxglove.",
+    ),
+]
+_RecordImages = Annotated[
+    bool,
+    typer.Option(
+        "--record-images",
+        help="Record images, too: some MB a second. Code that looks at images cannot be replayed without.",
+    ),
+]
 
 
 def main(component: type[Component]) -> NoReturn:
@@ -70,6 +88,7 @@ def make_app(component: type[Component]) -> typer.Typer:
   {name}
   {name} --seconds 60 --connect tcp/192.168.1.20:7447
   {name} --on-error continue --log-level info
+  {name} --record run.mcap --record-images
 
 Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
 
@@ -81,25 +100,29 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         on_error: _OnError = None,
         seconds: _Seconds = None,
         stay_halted: _StayHalted = False,
+        record: _Record = None,
+        record_images: _RecordImages = False,
     ) -> None:
-        with initialize(settings) as communicator:
-            _run(component(), communicator, on_error, seconds, stay_halted=stay_halted)
+        if record_images and record is None:
+            raise typer.BadParameter("--record-images needs --record")
+        with initialize(settings) as communicator, ExitStack() as stack:
+            made = component()
+            connect_proxies(made, communicator)
+            present = partial(servers_present, made, communicator)
+            if record is None:
+                runtime = Runtime(made, communicator.clock, on_error, present)
+            else:
+                from .recording.run import RecordedRuntime, recording  # only who records pays for loading it
+
+                recorder = stack.enter_context(recording(made, record, with_images=record_images))
+                runtime = RecordedRuntime(made, communicator.clock, recorder, on_error, present)
+            _run(runtime, communicator, seconds, stay_halted=stay_halted)
 
     return app
 
 
-def _run(
-    component: Component,
-    communicator: Communicator,
-    on_error: OnError | None,
-    seconds: float | None,
-    *,
-    stay_halted: bool,
-) -> None:
-    connect_proxies(component, communicator)
-    runtime = Runtime(
-        component, communicator.clock, on_error, lambda: servers_present(component, communicator)
-    )
+def _run(runtime: Runtime, communicator: Communicator, seconds: float | None, *, stay_halted: bool) -> None:
+    component = runtime.component
     with Monitor(runtime, communicator):
         try:
             runtime.start()

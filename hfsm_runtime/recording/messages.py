@@ -1,0 +1,252 @@
+"""What stands in a recording: the messages of each channel, which travel as JSON.
+
+A channel's schema names the message, so that a reader need not know the topics. The order of messages in the
+file is that in which things happened; their time is that of the wall at the start of the component, plus
+component time. `context` says whose code was running: `automaton 3`, the start of the component (`start`),
+the arrival of an asynchronous result (`future 2`), a callback (`subscription 1`), or empty for a thread that
+the runtime does not know.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final
+
+import msgspec
+from msgspec import Meta
+
+__all__ = [
+    "MESSAGES",
+    "METADATA",
+    "SOURCES",
+    "Action",
+    "Change",
+    "Cycle",
+    "EventSent",
+    "Failure",
+    "Firing",
+    "Gap",
+    "Guard",
+    "Image",
+    "LogLine",
+    "Message",
+    "Overlap",
+    "Reading",
+    "Result",
+    "Timers",
+    "Variables",
+    "schema_of",
+]
+
+METADATA: Final = "visualhfsm.component"
+"""The name of the metadata that tell of the component."""
+
+SOURCES: Final = ("document", "component", "extension")
+"""The attachments, as `document/follow_ball.xml`: the document, and the Python that ran."""
+
+Text = Annotated[str, Meta(max_length=1 << 20)]
+
+
+class Message(msgspec.Struct, frozen=True):
+    """The root of the messages."""
+
+
+class Cycle(Message, frozen=True):
+    """A cycle of an automaton begins or has ended; `at` is its component time in ns."""
+
+    automaton: int
+    name: Text
+    begins: bool
+    at: int
+
+
+class Change(Message, frozen=True):
+    """An automaton entered a state, became a ghost in it, resumed it, or has finished in it."""
+
+    automaton: int
+    name: Text
+    state: int
+    state_name: Text
+    kind: Text
+    at: int
+
+
+class Guard(Message, frozen=True):
+    """The guard of a transition was asked."""
+
+    automaton: int
+    name: Text
+    transition: int
+    transition_name: Text
+    value: bool
+
+
+class Firing(Message, frozen=True):
+    """A transition fires."""
+
+    automaton: int
+    name: Text
+    transition: int
+    transition_name: Text
+    origin: Text
+    destination: Text
+
+
+class Variables(Message, frozen=True):
+    """The variables of an automaton that a cycle changed; those that have no value any more are `gone`."""
+
+    automaton: int
+    name: Text
+    values: dict[str, Any]
+    gone: list[str] = []
+
+
+class Timers(Message, frozen=True):
+    """The s that are left to the timed transitions out of a state, by name, after a change of state."""
+
+    automaton: int
+    name: Text
+    state_name: Text
+    remaining: dict[str, float]
+
+
+class EventSent(Message, frozen=True):
+    """An event was sent, by the component's own code in a context, or from outside."""
+
+    name: Text
+    data: Any = None
+    context: Text = ""
+
+
+class Action(Message, frozen=True):
+    """Somebody steers the component: pauses it, forces a transition, sets a variable, and the like."""
+
+    kind: Text
+    arguments: dict[str, Any] = {}
+
+
+class Failure(Message, frozen=True):
+    """A piece of user code raised an exception."""
+
+    automaton: int
+    name: Text
+    state_name: Text
+    message: Text
+    location: Text = ""
+
+
+class LogLine(Message, frozen=True):
+    """A line of the component's log, in the shape of foxglove.Log."""
+
+    timestamp: dict[str, int]
+    level: int
+    message: Text
+    name: Text
+    file: Text = ""
+    line: int = 0
+
+
+class Reading(Message, frozen=True):
+    """What user code read that is no servant's: a clock (`now`, `time.time`), how a sleep ended, an age."""
+
+    context: Text
+    kind: Text
+    value: Any = None
+
+
+class Missing(msgspec.Struct, frozen=True):
+    """Bytes, such as those of an image, that stand elsewhere in the recording or nowhere."""
+
+    path: list[str | int]
+    size: int
+    hash: Text
+
+
+class Result(Message, frozen=True):
+    """What an operation of a proxy brought: `kind` is call, latest, wait, async, sample or subscribe.
+
+    `value` is for people, and cut where it is long. `packed` is the exact value as it travels, in base64, or
+    None where there is none, or where it was `too_large`.
+    """
+
+    context: Text
+    kind: Text
+    operation: Text
+    arguments: Any = None
+    value: Any = None
+    packed: bytes | None = None
+    error: Text = ""
+    packed_error: bytes | None = None
+    missing: list[Missing] = []
+    too_large: int = 0
+    ticket: int = 0
+    """Number of the asynchronous call or the subscription that it belongs to."""
+    sequence: int = 0
+    time: float | None = None
+    wall_time: float = 0.0
+    same: bool = False
+    """Whether it is the very sample that this context's last reading of the stream brought."""
+    age: float | None = None
+
+
+class Image(Message, frozen=True):
+    """An image, in the shape of foxglove.RawImage; of other bytes width and height are their number and 1."""
+
+    timestamp: dict[str, int]
+    frame_id: Text
+    width: int
+    height: int
+    encoding: Text
+    step: int
+    data: bytes
+    hash: Text
+
+
+class Gap(Message, frozen=True):
+    """Messages were lost, since the recording could not keep up."""
+
+    lost: int
+
+
+class Overlap(Message, frozen=True):
+    """User code blocked for so long that others went on beside it: their order is not known from here."""
+
+    context: Text
+    beside: Text
+
+
+MESSAGES: Final[dict[str, type[Message]]] = {
+    "visualhfsm.Cycle": Cycle,
+    "visualhfsm.Change": Change,
+    "visualhfsm.Guard": Guard,
+    "visualhfsm.Firing": Firing,
+    "visualhfsm.Variables": Variables,
+    "visualhfsm.Timers": Timers,
+    "visualhfsm.EventSent": EventSent,
+    "visualhfsm.Action": Action,
+    "visualhfsm.Failure": Failure,
+    "visualhfsm.Reading": Reading,
+    "visualhfsm.Result": Result,
+    "visualhfsm.Gap": Gap,
+    "visualhfsm.Overlap": Overlap,
+    "foxglove.Log": LogLine,
+    "foxglove.RawImage": Image,
+}
+"""The messages by the name of their schema."""
+
+
+def schema_of(message: type[Message]) -> bytes:
+    """Return the JSON Schema of a message: an object without references, as viewers want it."""
+    schema = msgspec.json.schema(message)
+    definitions = schema.pop("$defs", {})
+    return msgspec.json.encode(_inline(schema, definitions))
+
+
+def _inline(node: Any, definitions: dict[str, Any]) -> Any:  # noqa: ANN401 - JSON
+    if isinstance(node, list):
+        return [_inline(item, definitions) for item in node]
+    if not isinstance(node, dict):
+        return node
+    reference = node.get("$ref")
+    if isinstance(reference, str):
+        return _inline(definitions[reference.rpartition("/")[2]], definitions)
+    return {key: _inline(value, definitions) for key, value in node.items()}

@@ -1,0 +1,230 @@
+"""Put together what a recording says of automata: an observer, and the bookkeeping that others share."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from typing import Any, Final
+
+from ..automaton import Automaton, Event, Transition
+from ..tree import ChangeKind, Run, Tree
+from ..variables import cells_of
+from .messages import (
+    Action,
+    Change,
+    Cycle,
+    EventSent,
+    Failure,
+    Firing,
+    Guard,
+    LogLine,
+    Message,
+    Overlap,
+    Reading,
+    Timers,
+    Variables,
+)
+from .turns import Turns
+from .values import readable
+from .writer import Entry, RecordingWriter
+
+__all__ = ["LogRecorder", "Recorder", "VariableWatch", "automaton_context", "describe_error", "topics_of"]
+
+_SECOND: Final = 1_000_000_000
+_FOXGLOVE_LEVELS: Final = ((logging.CRITICAL, 5), (logging.ERROR, 4), (logging.WARNING, 3), (logging.INFO, 2))
+_LONGEST_MESSAGE: Final = 4000
+
+
+def automaton_context(id: int) -> str:
+    """Return the context of an automaton's cycles."""
+    return f"automaton {id}"
+
+
+class Recorder:
+    """What everything that records goes through: the order of things, their time, and their context.
+
+    It is an `Observer` of the component's tree. `start` is the wall time of the start in ns.
+    """
+
+    def __init__(self, writer: RecordingWriter, start: int) -> None:
+        self.writer = writer
+        self.turns = Turns(self._overlap)
+        self.component_time: Callable[[], int] = lambda: 0
+        """Returns the component time in ns; set as soon as there is one."""
+        self._start = start
+        self._variables = VariableWatch()
+        self._topics: dict[int, str] = {}
+
+    def watch(self, tree: Tree) -> None:
+        """Record what the automata of a tree do."""
+        self._topics = topics_of(tree)
+        tree.observers.append(self)
+
+    def now(self) -> int:
+        """Return the time of a message in ns since the epoch."""
+        return self._start + self.component_time()
+
+    def put(self, topic: str, message: Message | Callable[[], Message], size: int = 200) -> None:
+        """Record a message that belongs to this moment."""
+        self.writer.put(Entry(topic, self.now(), message, size))
+
+    def reading(self, kind: str, value: object) -> None:
+        """Record what user code read; nothing outside of it."""
+        context = self.turns.context
+        if context is not None:
+            self.put("/readings", Reading(context, kind, value))
+
+    def action(self, kind: str, **arguments: Any) -> None:  # noqa: ANN401 - JSON
+        """Record that somebody steers the component."""
+        self.put("/actions", Action(kind, {name: readable(value) for name, value in arguments.items()}))
+
+    def failure(self, run: Run, message: str, location: str) -> None:
+        """Record an error."""
+        name = run.automaton.name
+        self.put("/errors", Failure(run.automaton.id, name, run.current.name, message, location))
+
+    # The observer.
+
+    def cycle_began(self, run: Run, at: int) -> None:
+        """Record the beginning of a cycle."""
+        self._put(run, "/cycles", Cycle(run.automaton.id, run.automaton.name, True, at))
+
+    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:  # noqa: ARG002
+        """Record the value of a guard."""
+        automaton = run.automaton
+        self._put(run, "/guards", Guard(automaton.id, automaton.name, transition.id, transition.name, value))
+
+    def fired(self, run: Run, transition: Transition, at: int) -> None:  # noqa: ARG002
+        """Record that a transition fires."""
+        automaton = run.automaton
+        names = (automaton.state(each).name for each in (transition.origin, transition.destination))
+        firing = Firing(automaton.id, automaton.name, transition.id, transition.name, *names)
+        self._put(run, "/transitions", firing)
+
+    def cycle_ended(self, run: Run, at: int) -> None:
+        """Record the variables that the cycle changed, and its end."""
+        values, gone = self._variables.changes(run.automaton)
+        if values or gone:
+            changed = Variables(run.automaton.id, run.automaton.name, values, gone)
+            self._put(run, "/variables", changed)
+        self._put(run, "/cycles", Cycle(run.automaton.id, run.automaton.name, False, at))
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        """Record a change of state and what is left to the timers."""
+        automaton, state = run.automaton, run.current
+        change = Change(automaton.id, automaton.name, state.id, state.name, kind.value, now)
+        self._put(run, "/automata", change)
+        remaining = remaining_times(run, now)
+        if remaining:
+            self._put(run, "/timers", Timers(automaton.id, automaton.name, state.name, remaining))
+
+    def event_sent(self, event: Event, now: int) -> None:  # noqa: ARG002
+        """Record an event."""
+        self.put("/events", EventSent(event.name, readable(event.data), self.turns.context or ""))
+
+    def code_failed(self, run: Run, error: Exception) -> None:
+        """Record an exception of user code."""
+        self.failure(run, describe_error(error), "")
+
+    def _put(self, run: Run, kind: str, message: Message) -> None:
+        self.put(f"{kind}/{self._topics.get(run.automaton.id, run.automaton.id)}", message)
+
+    def _overlap(self, context: str, beside: str) -> None:
+        self.put("/overlaps", Overlap(context, beside))
+
+
+class VariableWatch:
+    """Tell which variables of automata have changed since the last time."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, dict[str, Any]] = {}
+        self._cells: dict[int, tuple[Automaton, dict[str, Any]]] = {}
+
+    def changes(self, automaton: Automaton) -> tuple[dict[str, Any], list[str]]:
+        """Return the variables that have another value now, and the names of those without any now."""
+        owner, cells = self._cells.get(automaton.id, (None, {}))
+        if owner is not automaton:
+            cells = dict(sorted(cells_of(automaton).items()))
+            self._cells[automaton.id] = automaton, cells
+        known = self._known.setdefault(automaton.id, {})
+        changed: dict[str, Any] = {}
+        gone: list[str] = []
+        for name, cell in cells.items():
+            try:
+                value = cell.cell_contents
+            except ValueError:  # nothing has been assigned
+                if known.pop(name, self) is not self:
+                    gone.append(name)
+                continue
+            if callable(value) or type(value).__name__ == "module":
+                continue
+            shown = readable(value)
+            if name not in known or not _same(known[name], shown):
+                known[name] = changed[name] = shown
+        return changed, gone
+
+
+class LogRecorder(logging.Handler):
+    """Record the lines that a component logs."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        super().__init__()
+        self._recorder = recorder
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Record a line."""
+        try:
+            text = record.getMessage()[:_LONGEST_MESSAGE]
+        except Exception:  # noqa: BLE001 - its arguments are the user's own
+            text = str(record.msg)[:_LONGEST_MESSAGE]
+        level = next((value for least, value in _FOXGLOVE_LEVELS if record.levelno >= least), 1)
+        seconds, nanoseconds = divmod(self._recorder.now(), _SECOND)
+        stamp = {"sec": seconds, "nsec": nanoseconds}
+        self._recorder.put("/log", LogLine(stamp, level, text, record.name, record.filename, record.lineno))
+
+
+def remaining_times(run: Run, now: int) -> dict[str, float]:
+    """Return the s that are left to the timed transitions out of a state, by name."""
+    waited = run.active_time(now)
+    return {
+        transition.name or str(transition.id): max(0, transition.delay - waited) / _SECOND
+        for transition in run.automaton.outgoing(run.current)
+        if transition.delay is not None
+    }
+
+
+def describe_error(error: BaseException) -> str:
+    """Return name and text of an exception, whose text is user code and may fail."""
+    try:
+        text = str(error)
+    except Exception:  # noqa: BLE001
+        text = "its text cannot be had"
+    return f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE].encode("utf-8", "backslashreplace").decode()
+
+
+def topics_of(tree: Tree) -> dict[int, str]:
+    """Return a part of a topic for each automaton, by id: the names from the root down, told apart."""
+    topics: dict[int, str] = {}
+    for run in tree.runs:
+        above = f"{topics[run.parent.automaton.id]}/" if run.parent else ""
+        name = "".join(c if c.isalnum() or c in "_-." else "_" for c in run.automaton.name)
+        topic = above + (name or "_")
+        topics[run.automaton.id] = topic if topic not in topics.values() else f"{topic}.{run.automaton.id}"
+    return topics
+
+
+def wall_time() -> int:
+    """Return the wall time in ns since the epoch."""
+    return time.time_ns()
+
+
+def _same(known: object, shown: object) -> bool:
+    """Return whether two readable values make the same JSON: 1 and 1.0 and true do not."""
+    if type(known) is not type(shown):
+        return False
+    if isinstance(known, list) and isinstance(shown, list):
+        return len(known) == len(shown) and all(map(_same, known, shown))
+    if isinstance(known, dict) and isinstance(shown, dict):
+        return list(known) == list(shown) and all(_same(known[key], shown[key]) for key in known)
+    return known == shown

@@ -1,0 +1,235 @@
+"""A component whose run is recorded: the same runtime, with an ear at each door."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import logging
+import platform
+import random
+import sys
+from collections.abc import Callable, Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from zenoh_ice.clock import Clock
+
+from ..automaton import Automaton, Transition
+from ..component import Component, parameter_values, source_of
+from ..errors import ComponentStoppedError, CycleCutError
+from ..runtime import Runtime
+from ..supervision import OnError
+from ..timeline import Timeline
+from ..tree import Run, Tree
+from .clocks import RecordingClock, RecordingTimeline, record_time
+from .messages import SOURCES
+from .proxies import record_proxies
+from .recorder import LogRecorder, Recorder, automaton_context, wall_time
+from .results import digest
+from .writer import RecordingWriter
+
+__all__ = ["MONITOR", "START", "RecordedRuntime", "RecordedTree", "recording"]
+
+START: Final = "start"
+"""The context of what runs before the first cycle."""
+MONITOR: Final = "monitor"
+"""The context of what the monitor does."""
+
+_SEEDS: Final = 2**32
+_LARGEST_SOURCE: Final = 4 << 20
+_PACKAGES: Final = ("visualhfsm", "eclipse-zenoh", "msgspec", "mcap")
+
+
+@contextlib.contextmanager
+def recording(component: Component, path: Path, *, with_images: bool = False) -> Iterator[Recorder]:
+    """Record a component, which is connected and has not run yet, for the time of a `with` block.
+
+    Give the recorder to a `RecordedRuntime`. Raises RecordingFailedError.
+    """
+    start = wall_time()
+    seed = random.SystemRandom().randrange(_SEEDS)
+    metadata = {
+        "name": Path(component._hfsm_document).stem or type(component).__name__,
+        "document": component._hfsm_document,
+        "class": type(component).__name__,
+        "module": type(component).__module__,
+        "start": str(start),
+        "seed": str(seed),
+        "images": "yes" if with_images else "no",
+        "on_error": component._hfsm_on_error.value,
+        "parameters": msgspec.json.encode(parameter_values(component)).decode(),
+        "python": platform.python_version(),
+        **{package: _version(package) for package in _PACKAGES},
+    }
+    sources = _sources(component)
+    metadata |= {
+        f"hash {name}": digest(text.encode("utf-8", "surrogateescape")) for name, text in sources.items()
+    }
+    writer = RecordingWriter(path, metadata, sources, start)
+    recorder = Recorder(writer, start)
+    log = LogRecorder(recorder)
+    try:
+        seed_random(seed)
+        record_proxies(component, recorder, with_images=with_images)
+        record_time(type(component), recorder)
+        logging.getLogger().addHandler(log)
+        yield recorder
+    finally:
+        logging.getLogger().removeHandler(log)
+        writer.close()
+
+
+def seed_random(seed: int) -> None:
+    """Seed the generators of random numbers that user code finds ready-made: Python's and NumPy's."""
+    random.seed(seed)
+    numpy = sys.modules.get("numpy")
+    if numpy is not None:
+        numpy.random.seed(seed)
+
+
+class RecordedTree(Tree):
+    """Automata whose cycles take turns."""
+
+    def __init__(self, root: Automaton, recorder: Recorder) -> None:
+        super().__init__(root)
+        self._turns = recorder.turns
+        recorder.watch(self)
+
+    def begin_cycle(self, run: Run) -> bool:
+        """Take the turn, and claim an automaton for a cycle."""
+        if not run.active:  # as it will most probably still be in a moment
+            return False
+        self._turns.begin(automaton_context(run.automaton.id))
+        begun = super().begin_cycle(run)
+        if not begun:
+            self._turns.end()
+        return begun
+
+    def end_cycle(self, run: Run) -> None:
+        """Give an automaton free, and the turn back."""
+        super().end_cycle(run)
+        self._turns.end()
+
+    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
+        """Wait for the automata below while others have their turns."""
+        if not run.below:
+            return []
+        with self._turns.waiting():
+            return super().wait_for_cycles(run, timeout)
+
+
+class RecordedRuntime(Runtime):
+    """The life of a component that is recorded."""
+
+    def __init__(
+        self,
+        component: Component,
+        clock: Clock,
+        recorder: Recorder,
+        on_error: OnError | None = None,
+        servers_present: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._recorder = recorder
+        self._genuine_clock = clock
+        with recorder.turns.turn(START):
+            super().__init__(component, RecordingClock(clock, recorder), on_error, servers_present)
+        recorder.action("made", on_error=(on_error or component._hfsm_on_error).value)
+
+    def start(self) -> None:
+        """Start the automata."""
+        self._recorder.action("start")
+        super().start()
+
+    def pause(self) -> None:
+        """Let running cycles end and start none."""
+        with self.action("pause"):
+            super().pause()
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        with self.action("resume"):
+            super().resume()
+
+    def step(self, automaton: int) -> None:
+        """Run one cycle of one automaton, or of all with 0, while paused."""
+        with self.action("step", automaton=automaton):
+            pass  # not within: its cycles need their turns
+        super().step(automaton)
+
+    def force(self, automaton: int, transition: int) -> None:
+        """Fire a transition at the next cycle of its automaton."""
+        with self.action("force", automaton=automaton, transition=transition):
+            super().force(automaton, transition)
+
+    def send(self, name: str, data: object = None) -> None:
+        """Send an event to every automaton that is active."""
+        if self._recorder.turns.context is None:
+            with self.action("send", name=name, data=data):
+                super().send(name, data)
+        else:
+            super().send(name, data)
+
+    @contextlib.contextmanager
+    def action(self, kind: str, **arguments: Any) -> Iterator[None]:  # noqa: ANN401 - JSON
+        """Record what somebody does to the component, in a `with` block that does it."""
+        with self._recorder.turns.turn(MONITOR):
+            self._recorder.action(kind, **arguments)
+            yield
+
+    def _make_tree(self, root: Automaton) -> Tree:
+        return RecordedTree(root, self._recorder)
+
+    def _make_timeline(self, clock: Clock) -> Timeline:  # noqa: ARG002 - the same, as user code sees it
+        return RecordingTimeline(self._genuine_clock, self._recorder)
+
+    def _sleep(self, seconds: float) -> None:
+        ending = "done"
+        try:
+            with self._recorder.turns.waiting():
+                super()._sleep(seconds)
+        except ComponentStoppedError:
+            ending = "stopped"
+            raise
+        except CycleCutError:
+            ending = "cut"
+            raise
+        finally:
+            self._recorder.reading("sleep", ending)
+
+    def _entered(self, run: Run, transition: Transition | None) -> bool:
+        stops = super()._entered(run, transition)
+        if stops:
+            self._recorder.reading("break", True)
+        return stops
+
+
+def _sources(component: Component) -> dict[str, str]:
+    """Return the document, the component's Python, and what is written by hand beside it, by attachment."""
+    file = Path(source_of(component))
+    found: dict[str, Path] = {}
+    if component._hfsm_document:
+        found[SOURCES[0]] = file.parent / component._hfsm_document
+    found[SOURCES[1]] = file
+    extension = file.with_name(f"{file.stem}_ext.py")
+    if extension.name in {Path(inspect.getfile(base)).name for base in _user_classes(component)}:
+        found[SOURCES[2]] = extension
+    texts: dict[str, str] = {}
+    for kind, path in found.items():
+        with contextlib.suppress(OSError):  # it ran all the same, and replay says what it misses
+            if path.stat().st_size <= _LARGEST_SOURCE:
+                texts[f"{kind}/{path.name}"] = path.read_bytes().decode("utf-8", "surrogateescape")
+    return texts
+
+
+def _user_classes(component: Component) -> Iterator[type]:
+    return (base for base in type(component).__mro__ if base not in (object, Component))
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"

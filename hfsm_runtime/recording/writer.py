@@ -1,0 +1,172 @@
+"""Write messages to an MCAP file on a thread of their own: whoever records never waits for the disk."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import IO, Any, Final, NamedTuple
+
+import msgspec
+
+from ..errors import ComponentError
+from .messages import MESSAGES, METADATA, Gap, Message, schema_of
+
+__all__ = ["Entry", "RecordingFailedError", "RecordingWriter"]
+
+_logger = logging.getLogger(__name__)
+
+_LOOK: Final = 0.1
+"""Seconds between looks at the queue: waking the thread for each message would cost more than writing it."""
+_CHUNK: Final = 10
+"""Looks after which a chunk ends, so that a process that is killed has lost a second at most."""
+_CHUNK_SIZE: Final = 1 << 20
+_MOST_WAITING: Final = 50_000
+_MOST_BYTES: Final = 128 << 20
+_CLOSE: Final = 10.0
+
+
+class RecordingFailedError(ComponentError):
+    """A recording cannot be written."""
+
+
+class Entry(NamedTuple):
+    """A message on its way; a function makes it on the writer's thread. `size` is about its bytes."""
+
+    topic: str
+    time: int
+    message: Message | Callable[[], Message]
+    size: int = 200
+
+
+class RecordingWriter:
+    """An MCAP file that is being written, for the time of a `with` block. Raises RecordingFailedError.
+
+    Messages that come faster than they can be written are dropped when too many wait, and a `Gap` stands in
+    their place. When the file cannot be written any more, that is logged once and the rest is dropped.
+    """
+
+    def __init__(
+        self, path: Path, metadata: Mapping[str, str], attachments: Mapping[str, str], start: int
+    ) -> None:
+        self._path = path
+        self._queue: deque[Entry] = deque()
+        self._bytes = 0
+        self._lost = 0
+        self._latest = start
+        self.dropped = 0
+        """Messages that were lost so far."""
+        self._stopping = threading.Event()
+        self._lock = threading.Lock()
+        self._channels: dict[tuple[str, type[Message]], int] = {}
+        self._schemas: dict[type[Message], int] = {}
+        self._names = {message: name for name, message in MESSAGES.items()}
+        self._encoder = msgspec.json.Encoder()
+        try:
+            from mcap.writer import CompressionType, Writer  # only who records pays for loading it
+        except ImportError as error:
+            raise RecordingFailedError("recordings need the package mcap: pip install mcap") from error
+        try:
+            self._file: IO[bytes] = path.open("wb")
+        except OSError as error:
+            raise RecordingFailedError(f"the recording {path} cannot be written: {error.strerror}") from error
+        try:
+            self._writer = Writer(self._file, _CHUNK_SIZE, CompressionType.ZSTD)
+            self._writer.start(profile="", library="visualhfsm")
+            self._writer.add_metadata(METADATA, dict(metadata))
+            for name, text in attachments.items():
+                data = text.encode("utf-8", "surrogateescape")
+                self._writer.add_attachment(start, start, name, "text/plain", data)
+            self._file.flush()
+        except OSError as error:
+            self._file.close()
+            raise RecordingFailedError(f"the recording {path} cannot be written: {error.strerror}") from error
+        self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
+        self._thread.start()
+
+    def put(self, entry: Entry) -> None:
+        """Take a message; never waits."""
+        with self._lock:
+            self._latest = entry.time
+            if len(self._queue) >= _MOST_WAITING or self._bytes + entry.size > _MOST_BYTES:
+                self._lost += 1
+                return
+            if self._lost:
+                self._tell_gap(entry.time)
+            self._queue.append(entry)
+            self._bytes += entry.size
+
+    @property
+    def crowded(self) -> bool:
+        """Whether so much waits that large things should stay away."""
+        return self._bytes > _MOST_BYTES // 2
+
+    def close(self) -> None:
+        """Write what waits and end the file; takes 10 s at most."""
+        self._stopping.set()
+        self._thread.join(_CLOSE)
+        if self._thread.is_alive():
+            _logger.error("the recording %s does not end: the disk is too slow", self._path)
+        elif self.dropped:
+            _logger.warning("the recording %s has gaps: %d messages came too fast", self._path, self.dropped)
+
+    def _tell_gap(self, time: int) -> None:
+        self._queue.append(Entry("/gaps", time, Gap(self._lost)))
+        self.dropped += self._lost
+        self._lost = 0
+
+    # The thread.
+
+    def _run(self) -> None:
+        try:
+            last, looks = False, 0
+            while not last:
+                last = self._stopping.wait(_LOOK)
+                if last and self._lost:
+                    self._tell_gap(self._latest)
+                self._drain()
+                looks += 1
+                if looks % _CHUNK == 0:
+                    self._end_chunk()
+            self._writer.finish()  # type: ignore[no-untyped-call]
+        except Exception as error:
+            _logger.exception("the recording %s cannot be written on: %s", self._path, error)
+            while not self._stopping.wait(1.0):
+                self._queue.clear()
+        finally:
+            try:
+                self._file.close()
+            except OSError as error:
+                _logger.error("the recording %s is incomplete: %s", self._path, error.strerror)
+
+    def _drain(self) -> None:
+        with self._lock:
+            entries, self._queue, self._bytes = self._queue, deque(), 0
+        for entry in entries:
+            try:
+                message = entry.message if isinstance(entry.message, Message) else entry.message()
+                data = self._encoder.encode(message)
+            except Exception:  # a value of user code may be anything; it costs its message, not the file
+                _logger.exception("a message of %s could not be recorded", entry.topic)
+                message = Gap(1)
+                data = self._encoder.encode(message)
+            topic = "/gaps" if isinstance(message, Gap) else entry.topic
+            self._writer.add_message(self._channel(topic, type(message)), entry.time, data, entry.time)
+
+    def _channel(self, topic: str, message: type[Message]) -> int:
+        channel = self._channels.get((topic, message))
+        if channel is None:
+            if message not in self._schemas:
+                name = self._names[message]
+                self._schemas[message] = self._writer.register_schema(name, "jsonschema", schema_of(message))
+            channel = self._writer.register_channel(topic, "json", self._schemas[message])
+            self._channels[topic, message] = channel
+        return channel
+
+    def _end_chunk(self) -> None:
+        # The library ends a chunk by its size alone, and offers nothing public to end one by time.
+        end: Any = getattr(self._writer, "_Writer__finalize_chunk")  # noqa: B009
+        end()
+        self._file.flush()
