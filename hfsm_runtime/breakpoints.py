@@ -80,6 +80,22 @@ class Breakpoints:
         with self._lock:
             self._all, self._by_automaton = found, by_automaton
 
+    def renew(self, tree: Tree, parameters: Iterable[str] = ()) -> list[str]:
+        """Drop the breakpoints whose elements the automata do not have any more; say which, for people."""
+        kept, told, known = [], [], tuple(parameters)
+        for one in self._all:
+            try:
+                _check(one, tree, known)
+            except (UnknownElementError, ValueTypeError) as error:
+                told.append(f"a breakpoint is dropped: {error}")
+            else:
+                kept.append(one)
+        self.set(kept, tree, known)
+        with self._lock:
+            for automaton, stopped in list(self._stopped_at.items()):
+                self._stopped_at[automaton] = tuple(one for one in stopped if one in kept)
+        return told
+
     def reached(self, run: Run, transition: Transition | None, parameters: Mapping[str, object]) -> list[Hit]:
         """Return the breakpoints at which an automaton stands that has entered its current state."""
         hits = []

@@ -119,10 +119,11 @@ class Component:
         make_event(name, data)
 
 
-def proxies_of(component: Component) -> dict[str, Proxy[Any]]:
+def proxies_of(component: Component | type[Component]) -> dict[str, Proxy[Any]]:
     """Return the proxies that a component declares, by attribute."""
     found: dict[str, Proxy[Any]] = {}
-    for base in reversed(type(component).__mro__):
+    owner = component if isinstance(component, type) else type(component)
+    for base in reversed(owner.__mro__):
         found.update({name: value for name, value in vars(base).items() if isinstance(value, Proxy)})
     return found
 

@@ -4,14 +4,30 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Final, Self
 
-from interfaces.hfsm import ComponentSnapshot, ComponentStructure, HfsmMonitor, NoSuchElement
+from interfaces.hfsm import (
+    Breakpoint,
+    ComponentSnapshot,
+    ComponentStructure,
+    Explanation,
+    HfsmMonitor,
+    InvalidValue,
+    NoSuchElement,
+    ReloadRefused,
+    ReloadReport,
+)
 from zenoh_ice import Communicator, Current
 
-from .runtime import Runtime, UnknownElementError
-from .snapshot import structure_of, take_snapshot
+from . import breakpoints as points
+from .errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
+from .robot import connect
+from .runtime import Runtime
+from .snapshot import breakpoint_report, explanation_report, structure_of, take_snapshot
+from .steering import Steering
 from .tree import ChangeKind, Run
 
 __all__ = ["Monitor", "MonitorServant"]
@@ -28,13 +44,13 @@ class MonitorServant(HfsmMonitor):
 
     ice_concurrent = True  # a step may last, and must not keep others from looking
 
-    def __init__(self, runtime: Runtime) -> None:
+    def __init__(self, runtime: Runtime, steering: Steering) -> None:
         self._runtime = runtime
-        self._structure = structure_of(runtime)
+        self._steering = steering
 
     def getStructure(self, current: Current) -> ComponentStructure:  # noqa: ARG002
         """Return the automata of the component."""
-        return self._structure
+        return structure_of(self._runtime)
 
     def getSnapshot(self, current: Current) -> ComponentSnapshot:  # noqa: ARG002
         """Return what the component is doing."""
@@ -50,22 +66,62 @@ class MonitorServant(HfsmMonitor):
 
     def step(self, automaton: int, current: Current) -> None:  # noqa: ARG002
         """Run one cycle of one automaton, or of all with 0, while paused."""
-        try:
+        with _told():
             self._runtime.step(automaton)
-        except UnknownElementError as error:
-            raise NoSuchElement(str(error)) from error
 
     def forceTransition(self, automaton: int, transition: int, current: Current) -> None:  # noqa: ARG002
         """Fire a transition at the next cycle of its automaton."""
-        try:
+        with _told():
             self._runtime.force(automaton, transition)
-        except UnknownElementError as error:
-            raise NoSuchElement(str(error)) from error
+
+    def setBreakpoints(self, breakpoints: list[Breakpoint], current: Current) -> None:  # noqa: ARG002
+        """Replace all breakpoints."""
+        found = (points.Breakpoint(b.automaton, b.state, b.transition, b.condition) for b in breakpoints)
+        with _told():
+            self._steering.set_breakpoints(found)
+
+    def getBreakpoints(self, current: Current) -> list[Breakpoint]:  # noqa: ARG002
+        """Return all breakpoints."""
+        return [breakpoint_report(one) for one in self._runtime.breakpoints.all]
+
+    def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:  # noqa: ARG002
+        """Set a variable of an automaton, or a parameter of the component."""
+        with _told():
+            self._steering.set_variable(automaton, name, value)
+
+    def sendEvent(self, name: str, data: str, current: Current) -> None:  # noqa: ARG002
+        """Send an event to every active automaton."""
+        with _told():
+            self._steering.send_event(name, data)
+
+    def explain(self, automaton: int, current: Current) -> Explanation:  # noqa: ARG002
+        """Say of each transition out of the current state why it has not fired."""
+        with _told():
+            return explanation_report(self._steering.explain(automaton))
+
+    def reload(self, current: Current) -> ReloadReport:  # noqa: ARG002
+        """Load the component's file again and go on in it."""
+        with _told():
+            done = self._steering.reload()
+        return ReloadReport(generation=done.generation, held=done.held, notKept=list(done.not_kept))
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
         """End the component."""
         self._runtime.component.log.warning("the monitor ends the component")
         self._runtime.request_stop()
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Tell whoever asked for something why it cannot be."""
+    try:
+        yield
+    except UnknownElementError as error:
+        raise NoSuchElement(str(error)) from error
+    except (ValueTypeError, EventError) as error:
+        raise InvalidValue(str(error)) from error
+    except ReloadRefusedError as error:
+        raise ReloadRefused(str(error)) from error
 
 
 class Monitor:
@@ -78,7 +134,8 @@ class Monitor:
     def __init__(self, runtime: Runtime, communicator: Communicator) -> None:
         self.identity: Final = f"Hfsm.{runtime.name}"
         self._runtime = runtime
-        self._servant = MonitorServant(runtime)
+        steering = Steering(runtime, lambda component: connect(component, communicator))
+        self._servant = MonitorServant(runtime, steering)
         self._adapter = communicator.createObjectAdapter(self.identity)
         self._changed = threading.Event()
         self._closing = False

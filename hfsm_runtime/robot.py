@@ -22,13 +22,15 @@ _logger = logging.getLogger(__name__)
 
 
 def connect(component: Component, communicator: Communicator) -> None:
-    """Connect every proxy that a component declares.
+    """Connect every proxy that a component declares and that is not connected yet.
 
     Raises ConnectFailedException when there is no server at all, and otherwise ComponentError, which names
     every proxy that has no servant, or one of another interface.
     """
     problems: list[str] = []
     for name, declared in proxies_of(component).items():
+        if name in vars(component):
+            continue
         try:
             untyped = communicator.stringToProxy(declared.identity)
             proxy = declared.type.checkedCast(untyped)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Final
 
@@ -11,9 +12,11 @@ from zenoh_ice.clock import Clock
 
 from .automaton import Automaton, Transition
 from .breakpoints import Breakpoints
+from .carrying import FirstValues
 from .component import Component, make_automata, parameter_values, source_of
-from .errors import ComponentStoppedError, UnknownElementError
+from .errors import ComponentStoppedError, ReloadRefusedError, UnknownElementError
 from .events import make_event
+from .replacement import Replacement
 from .supervision import ErrorRecord, OnError, Supervision
 from .threads import Threads
 from .timeline import Timeline
@@ -23,6 +26,10 @@ __all__ = ["Runtime", "Status"]
 
 _STOP: Final = 2.0
 """The longest wait in wall seconds for the running cycles when the component ends."""
+_GAP: Final = 0.5
+"""Wall seconds in which a moment without any cycle may come by itself, to replace the automata in."""
+_END: Final = 0.5
+"""Wall seconds that running cycles have to end when it does not, while no other begins."""
 
 
 class Status(StrEnum):
@@ -72,6 +79,7 @@ class Runtime:
             servers_present=servers_present,
             entered=self._entered,
         )
+        self._on_error = on_error
         self._threads = Threads(self.tree, self.timeline, self._supervision, self._crashed)
         self.tree.on_change.append(self._changed)
 
@@ -153,6 +161,53 @@ class Runtime:
                     f"and automaton {automaton} is in {run.current.name!r}"
                 )
             run.forced = found
+
+    def replace(self, replacement: Replacement, first: Mapping[int, FirstValues]) -> float:
+        """Let another version of the component take the place of this one, between two cycles.
+
+        `first` is what the variables of this one began with. Return the wall seconds in which no cycle could
+        begin. Raises ReloadRefusedError when the component has ended, or a cycle does not end within 1 s.
+        """
+        joining = tuple(run for run in replacement.runs if self.tree.run(run.automaton.id) is None)
+        self._threads.add(joining)
+        leaving = joining
+        try:
+            with self.tree.lock:
+                began = self._wait_for_gap()
+                former, self.component = self.component, replacement.component
+                leaving = replacement.apply(self.tree, former, first, self.timeline.now()).gone
+                self.generation += 1
+                self._supervision.turn_to(
+                    self.component.log,
+                    on_error=self._on_error or self.component._hfsm_on_error,
+                    file=source_of(self.component),
+                    document=self.component._hfsm_document,
+                )
+                return time.perf_counter() - began
+        finally:
+            self._threads.remove(leaving)
+            self._threads.wake()
+
+    def _wait_for_gap(self) -> float:
+        """Wait for a moment without any cycle; return since when none could begin, by `perf_counter`.
+
+        It comes by itself, or else no cycle may begin until it does.
+        """
+        found, began = self.tree.wait_for_gap(_GAP), time.perf_counter()
+        if not found:
+            self.tree.held = True
+            self._threads.wake()  # those who sleep in their code
+            found = self.tree.wait_for_gap(_END)
+            self.tree.held = self.ended.is_set() or self.timeline.paused
+        if self.ended.is_set():
+            raise ReloadRefusedError("the component has ended")
+        if not found:
+            run = next(run for run in self.tree.runs if run.in_cycle)
+            raise ReloadRefusedError(
+                f"the cycle of {run.automaton.name} in the state {run.current.name} "
+                f"did not end within {_GAP + _END:g} s: its code must not block"
+            )
+        return began
 
     def _make_tree(self, root: Automaton) -> Tree:
         return Tree(root)

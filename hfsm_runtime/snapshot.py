@@ -7,25 +7,29 @@ from typing import Final
 from interfaces.hfsm import (
     AutomatonSnapshot,
     AutomatonStructure,
+    Breakpoint,
     ComponentSnapshot,
     ComponentStatus,
     ComponentStructure,
     ErrorReport,
+    Explanation,
     GuardSnapshot,
     ParameterStructure,
     StateStructure,
     TimerSnapshot,
+    TransitionExplanation,
     TransitionKind,
     TransitionStructure,
 )
 
+from . import breakpoints, explanation
 from .automaton import Transition
-from .component import parameters_of
+from .component import parameter_values, parameters_of
 from .runtime import Runtime, Status
 from .tree import Run
 from .variables import short_repr, variables_of
 
-__all__ = ["structure_of", "take_snapshot"]
+__all__ = ["breakpoint_report", "explanation_report", "structure_of", "take_snapshot"]
 
 _STATUS: Final = {
     Status.RUNNING: ComponentStatus.Running,
@@ -39,7 +43,7 @@ def structure_of(runtime: Runtime) -> ComponentStructure:
     return ComponentStructure(
         name=runtime.name,
         document=runtime.component._hfsm_document,
-        generation=0,
+        generation=runtime.generation,
         parameters=[
             ParameterStructure(name=name, type=type(p.default).__name__, description=p.description)
             for name, p in parameters_of(runtime.component).items()
@@ -51,19 +55,17 @@ def structure_of(runtime: Runtime) -> ComponentStructure:
 def take_snapshot(runtime: Runtime) -> ComponentSnapshot:
     """Return what a component is doing."""
     with runtime.tree.lock:
-        now = runtime.timeline.now()
-        automata = [_snapshot(run, now) for run in runtime.tree.runs]
-    for run, snapshot in zip(runtime.tree.runs, automata, strict=True):
-        snapshot.variables = variables_of(run.automaton)  # user code, so without the lock
+        now, generation = runtime.timeline.now(), runtime.generation
+        automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
+    for automaton, snapshot in automata:
+        snapshot.variables = variables_of(automaton)  # user code, so without the lock
     return ComponentSnapshot(
         time=now / 1e9,
         status=_STATUS[runtime.status],
-        generation=0,
-        automata=automata,
-        parameters={
-            name: short_repr(getattr(runtime.component, name)) for name in parameters_of(runtime.component)
-        },
-        stoppedAt=[],
+        generation=generation,
+        automata=[snapshot for _, snapshot in automata],
+        parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
+        stoppedAt=[breakpoint_report(one) for one in runtime.breakpoints.stopped_at],
         errors=[
             ErrorReport(
                 time=record.time / 1e9,
@@ -74,6 +76,39 @@ def take_snapshot(runtime: Runtime) -> ComponentSnapshot:
             )
             for record in runtime.errors
         ],
+    )
+
+
+def breakpoint_report(found: breakpoints.Breakpoint) -> Breakpoint:
+    """Return a breakpoint as the monitor tells it."""
+    return Breakpoint(
+        automaton=found.automaton,
+        state=found.state,
+        transition=found.transition,
+        condition=found.condition,
+    )
+
+
+def explanation_report(found: explanation.Explanation) -> Explanation:
+    """Return an explanation as the monitor tells it."""
+    return Explanation(
+        automaton=found.run.automaton.id,
+        state=found.state,
+        ghost=found.ghost,
+        enteredBy=found.entered_by,
+        transitions=[
+            TransitionExplanation(
+                transition=reason.transition.id,
+                order=reason.order,
+                asked=reason.asked,
+                value=reason.value,
+                askedAt=-1.0 if reason.asked_at is None else reason.asked_at / 1e9,
+                remaining=-1.0 if reason.remaining is None else reason.remaining / 1e9,
+                reason=reason.text,
+            )
+            for reason in found.reasons
+        ],
+        summary=found.summary,
     )
 
 

@@ -62,8 +62,10 @@ class ErrorRecord:
 
 
 class Supervision:
-    """Take errors from the cycles of one component; `halt` is called when the policy says so, and
-    `entered` at each entry into a state, to tell whether to pause there.
+    """Take errors from the cycles of one component, and answer them.
+
+    `halt` is called when the policy says so, and `entered` at each entry into a state, to tell whether to
+    pause there.
 
     While a server is away the cycles that need it are left, and tried again at their next time: the log tells
     once that it is gone and once that it is back. It is back when `servers_present` says so and the automata
@@ -97,6 +99,13 @@ class Supervision:
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
         self._without_server: set[Run] = set()
         self._outage_began = 0.0
+
+    def turn_to(self, log: logging.Logger, *, on_error: OnError, file: str, document: str) -> None:
+        """Go on with another version of the component."""
+        self._log = log
+        self._on_error = on_error
+        self._file = file
+        self._document = document
 
     @property
     def records(self) -> tuple[ErrorRecord, ...]:

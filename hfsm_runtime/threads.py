@@ -127,6 +127,23 @@ class Threads:
             clock.wait(worker.wake, left)
         return True
 
+    def add(self, runs: tuple[Run, ...]) -> None:
+        """Start the threads of automata that are about to join the tree."""
+        workers = {run: _Worker(self, run) for run in runs}
+        self._workers = {**self._workers, **workers}
+        for worker in workers.values():
+            worker.thread.start()
+
+    def remove(self, runs: tuple[Run, ...]) -> None:
+        """End the threads of automata that are not in the tree, and in no cycle."""
+        retired = [worker for run, worker in self._workers.items() if run in runs]
+        self._workers = {run: worker for run, worker in self._workers.items() if run not in runs}
+        for worker in retired:
+            worker.retired = True
+            worker.wake.set()
+        for worker in retired:
+            worker.thread.join(_STEP)
+
     def wake(self) -> None:
         """Let every thread look at what has changed."""
         for worker in self._workers.values():
@@ -138,8 +155,10 @@ class Threads:
     def run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end; the body of its thread."""
         run, interval, slot = worker.run, worker.run.automaton.interval, 0
-        while not self._stopping:
+        while not (self._stopping or worker.retired):
             worker.wake.clear()
+            if run.automaton.interval != interval:  # the automaton was replaced
+                interval, slot = run.automaton.interval, 0
             if run.stepping:
                 self._cycle(run, self._timeline.now())
                 worker.stepped.set()
@@ -174,6 +193,7 @@ class _Worker:
 
     def __init__(self, threads: Threads, run: Run) -> None:
         self.run = run
+        self.retired = False
         self.wake = threading.Event()
         self.stepped = threading.Event()
         self.thread = threading.Thread(

@@ -15,7 +15,7 @@ from .errors import DefinitionError
 from .events import Inbox
 from .observer import Observer
 
-__all__ = ["ChangeKind", "Run", "Tree"]
+__all__ = ["ChangeKind", "Replaced", "Run", "Tree", "grow"]
 
 
 class ChangeKind(StrEnum):
@@ -95,6 +95,11 @@ class Run:
         return self.active and self.claimed == self.activations
 
     @property
+    def awake(self) -> bool:
+        """Whether the automata below the current state are active."""
+        return self.active and not (self.owed or self.waking or self.current.final)
+
+    @property
     def below(self) -> tuple[Run, ...]:
         """The automata that the current state owns."""
         return self.children.get(self.current.id, ())
@@ -102,6 +107,30 @@ class Run:
     def active_time(self, now: int) -> int:
         """Return the active time since the entry into the current state in ns."""
         return self.waited + (0 if self.since is None else max(0, now - self.since))
+
+    def adopt(self, automaton: Automaton) -> State | None:
+        """Go on as another version of the automaton; return the state that it does not have any more.
+
+        The automaton has not entered any state then.
+        """
+        left, self.automaton = self.current, automaton
+        found = _counterpart(left, automaton)
+        forced = self.forced
+        self.forced = next((t for t in automaton.transitions if forced and t.id == forced.id), None)
+        if self.last_transition not in {transition.id for transition in automaton.transitions}:
+            self.last_transition = 0
+        self.guards, self.present = {}, {}
+        if found is not None and self.entered is not None:
+            self.current = found
+            self.finished = self.finished and found.final
+            return None
+        entered, self.entered = self.entered, None
+        self.current = automaton.initial
+        self.owed = _owes(self.current)
+        self.waking = self.unseen = True
+        self.finished = self.code_first = False
+        self.last_transition, self.waited, self.forced = 0, 0, None
+        return left if entered is not None else None
 
     def descendants(self) -> Iterator[Run]:
         """Yield all automata below this one."""
@@ -120,6 +149,14 @@ class Run:
                 yield f"{self.current.name}/{path}"
 
 
+@dataclass(frozen=True, slots=True)
+class Replaced:
+    """What became of automata that others took the place of: who is `gone`, and who lost its state."""
+
+    gone: tuple[Run, ...]
+    displaced: tuple[tuple[Run, State], ...]
+
+
 class Tree:
     """The automata of a component at run time.
 
@@ -135,14 +172,9 @@ class Tree:
         self.on_change: list[Callable[[int, Run, ChangeKind], None]] = []
         self.observers: list[Observer] = []
         self._cycle_ended = threading.Condition(self.lock)
-        self.runs: tuple[Run, ...] = tuple(_grow(root, None, None, 0))
+        self.runs: tuple[Run, ...] = grow(root)
         """All automata, each before its children."""
         self._by_id = {run.automaton.id: run for run in self.runs}
-        if len(self._by_id) != len(self.runs):
-            raise DefinitionError("two automata have one id")
-        for declared in root.inputs:
-            if declared.default is REQUIRED:
-                raise DefinitionError(f"nobody hands the root its input {declared.name!r}: give it a default")
 
     @property
     def root(self) -> Run:
@@ -275,6 +307,57 @@ class Tree:
             if not code_first:
                 run.inbox.give_back(run.present)
 
+    def wait_for_gap(self, timeout: float) -> bool:
+        """Wait, under the lock, for a moment without any cycle, which lasts as long as the lock is kept.
+
+        `timeout` is in s of wall time; false when it is over.
+        """
+        return self._cycle_ended.wait_for(lambda: not any(run.in_cycle for run in self.runs), timeout)
+
+    def replace(self, grown: tuple[Run, ...], now: int) -> Replaced:
+        """Let other automata take the place of these while no cycle runs; call it under the lock.
+
+        `grown` are new ones, as `grow` returns them. Where one has the id of an automaton that is here, that
+        one goes on, in the state of the same id, or else of the same name when only one has it; one whose
+        state is gone begins anew. What guards said is forgotten.
+        """
+        before = self._by_id
+        runs = tuple(before.get(run.automaton.id, run) for run in grown)
+        gone = tuple(run for run in self.runs if run not in runs)
+        for run in gone:
+            self._deactivate(run, now)
+        displaced = []
+        at = {run.automaton.id: run for run in runs}
+        root_active = self.root.active
+        for run, new in zip(runs, grown, strict=True):
+            run.parent = at[new.parent.automaton.id] if new.parent else None
+            run.owner, run.depth = new.owner, new.depth
+            run.children = {
+                state: tuple(at[child.automaton.id] for child in children)
+                for state, children in new.children.items()
+            }
+            if run is not new:
+                left = run.adopt(new.automaton)
+                if left is not None:
+                    displaced.append((run, left))
+        self.runs, self._by_id = runs, at
+        anew = {run for run, _ in displaced}
+        for run in runs:
+            above = run.parent
+            if above is None:
+                wanted = root_active
+            else:
+                wanted = above.awake and run.owner is not None and above.current.id == run.owner.id
+            if not wanted:
+                self._deactivate(run, now)
+            elif not run.active:
+                self._begin(run, now)
+            elif run in anew:
+                self._set(run, run.automaton.initial, now)
+                if not run.owed:
+                    self._settle(run, now)
+        return Replaced(gone, tuple(displaced))
+
     def _begin(self, run: Run, now: int) -> None:
         """Activate an automaton below a state that was entered."""
         if run.active:
@@ -339,6 +422,24 @@ class Tree:
             notify(now, run, kind)
         for observer in self.observers:
             observer.changed(now, run, kind)
+
+
+def grow(root: Automaton) -> tuple[Run, ...]:
+    """Return what runs the automata of a tree, each before its children. Raises DefinitionError."""
+    runs = tuple(_grow(root, None, None, 0))
+    if len({run.automaton.id for run in runs}) != len(runs):
+        raise DefinitionError("two automata have one id")
+    for declared in root.inputs:
+        if declared.default is REQUIRED:
+            raise DefinitionError(f"nobody hands the root its input {declared.name!r}: give it a default")
+    return runs
+
+
+def _counterpart(state: State, automaton: Automaton) -> State | None:
+    """Return the state of another version of an automaton that one of its states has become."""
+    same = [other for other in automaton.states if other.id == state.id]
+    same = same or [other for other in automaton.states if other.name == state.name]
+    return same[0] if len(same) == 1 else None
 
 
 def _owes(state: State) -> bool:

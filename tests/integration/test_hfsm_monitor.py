@@ -11,7 +11,7 @@ import pytest
 from hfsm_runtime import Automaton, Component, State, Transition
 from hfsm_runtime.monitor import Monitor
 from hfsm_runtime.runtime import Runtime
-from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx, NoSuchElement
+from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx, NoSuchElement, TransitionKind
 from tests.conftest import Pair
 from tests.support.automata import component
 from zenoh_ice import WallClock
@@ -86,11 +86,11 @@ def test_the_structure_is_told(pair: Pair) -> None:
     root, child = structure.automata
     assert (root.id, root.name, root.parent, root.owner, root.period) == (1, "walker", 0, 0, 0.05)
     assert (child.id, child.name, child.parent, child.owner) == (2, "follow", 1, 1)
-    assert [(state.name, state.initial, state.child) for state in root.states] == [
-        ("follow", True, 2), ("dance", False, 0)
+    assert [(state.name, state.initial, state.children) for state in root.states] == [
+        ("follow", True, [2]), ("dance", False, [])
     ]  # fmt: skip
-    assert [(t.timed, t.seconds, t.condition) for t in root.transitions] == [
-        (False, 0.0, "False"), (True, 3600.0, "")
+    assert [(t.kind, t.seconds, t.condition, t.order) for t in root.transitions] == [
+        (TransitionKind.OnCondition, 0.0, "False", 1), (TransitionKind.OnTime, 3600.0, "", 1)
     ]  # fmt: skip
 
 

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from interfaces.hfsm import ComponentSnapshot, ComponentStructure, HfsmMonitor
+from interfaces.hfsm import ComponentSnapshot
 from naoserver.fake import FakeRobot
-from tests.support.component import dance_and_follow, snapshot
+from tests.support.component import MonitorStub, snapshot
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm.watch.telemetry import Telemetry
@@ -25,7 +25,7 @@ from zenoh_ice import Current, initialize
 LIMIT = 20.0
 
 
-class Monitor(HfsmMonitor):
+class Monitor(MonitorStub):
     """A component that does what its document says, from a time on, without a robot."""
 
     def __init__(self) -> None:
@@ -34,17 +34,8 @@ class Monitor(HfsmMonitor):
     def now(self) -> ComponentSnapshot:
         return snapshot(round(time.monotonic() - self.began, 3))
 
-    def getStructure(self, current: Current) -> ComponentStructure:
-        return dance_and_follow()
-
     def getSnapshot(self, current: Current) -> ComponentSnapshot:
         return self.now()
-
-    def pause(self, current: Current) -> None: ...
-    def resume(self, current: Current) -> None: ...
-    def step(self, automaton: int, current: Current) -> None: ...
-    def forceTransition(self, automaton: int, transition: int, current: Current) -> None: ...
-    def stop(self, current: Current) -> None: ...
 
 
 @contextmanager

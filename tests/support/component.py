@@ -5,15 +5,28 @@ from __future__ import annotations
 from interfaces.hfsm import (
     AutomatonSnapshot,
     AutomatonStructure,
+    Breakpoint,
     ComponentSnapshot,
     ComponentStatus,
     ComponentStructure,
+    Explanation,
+    HfsmMonitor,
+    ReloadReport,
     StateStructure,
     TimerSnapshot,
+    TransitionKind,
     TransitionStructure,
 )
+from zenoh_ice import Current
 
-__all__ = ["ball_variables", "dance_and_follow", "snapshot"]
+__all__ = [
+    "MonitorStub",
+    "ball_variables",
+    "dance_and_follow",
+    "snapshot",
+    "state_structure",
+    "transition_structure",
+]
 
 PERIODS = {1: 10.0, 2: 8.0}
 """Seconds after which the timed automata of `dance_and_follow` change their state."""
@@ -22,8 +35,11 @@ PERIODS = {1: 10.0, 2: 8.0}
 def dance_and_follow() -> ComponentStructure:
     """Return the automata: 1 root, 2 followBall with 3 red and 4 green below it, 5 dance."""
     return ComponentStructure(
-        "dance_and_follow",
-        [
+        name="dance_and_follow",
+        document="dance_and_follow.xml",
+        generation=0,
+        parameters=[],
+        automata=[
             _automaton(1, "dance_and_follow", 0, 0, states={"followBall": 2, "dance": 5}, seconds=10.0),
             _automaton(2, "followBall", 1, 1, states={"red": 3, "green": 4}, seconds=8.0),
             _automaton(3, "red", 2, 1, states={"follow": 0, "search": 0}),
@@ -37,14 +53,56 @@ def _automaton(
     id: int, name: str, parent: int, owner: int, *, states: dict[str, int], seconds: float = 0.0
 ) -> AutomatonStructure:
     first, second = states
-    timed = seconds > 0
     return AutomatonStructure(
-        id, name, parent, owner, 0.1,
-        [StateStructure(number, state, number == 1, states[state]) for number, state in enumerate(states, 1)],
-        [
-            TransitionStructure(1, f"to {second}", 1, 2, timed, seconds, "" if timed else "ready"),
-            TransitionStructure(2, f"to {first}", 2, 1, timed, seconds, "" if timed else "ready"),
+        id=id,
+        name=name,
+        parent=parent,
+        owner=owner,
+        period=0.1,
+        source="",
+        states=[
+            state_structure(number, state, initial=number == 1, children=[child] if child else [])
+            for number, (state, child) in enumerate(states.items(), 1)
         ],
+        transitions=[
+            transition_structure(
+                1, f"to {second}", 1, 2, seconds=seconds, condition="" if seconds else "ready"
+            ),
+            transition_structure(
+                2, f"to {first}", 2, 1, seconds=seconds, condition="" if seconds else "ready"
+            ),
+        ],
+    )
+
+
+def state_structure(
+    id: int, name: str, *, initial: bool = False, final: bool = False, children: list[int] | None = None
+) -> StateStructure:
+    """Return a state, by default one without anything special."""
+    return StateStructure(
+        id=id, name=name, initial=initial, final=final, children=children or [], restart=False
+    )  # fmt: skip
+
+
+def transition_structure(
+    id: int,
+    name: str,
+    origin: int,
+    destination: int,
+    *,
+    seconds: float = 0.0,
+    event: str = "",
+    condition: str = "",
+) -> TransitionStructure:
+    """Return a transition: by time if `seconds` is more than 0, at an event if one is named."""
+    kind = TransitionKind.OnCondition
+    if seconds:
+        kind = TransitionKind.OnTime
+    elif event:
+        kind = TransitionKind.OnEvent
+    return TransitionStructure(
+        id=id, name=name, origin=origin, destination=destination, kind=kind, seconds=seconds, event=event,
+        condition=condition, order=1,
     )  # fmt: skip
 
 
@@ -74,12 +132,47 @@ def snapshot(time: float, ball: dict[str, str] | None = None) -> ComponentSnapsh
         automaton.ghost = ghost
     for automaton in automata[2:4]:
         automaton.variables = ball or ball_variables(12.5, -3.25)
-    return ComponentSnapshot(time, ComponentStatus.Running, automata, [])
+    return ComponentSnapshot(
+        time=time, status=ComponentStatus.Running, generation=0, automata=automata, parameters={}, stoppedAt=[],
+        errors=[],
+    )  # fmt: skip
 
 
 def _snapshot(id: int, time: float) -> AutomatonSnapshot:
     """Return an automaton that is in its first state since 0."""
     return AutomatonSnapshot(
-        id=id, state=1, ghost=False, lastTransition=0, enteredAt=0.0, timers=[], guards=[], variables={},
+        id=id, state=1, ghost=False, finished=False, lastTransition=0, enteredAt=0.0, timers=[], guards=[], variables={},
         cycles=int(time * 10), overruns=0, lastCycle=0.001, longestCycle=0.004,
     )  # fmt: skip
+
+
+class MonitorStub(HfsmMonitor):
+    """A monitor of `dance_and_follow` that stands still and heeds nothing."""
+
+    def getStructure(self, current: Current) -> ComponentStructure:
+        return dance_and_follow()
+
+    def getSnapshot(self, current: Current) -> ComponentSnapshot:
+        return snapshot(0.0)
+
+    def pause(self, current: Current) -> None: ...
+    def resume(self, current: Current) -> None: ...
+    def step(self, automaton: int, current: Current) -> None: ...
+    def forceTransition(self, automaton: int, transition: int, current: Current) -> None: ...
+    def setBreakpoints(self, breakpoints: list[Breakpoint], current: Current) -> None: ...
+
+    def getBreakpoints(self, current: Current) -> list[Breakpoint]:
+        return []
+
+    def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None: ...
+    def sendEvent(self, name: str, data: str, current: Current) -> None: ...
+
+    def explain(self, automaton: int, current: Current) -> Explanation:
+        return Explanation(
+            automaton=automaton, state=1, ghost=False, enteredBy=0, transitions=[], summary=""
+        )  # fmt: skip
+
+    def reload(self, current: Current) -> ReloadReport:
+        return ReloadReport(generation=1, held=0.0, notKept=[])
+
+    def stop(self, current: Current) -> None: ...

@@ -1,7 +1,9 @@
 """The tree of automata: its rows, the path of current states, and when an automaton became active."""
 
-from interfaces.hfsm import AutomatonStructure, ComponentStructure, StateStructure
-from tests.support.component import dance_and_follow, snapshot
+from msgspec.structs import replace
+
+from interfaces.hfsm import AutomatonStructure
+from tests.support.component import dance_and_follow, snapshot, state_structure
 from visualhfsm.watch.automata import Automata
 
 
@@ -37,7 +39,7 @@ def test_ids_that_the_structure_does_not_have_get_a_name_that_shows_them():
 
 def test_a_structure_that_is_no_tree_ends():
     structure = dance_and_follow()
-    structure.automata[4].states[0].child = 1
+    structure.automata[4].states[0].children = [1]
     structure.automata[0].parent = 5
     automata = Automata(structure)
     assert list(automata.rows()) == []
@@ -45,7 +47,7 @@ def test_a_structure_that_is_no_tree_ends():
     assert automata.current_path(snapshot(12.0)) == []
 
     structure = dance_and_follow()
-    structure.automata[4].states[0].child = 1
+    structure.automata[4].states[0].children = [1]
     rows = list(Automata(structure).rows())
     assert len(rows) == 10
     assert Automata(structure).current_path(snapshot(12.0)) == ["dance", "right"]
@@ -59,10 +61,12 @@ def test_a_structure_deeper_than_the_stack_is_shown_as_far_as_anybody_looks():
             parent=number - 1,
             owner=1 if number > 1 else 0,
             period=0.1,
-            states=[StateStructure(id=1, name="s", initial=True, child=number + 1)],
+            source="",
+            states=[state_structure(1, "s", initial=True, children=[number + 1])],
             transitions=[],
         )
         for number in range(1, 2001)
     ]
-    rows = list(Automata(ComponentStructure(name="deep", automata=automata)).rows())
+    structure = replace(dance_and_follow(), name="deep", automata=automata)
+    rows = list(Automata(structure).rows())
     assert [row.automaton.id for row in rows] == list(range(1, 65))
