@@ -1,0 +1,335 @@
+"""A behavior under test: a component that runs in virtual time with a robot, and everything to see of it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from hfsm_runtime import Component, VirtualRun
+from hfsm_runtime.component import parameters_of, proxies_of
+from hfsm_runtime.robot import stop_robot
+from hfsm_runtime.supervision import UNAVAILABLE, ErrorRecord
+from hfsm_runtime.tree import Run
+from hfsm_runtime.variables import assign, values_of
+from hfsm_runtime.virtual import Change
+from zenoh_ice import Object
+
+from .calls import Call
+from .clock import TaskClock
+from .communicator import InProcessCommunicator
+from .errors import BehaviorFailed, UnknownName
+from .journal import Fired, Journal
+from .robot import CameraKind, RobotKind, RobotUnderTest
+from .stubs import make_stub
+
+__all__ = ["Behavior", "Condition"]
+
+Condition = str | Callable[[], object] | Callable[["Behavior"], object]
+"""A path of states, or a function, of nothing or of the behavior, that returns whether it holds."""
+
+_LIMIT: Final = 60.0
+
+
+class Behavior:
+    """A component under test. Made by the fixture `behavior`; nothing runs but while the time is moved on.
+
+    An exception in its code fails the test, unless `on_error` is given: then the policy applies, `errors`
+    tells what happened, and when it is `stop` the robot is stopped as by the real component. Automata are
+    named by their name, their path (`followBall/green`: the states that own them) or their id.
+    """
+
+    def __init__(
+        self,
+        component: Component,
+        *,
+        robot: RobotKind | None = None,
+        parameters: Mapping[str, object] | None = None,
+        stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
+        on_error: str | None = None,
+        camera: CameraKind = "auto",
+        document: Path | None = None,
+        **settings: Any,  # noqa: ANN401 - those of the robot
+    ) -> None:
+        self.document: Final = document
+        self.component: Final = component
+        """What user code sees as `self`."""
+        self._strict = on_error is None
+        self._clock: Final = TaskClock()
+        self._communicator: Final = InProcessCommunicator(self._clock)
+        self._robot: Final = (
+            None
+            if robot is None
+            else RobotUnderTest(robot, self._clock, self._communicator, camera=camera, **settings)
+        )
+        try:
+            for name, stub in (stubs or {}).items():
+                self._stub(name, stub)
+            self._set_parameters(parameters or {})
+            self._connect()
+            self._journal: Final = Journal(self._communicator.calls, self._clock.now)
+            self.run: Final = VirtualRun(component, clock=self._clock, on_error=on_error)
+            """The driver of the automata, and in its `tree` all that is known of them."""
+        except BaseException:
+            self.close()
+            raise
+        self._journal.begin(self.run.tree.runs)
+        self.run.tree.observers.append(self._journal)
+        self._tolerated = 0
+        self._away = False
+        self._stopped = False
+
+    # -- time ----------------------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """The time since the start in s."""
+        return self.run.time
+
+    def advance(self, seconds: float) -> None:
+        """Run all cycles that fall due in the next `seconds`, the end included.
+
+        Raises BehaviorFailed when user code raises an exception and no `on_error` was given.
+        """
+        self.run.advance(seconds)
+        if self.run.halted and not self._stopped:
+            self._stopped = True
+            stop_robot(self.component)
+        self._check()
+
+    def run_until(self, condition: Condition, limit: float = _LIMIT) -> float:
+        """Run cycle by cycle until a condition holds, and return the time at which it does.
+
+        A path holds when it, or anything below it, is active. Raises BehaviorFailed after `limit` s.
+        """
+        holds = self._condition(condition)
+        end = self.time + limit
+        step = min(run.automaton.period for run in self.run.tree.runs)
+        while not holds():
+            if self.time >= end - 1e-9 or self.run.halted or self.run.finished:
+                what = "halted" if self.run.halted else "finished" if self.run.finished else f"{limit:g} s"
+                raise BehaviorFailed(
+                    f"{_describe(condition)} did not come true: {what} at {self.time:.3f} s, "
+                    f"in {self.active}\n{self.timeline}"
+                )
+            # To the next multiple of the shortest period: there the cycles are.
+            left = (int(self.time / step + 1e-6) + 1) * step - self.time
+            self.advance(min(left, end - self.time))
+        return self.time
+
+    # -- what it is doing ----------------------------------------------------------------------------------
+
+    @property
+    def active(self) -> str:
+        """The names of the current states from the root down, such as `followBall/green/follow`.
+
+        Where a state owns several automata this is the first branch; `active_paths` has all.
+        """
+        return self.run.active
+
+    @property
+    def active_paths(self) -> tuple[str, ...]:
+        """The paths of current states, one for each branch."""
+        return self.run.active_paths
+
+    def is_active(self, path: str) -> bool:
+        """Return whether the states of a path from the root are current ones: `followBall/green`."""
+        return any(f"{active}/".startswith(f"{path}/") for active in self.active_paths)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the root has reached a final state."""
+        return self.run.finished
+
+    @property
+    def halted(self) -> bool:
+        """Whether an error has ended it."""
+        return self.run.halted
+
+    def state(self, automaton: str | int) -> str:
+        """Return the current state of an automaton: of a ghost the one that it remembers."""
+        return self.automaton(automaton).current.name
+
+    def is_ghost(self, automaton: str | int) -> bool:
+        """Return whether an ancestor has left the state above an automaton."""
+        return not self.automaton(automaton).active
+
+    def automaton(self, name: str | int) -> Run:
+        """Return an automaton as it runs; raises UnknownName when there is none, or more than one."""
+        runs = self.run.tree.runs
+        found = [run for run in runs if name in (run.automaton.id, _path(run))]
+        if not found:
+            found = [run for run in runs if run.automaton.name == name]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            paths = ", ".join(_path(run) for run in found)
+            raise UnknownName(f"several automata are called {name!r}: name one by its path: {paths}")
+        known = ", ".join(dict.fromkeys(run.automaton.name for run in runs))
+        raise UnknownName(f"there is no automaton {name!r}; there are {known}")
+
+    def variables(self, automaton: str | int) -> dict[str, Any]:
+        """Return the variables of an automaton by name."""
+        return values_of(self.automaton(automaton).automaton)
+
+    # -- what it did ---------------------------------------------------------------------------------------
+
+    @property
+    def trace(self) -> list[Change]:
+        """Every change since the start: when which automaton entered or resumed which state."""
+        return self.run.trace
+
+    @property
+    def fired(self) -> list[Fired]:
+        """Every transition that fired."""
+        return list(self._journal.fired_transitions)
+
+    def changes(self, automaton: str) -> list[tuple[float, str]]:
+        """Return when an automaton entered which state, its initial one included."""
+        return self.run.changes(self.automaton(automaton).automaton.name)
+
+    def calls(self, target: str = "") -> list[Call]:
+        """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all, in order."""
+        return self._communicator.calls.find(target)
+
+    @property
+    def errors(self) -> tuple[ErrorRecord, ...]:
+        """The newest errors of its code, oldest first."""
+        return self.run.errors
+
+    @property
+    def timeline(self) -> str:
+        """What happened, as text; a test that fails shows it."""
+        name = self.run.tree.root.automaton.name
+        head = f"timeline of {name}, {self.time:.3f} s, in {', '.join(self.active_paths)}"
+        return f"{head}\n{self._journal.text()}"
+
+    # -- what a test does to it ----------------------------------------------------------------------------
+
+    @property
+    def robot(self) -> RobotUnderTest:
+        """The robot: to place balls, read joints, look through the cameras."""
+        if self._robot is None:
+            raise UnknownName("this behavior has no robot: ask for robot='fake' or robot='sim'")
+        return self._robot
+
+    def set(self, automaton: str | int, **variables: object) -> None:
+        """Set variables of an automaton."""
+        for name, value in variables.items():
+            assign(self.automaton(automaton).automaton, name, value)
+            self._journal.note(f"sets {name} of {automaton} to {value!r}")
+
+    def send(self, event: str, data: object = None) -> None:
+        """Send an event, as from outside."""
+        self.run.send(event, data)
+
+    def force(self, automaton: str | int, transition: str | int) -> None:
+        """Let a transition out of the current state fire at the next cycle, whatever its guard says."""
+        run = self.automaton(automaton)
+        leaving = run.automaton.outgoing(run.current)
+        found = [each for each in leaving if transition in (each.id, each.name)]
+        if not found:
+            known = ", ".join(each.name or str(each.id) for each in leaving) or "none"
+            raise UnknownName(f"no transition {transition!r} leaves {run.current.name}; there are {known}")
+        run.forced = found[0]
+        self._journal.note(f"forces {found[0].name or found[0].id} of {run.automaton.name}")
+
+    def stub(self, name: str, servant: Object | None = None, /, **operations: object) -> None:
+        """Answer the calls of an interface by hand, in place of the robot's servant.
+
+        `name` is that of the attribute or of the servant. Give a servant, or single operations, each as a
+        function of its arguments, as a value that it returns, or as an exception that it raises; the other
+        operations go on as before. What is returned is validated as it would be on the wire.
+        """
+        self._stub(name, operations if servant is None else servant)
+
+    @contextmanager
+    def server_away(self, *servants: str) -> Iterator[None]:
+        """Let servants be away for a while, all without names: calls fail as over a cut connection."""
+        with self._communicator.without(list(servants)):
+            before, self._away = self._away, True
+            self._journal.note(f"takes {', '.join(servants) or 'the server'} away")
+            try:
+                yield
+            finally:
+                self._away = before
+                self._journal.note("brings it back")
+
+    def close(self) -> None:
+        """Stop the robot and free what it holds."""
+        if self._robot is not None:
+            self._robot.close()
+
+    def __repr__(self) -> str:
+        return f"<behavior {self.run.tree.root.automaton.name} at {self.time:.3f} s in {self.active}>"
+
+    # ------------------------------------------------------------------------------------------------------
+
+    def _set_parameters(self, parameters: Mapping[str, object]) -> None:
+        declared = parameters_of(self.component)
+        for name, value in parameters.items():
+            if name not in declared:
+                known = ", ".join(declared) or "none"
+                raise UnknownName(f"the component has no parameter {name!r}; there are {known}")
+            setattr(self.component, name, value)
+
+    def _connect(self) -> None:
+        served = self._communicator.identities()
+        for name, declared in proxies_of(self.component).items():
+            if name in vars(self.component):
+                continue
+            untyped = self._communicator.stringToProxy(declared.identity)
+            # Without a servant the calls say so: a test need not stub what it does not reach.
+            cast = declared.type.checkedCast if declared.identity in served else declared.type.uncheckedCast
+            vars(self.component)[name] = cast(untyped)
+
+    def _stub(self, name: str, stub: Object | Mapping[str, object]) -> None:
+        declared = proxies_of(self.component)
+        found = {proxy.identity: proxy for key, proxy in declared.items() if name in (key, proxy.identity)}
+        if not found:
+            known = ", ".join(declared) or "none"
+            raise UnknownName(f"the component has no interface {name!r}; there are {known}")
+        ((identity, proxy),) = found.items()
+        if isinstance(stub, Object):
+            self._communicator.serve(identity, stub)
+        else:
+            below = self._communicator.servant(identity)
+            servant, polls = make_stub(identity, proxy.type.ice_interface, stub, below)
+            self._communicator.serve(identity, servant, polls)
+
+    def _check(self) -> None:
+        new = self._journal.failures[self._tolerated :]
+        self._tolerated = len(self._journal.failures)
+        for run, error in new:
+            if self._strict and not (self._away and isinstance(error, UNAVAILABLE)):
+                location = self.errors[-1].location if self.errors else ""
+                raise BehaviorFailed(
+                    f"the code of {run.automaton.name} raised {type(error).__name__}: {error}"
+                    + (f"\n  at {location}" if location else "")
+                    + f"\n{self.timeline}"
+                ) from error
+
+    def _condition(self, condition: Condition) -> Callable[[], object]:
+        if isinstance(condition, str):
+            return lambda: self.is_active(condition)
+        if inspect.signature(condition).parameters:
+            return lambda: condition(self)  # type: ignore[call-arg]
+        return condition  # type: ignore[return-value]
+
+
+def _path(run: Run) -> str:
+    """Return the states that own an automaton, from the root down."""
+    names: list[str] = []
+    above: Run | None = run
+    while above is not None and above.owner is not None:
+        names.append(above.owner.name)
+        above = above.parent
+    return "/".join(reversed(names))
+
+
+def _describe(condition: Condition) -> str:
+    if isinstance(condition, str):
+        return condition
+    return getattr(condition, "__name__", repr(condition)).replace("<lambda>", "the condition")

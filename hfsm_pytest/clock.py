@@ -1,0 +1,78 @@
+"""Virtual time for one thread: a clock that does what falls due while it is moved."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import threading
+from collections.abc import Callable
+from typing import Final
+
+from zenoh_ice import VirtualClock
+
+__all__ = ["TaskClock"]
+
+_NANOSECONDS: Final = 1_000_000_000
+_POLL: Final = 10_000_000
+"""Time in ns after which who waits for an event looks again."""
+
+
+class TaskClock(VirtualClock):
+    """A virtual clock that runs tasks at their times, in the thread that moves it on.
+
+    Whoever sleeps on it moves it on, so that nothing ever waits for another thread. Tasks of one time run in
+    the order in which they were given.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._tasks: list[tuple[int, int, Callable[[], None]]] = []
+        self._numbers = itertools.count()
+
+    def call_at(self, when: float, task: Callable[[], None]) -> None:
+        """Run a task once at a time in s, or at the next move when that has passed."""
+        heapq.heappush(self._tasks, (round(when * _NANOSECONDS), next(self._numbers), task))
+
+    def advance(self, seconds: float) -> None:
+        """Move the time forward by a duration in s, and run the tasks that fall due, the end included."""
+        if seconds < 0:
+            raise ValueError(f"a clock does not run backwards: advance({seconds})")
+        end = self._nanoseconds + round(seconds * _NANOSECONDS)
+        while self._tasks and self._tasks[0][0] <= end:
+            when, _, task = heapq.heappop(self._tasks)
+            self._move_to(when)
+            task()  # which may move the time on, even beyond the end
+        self._move_to(end)
+
+    def sleep(self, seconds: float) -> None:
+        """Move the time forward by a duration in s."""
+        self.advance(max(0.0, seconds))
+
+    def sleep_until(self, when: float) -> None:
+        """Move the time forward to a time in s."""
+        self.sleep(when - self.now())
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        """Move the time forward until a task sets an event, at most `timeout` s; return whether it is set."""
+        self.wait_for(event.is_set, timeout)
+        return event.is_set()
+
+    def wait_for(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Move the time forward, task by task, until a condition holds; return whether it does."""
+        end = self._nanoseconds + round(max(0.0, timeout) * _NANOSECONDS)
+        while not condition():
+            now = self._nanoseconds
+            if now >= end:
+                return False
+            following = self._tasks[0][0] if self._tasks else end
+            self.advance(max(0, min(following, now + _POLL, end) - now) / _NANOSECONDS)
+        return True
+
+    @property
+    def _nanoseconds(self) -> int:
+        return round(self.now() * _NANOSECONDS)
+
+    def _move_to(self, when: int) -> None:
+        left = when - self._nanoseconds
+        if left > 0:
+            super().advance(left / _NANOSECONDS)

@@ -1,0 +1,1 @@
+"""Coverage of automata: states entered, transitions fired, guards seen both true and false."""

@@ -1,0 +1,17 @@
+"""What goes wrong in the test of a behavior."""
+
+from __future__ import annotations
+
+__all__ = ["BehaviorFailed", "DocumentInvalid", "UnknownName"]
+
+
+class UnknownName(LookupError):
+    """A test names an automaton, a transition, a ball that is not there; the text says what there is."""
+
+
+class DocumentInvalid(ValueError):
+    """A document has errors and cannot be run; the text is that of the compiler."""
+
+
+class BehaviorFailed(AssertionError):
+    """The behavior did what a test does not allow: its code raised, or it never did what was waited for."""

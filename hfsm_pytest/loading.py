@@ -1,0 +1,99 @@
+"""From a document to the class of its component, in memory."""
+
+from __future__ import annotations
+
+import inspect
+import linecache
+import sys
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import compile_document, read_document
+from codegen.hfsm.document import Document
+from hfsm_runtime import Component
+
+from .errors import DocumentInvalid
+
+__all__ = ["document_of", "find_document", "load_component", "read"]
+
+
+def read(path: Path) -> Document:
+    """Read a document with all that it imports; raises DocumentInvalid."""
+    diagnostics = Diagnostics()
+    document = read_document(path, diagnostics)
+    if document is None:
+        raise DocumentInvalid(f"{path} cannot be read:\n{diagnostics.render(outcome='')}")
+    return document
+
+
+def find_document(path: Path, directories: Sequence[Path]) -> Path:
+    """Return where a document is: a relative one below the first directory that has it."""
+    tried = [directory / path for directory in directories]
+    for candidate in tried:
+        if candidate.is_file():
+            return candidate
+    raise FileNotFoundError(f"there is no document {path}; looked for {', '.join(map(str, tried))}")
+
+
+def document_of(component: type[Component]) -> Path | None:
+    """Return the document that stands beside a generated component, or None."""
+    name = component._hfsm_document
+    path = Path(inspect.getfile(component)).with_name(name) if name else None
+    return path if path is not None and path.is_file() else None
+
+
+def load_component(document: Path, include: Sequence[Path] = ()) -> type[Component]:
+    """Compile a document and return the class of its component; raises DocumentInvalid.
+
+    Nothing is written. Each time the module is a new one, so that tests share no state.
+    """
+    path = document.resolve()
+    target, text = _compile(path, path.stat().st_mtime_ns, tuple(include))
+    on_disk = target.is_file() and target.read_text(encoding="utf-8") == text
+    # As long as the committed component is the current one, tracebacks and debuggers show that file.
+    file = str(target) if on_disk else f"<compiled>/{target.name}"
+    if not on_disk:
+        linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    module = ModuleType(target.stem)
+    module.__file__ = file
+    with _importable(target.parent, include):
+        exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
+    (found,) = [
+        value
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, Component) and value.__module__ == target.stem
+    ]
+    return found
+
+
+@lru_cache(maxsize=64)
+def _compile(path: Path, changed: int, include: tuple[Path, ...]) -> tuple[Path, str]:  # noqa: ARG001
+    diagnostics = Diagnostics()
+    files = compile_document(path, None, diagnostics, include)
+    if files is None:
+        raise DocumentInvalid(f"{path} cannot be run:\n{diagnostics.render()}")
+    (file,) = files
+    return file.path, file.text
+
+
+@lru_cache(maxsize=64)
+def _code(text: str, file: str) -> Any:  # noqa: ANN401 - a code object
+    return compile(text, file, "exec")
+
+
+class _importable:  # noqa: N801 - a context manager
+    """Let a component import what stands beside its document, and the packages of stub interfaces."""
+
+    def __init__(self, directory: Path, include: Sequence[Path]) -> None:
+        self._added = [str(path) for path in (directory, *include)]
+
+    def __enter__(self) -> None:
+        sys.path[:0] = self._added
+
+    def __exit__(self, *_: object) -> None:
+        for path in self._added:
+            sys.path.remove(path)

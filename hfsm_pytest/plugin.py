@@ -1,0 +1,126 @@
+"""The pytest plugin: the fixture `behavior`, the timeline of a failed test, and the coverage of automata.
+
+It is loaded with every pytest run, so what a run needs is imported when it is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import pytest
+
+if TYPE_CHECKING:
+    from hfsm_runtime import Component
+    from zenoh_ice import Object
+
+    from .behavior import Behavior
+    from .robot import CameraKind, RobotKind
+
+__all__ = ["MakeBehavior"]
+
+_BEHAVIORS: Final = pytest.StashKey["list[Behavior]"]()
+_COVERAGE: Final = "hfsm_coverage"
+
+
+class MakeBehavior(Protocol):
+    """The fixture `behavior`."""
+
+    def __call__(
+        self,
+        document: str | Path | type[Component],
+        *,
+        robot: RobotKind | None = None,
+        parameters: Mapping[str, object] | None = None,
+        stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
+        on_error: str | None = None,
+        camera: CameraKind = "auto",
+        include: Sequence[Path] = (),
+        **settings: Any,  # noqa: ANN401
+    ) -> Behavior:
+        """Run a document, or a component, in virtual time; it is closed after the test.
+
+        A relative path is looked for beside the test, then below the root of the project. `robot` is `fake`,
+        `sim` or None; `stubs` answer interfaces by hand; `include` are directories with packages of stub
+        interfaces; `settings` are those of the robot, such as `posture`.
+        """
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options."""
+    group = parser.getgroup("hfsm", "automata")
+    group.addoption(
+        "--hfsm-cov",
+        action="append",
+        default=[],
+        metavar="DOCUMENT-OR-DIR",
+        help="measure which states, transitions and guards of these documents the tests cover; repeatable",
+    )
+    group.addoption(
+        "--hfsm-cov-report",
+        action="append",
+        default=[],
+        metavar="TYPE",
+        help="term (default), html:DIR or json:FILE; repeatable",
+    )
+    group.addoption(
+        "--hfsm-cov-fail-under",
+        type=float,
+        metavar="PERCENT",
+        help="fail when less is covered",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure coverage when it is asked for."""
+    if config.getoption("--hfsm-cov"):
+        from .coverage.session import CoverageSession
+
+        config.pluginmanager.register(CoverageSession(config), _COVERAGE)
+
+
+@pytest.fixture
+def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
+    """Make behaviors that run in virtual time; each is closed after the test."""
+    from .behavior import Behavior
+    from .loading import document_of, find_document, load_component
+
+    made: list[Behavior] = []
+    request.node.stash[_BEHAVIORS] = made
+    coverage = request.config.pluginmanager.get_plugin(_COVERAGE)
+
+    def make(
+        document: str | Path | type[Component],
+        *,
+        include: Sequence[Path] = (),
+        **options: Any,  # noqa: ANN401 - those of Behavior
+    ) -> Behavior:
+        if isinstance(document, type):
+            component, path = document, document_of(document)
+        else:
+            path = find_document(Path(document), [request.path.parent, request.config.rootpath])
+            component = load_component(path, include)
+        behavior = Behavior(component(), document=path, **options)
+        made.append(behavior)
+        if coverage is not None and path is not None:
+            coverage.hits.watch(path, behavior.run.tree)
+        return behavior
+
+    yield make
+    for behavior in made:
+        behavior.close()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Show the timelines of its behaviors with a test that fails."""
+    report = yield
+    if report.when == "call" and report.failed and call.excinfo is not None:
+        told = str(call.excinfo.value)
+        for behavior in item.stash.get(_BEHAVIORS, []):
+            if behavior.timeline not in told:
+                report.sections.append(("behavior", behavior.timeline))
+    return report

@@ -1,0 +1,225 @@
+"""The robot of a test: the fake or the simulated one, served within the process in virtual time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, Literal, Protocol, cast, runtime_checkable
+
+from naoserver.assembly import Assembly
+from naoserver.errors import HardwareFailure
+from naoserver.fake import FakeRobot
+from naoserver.fake.camera import Ball as DrawnBall
+from naoserver.fake.camera import draw
+from naoserver.options import ServerOptions
+from naoserver.robot import BodyState, Frame, JointDevice, Robot
+
+from .clock import TaskClock
+from .communicator import InProcessCommunicator
+from .errors import UnknownName
+from .pumps import Watchdog, make_pumps
+
+__all__ = ["Ball", "CameraKind", "RobotKind", "RobotUnderTest"]
+
+RobotKind = Literal["fake", "sim"]
+CameraKind = Literal["auto", "drawn", "rendered"]
+
+_COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
+_BEHIND: Final = math.pi
+
+
+@runtime_checkable
+class _Placeable(JointDevice, Protocol):
+    """A device that a test may set to a place at once."""
+
+    def place(self, positions: Mapping[str, float]) -> None:
+        """Put some joints somewhere at once."""
+
+
+class Ball:
+    """A ball, for a test to place: its bearing in rad, positive to the left, distance and height in m."""
+
+    def __init__(self, device: JointDevice) -> None:
+        self._device: Final = device
+
+    @property
+    def name(self) -> str:
+        """The name of its mechanism, such as `BallGreen`."""
+        return self._device.name
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """Where it is: bearing in rad, distance and height in m."""
+        pan, distance, height = self._device.read().positions
+        return pan, distance, height
+
+    def place(
+        self, pan: float | None = None, distance: float | None = None, height: float | None = None
+    ) -> None:
+        """Put it somewhere at once; it keeps what is not given."""
+        cast("_Placeable", self._device).place(self._targets(pan, distance, height))
+
+    def move(
+        self,
+        pan: float | None = None,
+        distance: float | None = None,
+        height: float | None = None,
+        *,
+        speed: float = 0.5,
+    ) -> None:
+        """Let it travel somewhere, each axis at `speed` in rad/s or m/s, while the time goes on."""
+        targets = self._targets(pan, distance, height)
+        self._device.command_positions(targets, dict.fromkeys(targets, speed))
+
+    def hide(self) -> None:
+        """Put it behind the robot, where no camera sees it."""
+        self.place(pan=_BEHIND)
+
+    def __repr__(self) -> str:
+        pan, distance, height = self.position
+        return f"<{self.name} at {pan:.2f} rad, {distance:.2f} m, {height:.2f} m high>"
+
+    def _targets(self, pan: float | None, distance: float | None, height: float | None) -> dict[str, float]:
+        given = zip(self._device.joints, (pan, distance, height), strict=True)
+        return {joint.name: value for joint, value in given if value is not None}
+
+
+class RobotUnderTest:
+    """A robot with its real servants and its safety layer, moved by the clock of a test.
+
+    `camera` says where images come from: `drawn` paints the balls as discs, with the legs taken as straight;
+    `rendered` lets the simulation render; `auto` is `rendered` for the simulation where there is GL, and
+    `drawn` otherwise. Images that are drawn are the same on every machine.
+    """
+
+    def __init__(
+        self,
+        kind: RobotKind,
+        clock: TaskClock,
+        communicator: InProcessCommunicator,
+        *,
+        camera: CameraKind = "auto",
+        options: ServerOptions | None = None,
+        **settings: Any,  # noqa: ANN401 - those of the robot's constructor
+    ) -> None:
+        if kind not in ("fake", "sim"):
+            raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
+        self.device: Final[Robot] = (
+            FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
+        )
+        """The robot itself, below its safety layer."""
+        served = options or ServerOptions()
+        watchdog = Watchdog(clock)
+        self._assembly: Final = Assembly(self.device, served, clock.now, watchdog.look_within)
+        watchdog.devices = self._assembly.devices
+        for identity, servant in self._assembly.servants.items():
+            communicator.serve(identity, servant)
+        pumps = make_pumps(clock, self._assembly, served)
+
+        def wake() -> None:
+            for pump in pumps:
+                pump.wake()
+
+        communicator.on_listening = wake
+        self.device.start()
+
+    @property
+    def joints(self) -> dict[str, float]:
+        """Where the joints are in rad, by name."""
+        names = (joint.name for joint in self.device.joints)
+        return dict(zip(names, self.device.read().positions, strict=True))
+
+    @property
+    def head(self) -> tuple[float, float]:
+        """Pan, positive to the left, and tilt, positive downwards, of the head in rad."""
+        joints = self.joints
+        return joints["HeadYaw"], joints["HeadPitch"]
+
+    @property
+    def state(self) -> BodyState:
+        """How the robot as a whole is, and whether it has fallen."""
+        return self.device.state()
+
+    @property
+    def health(self) -> list[str]:
+        """What the safety layer and the servants have reported, oldest first: limited commands, timeouts."""
+        events, _, _ = self._assembly.events.snapshot()
+        return [f"{event.time:.2f} s {event.source}: {event.message}" for event in events]
+
+    @property
+    def balls(self) -> dict[str, Ball]:
+        """The balls, by the names of their mechanisms."""
+        return {device.name: Ball(device) for device in self.device.mechanisms}
+
+    def joint(self, name: str) -> float:
+        """Return where a joint is in rad."""
+        try:
+            return self.joints[name]
+        except KeyError:
+            raise UnknownName(f"there is no joint {name!r}; there are {', '.join(self.joints)}") from None
+
+    def ball(self, name: str) -> Ball:
+        """Return a ball by its color or its full name: `green` or `BallGreen`."""
+        for full, ball in self.balls.items():
+            if name in (full, full.removeprefix("Ball").lower()):
+                return ball
+        raise UnknownName(f"there is no ball {name!r}; there are {', '.join(self.balls) or 'none'}")
+
+    def place(self, **joints: float) -> None:
+        """Put some joints somewhere at once, in rad, past the safety layer."""
+        cast("_Placeable", self.device).place(joints)
+
+    def look(self, camera: str = "Camera", width: int = 320, height: int = 240) -> Frame:
+        """Return what a camera sees now."""
+        return self.device.capture(camera, width, height)
+
+    def close(self) -> None:
+        """Stop all motion and free what the robot holds."""
+        for device in self._assembly.devices:
+            device.close()
+        self.device.close()
+
+
+def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]) -> Robot:
+    from naoserver_sim.robot import SimulatedRobot  # MuJoCo is loaded by who asks for it
+
+    robot = SimulatedRobot(clock=clock, **{"skin": camera != "drawn", **settings})
+    if camera == "drawn" or (camera == "auto" and not _has_gl()):
+        return cast("Robot", _DrawnCameras(robot))
+    return robot
+
+
+def _has_gl() -> bool:
+    from naoserver_sim.gl import create_context
+
+    try:
+        create_context(16, 16).free()
+    except HardwareFailure:
+        return False
+    return True
+
+
+class _DrawnCameras:
+    """A robot whose cameras draw the balls instead of rendering them."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the robot has
+        return getattr(self._robot, name)
+
+    def capture(self, camera: str, width: int, height: int) -> Frame:
+        """Draw what a camera in the head sees."""
+        facts = {facts.name: facts for facts in self._robot.cameras}.get(camera)
+        if facts is None or camera == "CameraOutside":
+            raise HardwareFailure(f"there is no drawn image of {camera!r}: try camera='rendered'")
+        reading = self._robot.read()
+        names = [joint.name for joint in self._robot.joints]
+        head = (reading.positions[names.index("HeadYaw")], reading.positions[names.index("HeadPitch")])
+        balls = [_drawn(device) for device in self._robot.mechanisms]
+        return Frame(camera, reading.time, width, height, draw(facts, (width, height), head, balls))
+
+
+def _drawn(device: JointDevice) -> DrawnBall:
+    place: Sequence[float] = device.read().positions
+    return DrawnBall(place[0], place[1], place[2], _COLORS.get(device.name, (200, 200, 40)))
