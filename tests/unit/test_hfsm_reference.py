@@ -1,20 +1,44 @@
 """Random trees of automata against an interpreter that is one loop and nothing else.
 
-Guards are scripts: each says at which of its evaluations it holds.
+Guards are scripts: each says at which of its evaluations it holds. VISUALHFSM_RANDOM_AUTOMATA sets how many
+trees are tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import count
+from itertools import count, groupby
 
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hfsm_runtime import Automaton, State, Transition, VirtualRun
+from hfsm_runtime import Automaton, Component, Event, Input, State, Transition, VirtualRun
 from hfsm_runtime.tree import ChangeKind
 from tests.support.automata import component
+
+TREES = int(os.environ.get("VISUALHFSM_RANDOM_AUTOMATA", "300"))
+STEP = 10  # ms, which divides every period
+END = 2500  # ms
+EVENTS = ("ping", "pong")
+
+Piece = str | None
+"""A piece of code: None for none, otherwise the event that it sends, which may be empty."""
+Line = tuple[int, str, str]
+"""What happened: at a time in ms, in an automaton."""
+
+
+@dataclass(frozen=True)
+class PlannedState:
+    entry: Piece
+    code: Piece
+    exit: Piece
+    final: bool
+    restart: bool
+    arguments: bool
 
 
 @dataclass(frozen=True)
@@ -22,34 +46,73 @@ class PlannedTransition:
     origin: int
     destination: int
     delay: int | None  # ms
-    script: tuple[bool, ...]
+    event: str
+    finished: bool
+    script: tuple[bool, ...]  # none for a transition without a guard
+    priority: int | None
+    code: Piece
 
 
 @dataclass(frozen=True)
 class Plan:
     period: int  # ms
-    states: int
+    states: tuple[PlannedState, ...]
     transitions: tuple[PlannedTransition, ...]
     children: tuple[tuple[int, Plan], ...] = field(default=())
 
 
+PIECES = st.sampled_from([None, None, "", *EVENTS])
+SCRIPTS = st.lists(st.booleans(), min_size=1, max_size=5).map(tuple)
+
+
+@st.composite
+def transitions(draw: st.DrawFn, places: st.SearchStrategy[int]) -> PlannedTransition:
+    kind = draw(st.sampled_from(["time", "time", "condition", "event", "event", "finished", "finished"]))
+    return PlannedTransition(
+        origin=draw(places),
+        destination=draw(places),
+        delay=draw(st.integers(1, 700)) if kind == "time" else None,
+        event=draw(st.sampled_from(EVENTS)) if kind == "event" else "",
+        finished=kind == "finished",
+        script=draw(SCRIPTS if kind == "condition" else st.just(()) | SCRIPTS),
+        priority=draw(st.none() | st.integers(1, 3)),
+        code=draw(PIECES),
+    )
+
+
 @st.composite
 def plans(draw: st.DrawFn, depth: int = 0) -> Plan:
-    states = draw(st.integers(1, 3))
-    places = st.integers(1, states)
-    delays = st.none() | st.integers(1, 900)
-    scripts = st.lists(st.booleans(), min_size=1, max_size=6).map(tuple)
-    transitions = st.builds(PlannedTransition, places, places, delays, scripts)
+    finals = st.sampled_from([False, False, True] if depth else [False] * 5 + [True])
+    states = tuple(
+        draw(
+            st.builds(
+                PlannedState,
+                entry=PIECES,
+                code=PIECES,
+                exit=PIECES,
+                final=finals if place else st.sampled_from([False] * 9 + [True]),
+                restart=st.booleans(),
+                arguments=st.booleans(),
+            )
+        )
+        for place in range(draw(st.integers(1, 3)))
+    )
+    places = st.integers(0, len(states) - 1)
     children: list[tuple[int, Plan]] = []
     if depth < 3:
-        owners = draw(st.lists(places, max_size=2))
+        owners = draw(st.lists(places, max_size=3 if depth < 2 else 1))
         children = [(owner, draw(plans(depth + 1))) for owner in owners]
     return Plan(
         period=draw(st.sampled_from([20, 50, 100, 100, 130])),
         states=states,
-        transitions=tuple(draw(st.lists(transitions, max_size=5))),
+        transitions=tuple(draw(st.lists(transitions(places), min_size=1, max_size=6))),
         children=tuple(children),
     )
+
+
+OUTSIDE = st.dictionaries(
+    st.integers(0, END // STEP).map(lambda slot: slot * STEP), st.sampled_from(EVENTS), max_size=6
+)
 
 
 @dataclass
@@ -58,102 +121,288 @@ class Node:
 
     name: str
     plan: Plan
-    children: list[tuple[int, Node]]
-    state: int = 1
+    parent: Node | None
+    owner: int
+    children: list[Node] = field(default_factory=list)
+    state: int = 0
+    begun: bool = False
+    settled: bool = False  # whether the entry into its state is complete
+    finished: bool = False
     active_time: int = 0  # ms in the current state
-    seen: int = 0  # when active_time was last brought up to date
-    asked: dict[int, int] = field(default_factory=dict)
+    inbox: dict[str, int] = field(default_factory=dict)
+    asked: Counter[int] = field(default_factory=Counter)
+    value: int = 0  # of its input
+    was_awake: bool = False
+
+    @property
+    def now_in(self) -> PlannedState:
+        return self.plan.states[self.state]
 
 
-def number(plan: Plan, ids: count[int]) -> Node:
-    name = str(next(ids))
-    return Node(name, plan, [(owner, number(child, ids)) for owner, child in plan.children])
+def grow(plan: Plan, ids: count[int], parent: Node | None = None, owner: int = 0) -> Iterator[Node]:
+    node = Node(str(next(ids)), plan, parent, owner)
+    yield node
+    for place, child in plan.children:
+        below = list(grow(child, ids, node, place))
+        node.children.append(below[0])
+        yield from below
 
 
-def reference(plan: Plan, end: int) -> list[tuple[int, str, int]]:
-    """Return when each automaton was entered, one millisecond at a time."""
-    root = number(plan, count(1))
-    trace: list[tuple[int, str, int]] = []
+def reference(plan: Plan, outside: Mapping[int, str]) -> list[Line]:
+    nodes = list(grow(plan, count(1)))
+    trace: list[Line] = []
+    sent, handed = count(), count(1)
+    now = 0
 
-    def visit(node: Node, active: bool, now: int) -> None:
-        if active:
-            node.active_time += 1 if now else 0
-        for owner, child in node.children:
-            visit(child, active and node.state == owner, now)
+    def awake(node: Node) -> bool:
+        above = node.parent
+        if above is None:
+            return True
+        owned = above.settled and above.state == node.owner and not above.now_in.final
+        return owned and awake(above)
 
-    def cycle(node: Node, active: bool, now: int) -> None:
-        if active and now % node.plan.period == 0:
-            trace_cycle(node, now)
-        for owner, child in node.children:
-            cycle(child, active and node.state == owner, now)
+    def note(node: Node, what: str) -> None:
+        trace.append((now, node.name, what))
 
-    def trace_cycle(node: Node, now: int) -> None:
-        for index, transition in enumerate(node.plan.transitions):
-            if transition.origin != node.state:
+    def send(name: str) -> None:
+        data = next(sent)
+        for node in nodes:
+            if awake(node) and not node.finished:
+                node.inbox[name] = data
+
+    def piece(node: Node, what: str, code: Piece) -> None:
+        if code is not None:
+            note(node, f"{what} {node.value}")
+            if code:
+                send(code)
+
+    def look() -> None:
+        """Note who has become a ghost and who is one no longer."""
+        for node in nodes:
+            if awake(node) != node.was_awake:
+                node.was_awake = not node.was_awake
+                note(node, "awake" if node.was_awake else "ghost")
+                node.inbox.clear()
+
+    def enter(node: Node, state: int) -> None:
+        node.state, node.settled = state, False
+        note(node, f"enters {state}")
+
+    def settle(node: Node) -> None:
+        node.settled, node.active_time = True, 0
+        for child in node.children:
+            anew = not child.begun or child.finished or node.now_in.restart
+            if child.owner == node.state and anew and not node.now_in.final:
+                child.begun, child.finished = True, False
+                enter(child, 0)
+                if not owes(child):
+                    settle(child)
+
+    def owes(node: Node) -> bool:
+        state = node.now_in
+        return state.entry is not None or (state.arguments and not state.final)
+
+    def complete(node: Node) -> None:
+        """Complete the entry into the current state."""
+        state = node.now_in
+        piece(node, f"entry {node.state}", state.entry)
+        if state.arguments and not state.final:
+            value = next(handed)
+            for child in node.children:
+                if child.owner == node.state:
+                    child.value = value
+        settle(node)
+        look()
+
+    def leave_for_good(node: Node) -> None:
+        if node.now_in.restart:
+            for child in node.children:
+                if child.owner == node.state and child.begun and child.settled and not child.finished:
+                    leave_for_good(child)
+        piece(node, f"exit {node.state}", node.now_in.exit)
+
+    enter(nodes[0], 0)
+    if not owes(nodes[0]):
+        settle(nodes[0])
+    look()
+    for now in range(0, END + 1, STEP):
+        for node in nodes:
+            if now and awake(node) and node.settled:
+                node.active_time += STEP
+        for node in nodes:
+            if now % node.plan.period or node.finished or not awake(node):
                 continue
-            if transition.delay is not None:
-                holds = node.active_time >= transition.delay
+            present = dict(node.inbox)
+            node.inbox.clear()
+            if not node.settled:
+                complete(node)
+            ordered = sorted(enumerate(node.plan.transitions), key=lambda pair: pair[1].priority or math.inf)
+            for index, transition in ordered:
+                if transition.origin != node.state or node.now_in.final:
+                    continue
+                below = [child for child in node.children if child.owner == node.state]
+                holds = (
+                    (transition.delay is None or node.active_time >= transition.delay)
+                    and (not transition.event or transition.event in present)
+                    and (not transition.finished or (below != [] and all(c.finished for c in below)))
+                )
+                data = f" {present[transition.event]}" if holds and transition.event else ""
+                if holds and transition.script:
+                    note(node, f"guard {index}{data}")
+                    holds = transition.script[node.asked[index] % len(transition.script)]
+                    node.asked[index] += 1
+                if holds:
+                    node.settled = False
+                    look()
+                    leave_for_good(node)
+                    enter(node, transition.destination)
+                    piece(node, f"fired {index}{data}", transition.code)
+                    complete(node)
+                    break
+            if node.now_in.final:
+                node.finished = True
+                node.inbox.clear()
+                note(node, "finished")
+                if node.parent is None:
+                    return trace
             else:
-                asked = node.asked[index] = node.asked.get(index, -1) + 1
-                holds = transition.script[asked % len(transition.script)]
-            if holds:
-                node.state = transition.destination
-                node.active_time = 0
-                trace.append((now, node.name, node.state))
-                return
-
-    for now in range(end + 1):
-        visit(root, True, now)
-        cycle(root, True, now)
+                piece(node, f"code {node.state}", node.now_in.code)
+        if now in outside:
+            send(outside[now])
     return trace
 
 
-def build(plan: Plan, ids: count[int]) -> Automaton:
-    number = next(ids)
-    below: dict[int, list[Automaton]] = {}
-    for owner, child in plan.children:
-        below.setdefault(owner, []).append(build(child, ids))
+class Recorder:
+    """Makes the automata of a plan, whose code writes down that it runs, and runs them."""
 
-    def guard(script: tuple[bool, ...]) -> Callable[[], bool]:
-        asked = count()
-        return lambda: script[next(asked) % len(script)]
+    def __init__(self, plan: Plan) -> None:
+        self.trace: list[Line] = []
+        self._sent, self._handed = count(), count(1)
+        self._ids = count(1)
+        self._plan = plan
+        self._awake: set[str] = set()
+        self.virtual: VirtualRun | None = None
 
-    return Automaton(
-        id=number,
-        name=str(number),
-        period=plan.period / 1000,
-        states=tuple(
-            State(id=state, name=str(state), initial=state == 1, children=tuple(below.get(state, ())))
-            for state in range(1, plan.states + 1)
-        ),
-        transitions=tuple(
-            Transition(
-                id=index + 1,
-                origin=transition.origin,
-                destination=transition.destination,
-                seconds=None if transition.delay is None else transition.delay / 1000,
-                guard=guard(transition.script) if transition.delay is None else None,
-            )
-            for index, transition in enumerate(plan.transitions)
-        ),
-    )
+    def run(self, outside: Mapping[int, str]) -> list[Line]:
+        self.virtual = virtual = VirtualRun(component(self._root))
+        for change in virtual.trace:
+            self._note_change(change.automaton, change.state, change.kind)
+        virtual.tree.on_change.append(
+            lambda now, run, kind: self._note_change(run.automaton.name, run.current.name, kind)
+        )
+        for time in sorted(outside):
+            virtual.advance(time / 1000 - virtual.time)
+            self._send(virtual.component, outside[time])
+        virtual.advance(END / 1000 - virtual.time)
+        return self.trace
+
+    def _root(self, component: Component) -> Automaton:
+        return self._build(component, self._plan)
+
+    def _note(self, name: str, what: str) -> None:
+        now = 0.0 if self.virtual is None else self.virtual.time
+        self.trace.append((round(now * 1000), name, what))
+
+    def _note_change(self, name: str, state: str, kind: ChangeKind) -> None:
+        if kind is ChangeKind.FINISHED:
+            self._note(name, "finished")
+        elif kind is ChangeKind.GHOST:
+            self._awake.discard(name)
+            self._note(name, "ghost")
+        else:
+            if name not in self._awake:
+                self._awake.add(name)
+                self._note(name, "awake")
+            if kind is ChangeKind.ENTERED:
+                self._note(name, f"enters {state}")
+
+    def _send(self, component: Component, event: str) -> None:
+        component.send(event, next(self._sent))
+
+    def _build(self, component: Component, plan: Plan) -> Automaton:
+        number = next(self._ids)
+        name = str(number)
+        value = 0
+        below = [(owner, self._build(component, child)) for owner, child in plan.children]
+
+        def set_inputs(values: Mapping[str, object]) -> None:
+            nonlocal value
+            value = int(str(values["n"]))
+
+        def piece(what: str, code: Piece) -> Callable[..., None] | None:
+            def run(event: Event | None = None) -> None:
+                data = "" if event is None else f" {event.data}"
+                self._note(name, f"{what}{data} {value}")
+                if code:
+                    self._send(component, code)
+
+            return None if code is None else run
+
+        def guard(index: int, script: tuple[bool, ...]) -> Callable[..., bool] | None:
+            asked = count()
+
+            def run(event: Event | None = None) -> bool:
+                data = "" if event is None else f" {event.data}"
+                self._note(name, f"guard {index}{data}")
+                return script[next(asked) % len(script)]
+
+            return run if script else None
+
+        def arguments(owner: int) -> Callable[[], Mapping[int, Mapping[str, object]]]:
+            def run() -> Mapping[int, Mapping[str, object]]:
+                value = next(self._handed)
+                return {child.id: {"n": value} for place, child in below if place == owner}
+
+            return run
+
+        return Automaton(
+            id=number,
+            name=name,
+            period=plan.period / 1000,
+            inputs=(Input(name="n", type=int, default=0),),
+            set_inputs=set_inputs,
+            states=tuple(
+                State(
+                    id=place,
+                    name=str(place),
+                    initial=place == 0,
+                    final=state.final,
+                    entry=piece(f"entry {place}", state.entry),
+                    code=piece(f"code {place}", state.code),
+                    exit=piece(f"exit {place}", state.exit),
+                    restart=state.restart,
+                    arguments=arguments(place) if state.arguments else None,
+                    children=tuple(child for owner, child in below if owner == place),
+                )
+                for place, state in enumerate(plan.states)
+            ),
+            transitions=tuple(
+                Transition(
+                    id=index,
+                    origin=transition.origin,
+                    destination=transition.destination,
+                    seconds=None if transition.delay is None else transition.delay / 1000,
+                    event=transition.event,
+                    finished=transition.finished,
+                    guard=guard(index, transition.script),
+                    priority=transition.priority,
+                    code=piece(f"fired {index}", transition.code),
+                )
+                for index, transition in enumerate(plan.transitions)
+            ),
+        )
 
 
-def entered(plan: Plan, end: int) -> list[tuple[int, str, int]]:
-    virtual = VirtualRun(component(build(plan, count(1))))
-    virtual.advance(end / 1000)
-    first: set[str] = set()
-    trace: list[tuple[int, str, int]] = []
-    for change in virtual.trace:
-        if change.kind is not ChangeKind.ENTERED:
-            continue
-        if change.automaton in first:
-            trace.append((round(change.time * 1000), change.automaton, int(change.state)))
-        first.add(change.automaton)  # its initial state
-    return trace
+def in_order(trace: list[Line]) -> list[Line]:
+    """Return a trace with changes that follow each other without code in between sorted."""
+    ordered: list[Line] = []
+    for is_change, lines in groupby(trace, lambda line: line[2].startswith(("awake", "ghost", "enters"))):
+        group = list(lines)
+        ordered += sorted(group) if is_change else group
+    return ordered
 
 
-@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(plans())
-def test_the_runtime_does_what_the_reference_does(plan: Plan) -> None:
-    assert entered(plan, 2500) == reference(plan, 2500)
+@settings(max_examples=TREES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(plans(), OUTSIDE)
+def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Mapping[int, str]) -> None:
+    assert in_order(Recorder(plan).run(outside)) == in_order(reference(plan, outside))
