@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import shlex
 import time
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path, PurePath
 from typing import Annotated, Final, NoReturn
 
@@ -13,9 +13,10 @@ import typer
 
 from zenoh_ice import Communicator, Settings, command, initialize
 
-from .component import Component
+from .component import Component, parameters_of
 from .errors import ComponentError
 from .monitor import Monitor
+from .parameters import make_component, option_of, with_parameters
 from .robot import connect as connect_proxies
 from .robot import servers_present, stop_robot
 from .runtime import Runtime
@@ -88,15 +89,17 @@ def make_app(component: type[Component]) -> typer.Typer:
   {name}
   {name} --seconds 60 --connect tcp/192.168.1.20:7447
   {name} --on-error continue --log-level info
-  {name} --record run.mcap --record-images
+  {name} --record run.mcap --record-images{_example(component, name)}
 
 Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
 
     @app.command(help=inspect.getdoc(component), epilog=examples)
     @command.with_settings()
+    @with_parameters(component)
     def run(
         *,
         settings: Settings,
+        parameters: dict[str, object],
         on_error: _OnError = None,
         seconds: _Seconds = None,
         stay_halted: _StayHalted = False,
@@ -106,9 +109,12 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         if record_images and record is None:
             raise typer.BadParameter("--record-images needs --record")
         with initialize(settings) as communicator, ExitStack() as stack:
-            made = component()
+            made = make_component(component, parameters)
             connect_proxies(made, communicator)
-            present = partial(servers_present, made, communicator)
+
+            def present() -> bool:
+                return servers_present(runtime.component, communicator)
+
             if record is None:
                 runtime = Runtime(made, communicator.clock, on_error, present)
             else:
@@ -121,30 +127,37 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
     return app
 
 
+def _example(component: type[Component], name: str) -> str:
+    """Return a line that sets the first parameter, or nothing without parameters."""
+    for parameter, declared in parameters_of(component).items():
+        value = "" if isinstance(declared.default, bool) else f" {shlex.quote(str(declared.default))}"
+        return f"\n  {name} {option_of(parameter)}{value}"
+    return ""
+
+
 def _run(runtime: Runtime, communicator: Communicator, seconds: float | None, *, stay_halted: bool) -> None:
-    component = runtime.component
     with Monitor(runtime, communicator):
         try:
             runtime.start()
             _wait(runtime, seconds)
             if runtime.failed and stay_halted:
-                _end(runtime, component)
+                _end(runtime)
                 typer.echo("halted; Ctrl-C ends the component", err=True)
                 while True:
                     time.sleep(_LOOK)
         finally:
-            _end(runtime, component)
+            _end(runtime)
     if runtime.failed:
         raise typer.Exit(1)
 
 
-def _end(runtime: Runtime, component: Component) -> None:
+def _end(runtime: Runtime) -> None:
     """End the automata and stop the robot: at once, and again when the last cycle has ended."""
     runtime.request_stop()
     if runtime.in_cycle:
-        stop_robot(component)
+        stop_robot(runtime.component)
     runtime.stop()
-    stop_robot(component)
+    stop_robot(runtime.component)
 
 
 def _wait(runtime: Runtime, seconds: float | None) -> None:

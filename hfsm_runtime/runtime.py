@@ -13,7 +13,7 @@ from zenoh_ice.clock import Clock
 from .automaton import Automaton, Transition
 from .breakpoints import Breakpoints
 from .carrying import FirstValues
-from .component import Component, make_automata, parameter_values, source_of
+from .component import Component, make_automata, parameter_values, parameters_of, source_of
 from .errors import ComponentStoppedError, ReloadRefusedError, UnknownElementError
 from .events import make_event
 from .replacement import Replacement
@@ -21,6 +21,7 @@ from .supervision import ErrorRecord, OnError, Supervision
 from .threads import Threads
 from .timeline import Timeline
 from .tree import ChangeKind, Run, Tree
+from .variables import assign, convert, did_you_mean
 
 __all__ = ["Runtime", "Status"]
 
@@ -161,6 +162,22 @@ class Runtime:
                     f"and automaton {automaton} is in {run.current.name!r}"
                 )
             run.forced = found
+
+    def set_variable(self, automaton: int, name: str, value: object) -> None:
+        """Set a variable of an automaton, or with 0 a parameter of the component.
+
+        Raises UnknownElementError, and ValueTypeError for a value of another type than it is to have.
+        """
+        with self.tree.lock:
+            if automaton:
+                assign(self.run(automaton).automaton, name, value)
+                return
+            parameters = parameters_of(self.component)
+            if name not in parameters:
+                hint = did_you_mean(name, parameters)
+                raise UnknownElementError(f"the component has no parameter {name!r}{hint}")
+            wanted = type(parameters[name].default)
+            setattr(self.component, name, convert(value, wanted, f"the parameter {name}"))
 
     def replace(self, replacement: Replacement, first: Mapping[int, FirstValues]) -> float:
         """Let another version of the component take the place of this one, between two cycles.

@@ -10,11 +10,10 @@ import msgspec
 from . import explanation
 from .breakpoints import Breakpoint
 from .component import Component, parameters_of
-from .errors import UnknownElementError, ValueTypeError
+from .errors import ValueTypeError
 from .expressions import plain
 from .reloading import Reloaded, Reloading
 from .runtime import Runtime
-from .variables import assign, convert, did_you_mean
 
 __all__ = ["Steering"]
 
@@ -47,18 +46,7 @@ class Steering:
         Raises UnknownElementError and ValueTypeError.
         """
         _check_name(name)
-        value = read_json(text)
-        if automaton:
-            with self._runtime.tree.lock:
-                assign(self._runtime.run(automaton).automaton, name, value)
-            return
-        parameters = parameters_of(self._runtime.component)
-        if name not in parameters:
-            raise UnknownElementError(
-                f"the component has no parameter {name!r}{did_you_mean(name, parameters)}"
-            )
-        wanted = type(parameters[name].default)
-        setattr(self._runtime.component, name, convert(value, wanted, f"the parameter {name}"))
+        self._runtime.set_variable(automaton, name, read_json(text))
 
     def send_event(self, name: str, text: str) -> None:
         """Send an event, with data in JSON or empty, to every active automaton.

@@ -8,7 +8,7 @@ import logging
 import platform
 import random
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
@@ -18,8 +18,10 @@ import msgspec
 from zenoh_ice.clock import Clock
 
 from ..automaton import Automaton, Transition
-from ..component import Component, parameter_values, source_of
-from ..errors import ComponentStoppedError, CycleCutError
+from ..carrying import FirstValues
+from ..component import Component, parameter_values, proxies_of, source_of
+from ..errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
+from ..replacement import Replacement
 from ..runtime import Runtime
 from ..supervision import OnError
 from ..timeline import Timeline
@@ -61,6 +63,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         "images": "yes" if with_images else "no",
         "on_error": component._hfsm_on_error.value,
         "parameters": msgspec.json.encode(parameter_values(component)).decode(),
+        "proxies": msgspec.json.encode({n: p.identity for n, p in proxies_of(component).items()}).decode(),
         "python": platform.python_version(),
         **{package: _version(package) for package in _PACKAGES},
     }
@@ -95,6 +98,7 @@ class RecordedTree(Tree):
 
     def __init__(self, root: Automaton, recorder: Recorder) -> None:
         super().__init__(root)
+        self._recorder = recorder
         self._turns = recorder.turns
         recorder.watch(self)
 
@@ -118,7 +122,9 @@ class RecordedTree(Tree):
         if not run.below:
             return []
         with self._turns.waiting():
-            return super().wait_for_cycles(run, timeout)
+            late = super().wait_for_cycles(run, timeout)
+        self._recorder.reading("handover", [each.automaton.id for each in late])
+        return late
 
 
 class RecordedRuntime(Runtime):
@@ -136,7 +142,9 @@ class RecordedRuntime(Runtime):
         self._genuine_clock = clock
         with recorder.turns.turn(START):
             super().__init__(component, RecordingClock(clock, recorder), on_error, servers_present)
-        recorder.action("made", on_error=(on_error or component._hfsm_on_error).value)
+        periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
+        policy = (on_error or component._hfsm_on_error).value
+        recorder.action("made", on_error=policy, periods=periods)
 
     def start(self) -> None:
         """Start the automata."""
@@ -164,19 +172,29 @@ class RecordedRuntime(Runtime):
         with self.action("force", automaton=automaton, transition=transition):
             super().force(automaton, transition)
 
+    def set_variable(self, automaton: int, name: str, value: object) -> None:
+        """Set a variable of an automaton, or with 0 a parameter of the component."""
+        with self.action("set", automaton=automaton, name=name, value=value):
+            super().set_variable(automaton, name, value)
+
+    def replace(self, replacement: Replacement, first: Mapping[int, FirstValues]) -> float:  # noqa: ARG002
+        """Raise ReloadRefusedError: a recording tells of one document."""
+        raise ReloadRefusedError(
+            "a component that is recorded is not reloaded: its recording is of one document"
+        )
+
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active."""
-        if self._recorder.turns.context is None:
-            with self.action("send", name=name, data=data):
-                super().send(name, data)
-        else:
+        with self.action("send", name=name, data=data):
             super().send(name, data)
 
     @contextlib.contextmanager
     def action(self, kind: str, **arguments: Any) -> Iterator[None]:  # noqa: ANN401 - JSON
         """Record what somebody does to the component, in a `with` block that does it."""
+        inside = self._recorder.turns.context is not None
         with self._recorder.turns.turn(MONITOR):
-            self._recorder.action(kind, **arguments)
+            if not inside:  # otherwise it follows from the code that does it, or from a breakpoint
+                self._recorder.action(kind, **arguments)
             yield
 
     def _make_tree(self, root: Automaton) -> Tree:
