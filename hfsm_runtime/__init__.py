@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from .automaton import Automaton, Event, Input, State, Transition
 from .component import Component, Parameter, Proxy, libraries
 from .errors import ComponentError
+from .extension import load_extension
 from .virtual import VirtualRun, run
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ __all__ = [
     "Transition",
     "VirtualRun",
     "libraries",
+    "load_extension",
     "main",
     "run",
 ]

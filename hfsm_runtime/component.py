@@ -82,6 +82,13 @@ class Parameter(Generic[P]):
         return self if instance is None else self.default
 
 
+class _Itself:
+    """The component under another name, unless a document gives that name to something else."""
+
+    def __get__(self, instance: Component | None, owner: type) -> Any:  # noqa: ANN401 - user code is not typed
+        return owner if instance is None else instance
+
+
 class Component:
     """What user code sees as `self`: proxies and functions of the document, the clock and the log.
 
@@ -93,6 +100,9 @@ class Component:
     """The clock of the component: the wall's, or the robot's."""
     log: logging.Logger = logging.getLogger("component")
     """Where user code may write."""
+
+    # What VisualStates calls the parts that are all one here.
+    interfaces = rosNode = globalNamespace = namespace = _Itself()
 
     _hfsm_document: ClassVar[str] = ""
     _hfsm_on_error: ClassVar[OnError] = OnError.STOP

@@ -14,23 +14,25 @@ def locate(error: BaseException, file: str, document: str) -> str:
     """Return where an exception was raised in a component, as `follow_ball.py:57 (follow_ball.xml:31)`.
 
     `file` is the component's file and `document` the name of its document. The innermost line of the file
-    counts; above each piece of code the generator writes the document's line of the next line as a comment.
-    Where no such comment stands, only the line of the file is told; empty when the file is not involved.
+    counts; above each piece of code the generator writes the line of the next one in the document, or in the
+    file that the document imports, as a comment. Where no such comment stands, only the line of the file is
+    told; empty when the file is not involved.
     """
     frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == file and f.lineno]
     if not frames:
         return ""
     line = frames[-1].lineno or 0
     place = f"{Path(file).name}:{line}"
-    mapped = _document_line(file, line, document)
-    return f"{place} ({document}:{mapped})" if mapped else place
+    written = _written_at(file, line, document)
+    return f"{place} ({written})" if written else place
 
 
-def _document_line(file: str, line: int, document: str) -> int | None:
-    marker = re.compile(rf"\s*# {re.escape(document)}:(\d+)\s*")
+def _written_at(file: str, line: int, document: str) -> str:
+    """Return the file and the line that a person wrote which stands in a line of the component."""
+    marker = re.compile(rf"\s*# ({re.escape(document)}|.+\.xml):(\d+)\s*", re.IGNORECASE)
     lines = linecache.getlines(file)
     for number in range(min(line, len(lines)), 0, -1):
         found = marker.fullmatch(lines[number - 1])
         if found:
-            return int(found.group(1)) + line - number - 1
-    return None
+            return f"{found.group(1)}:{int(found.group(2)) + line - number - 1}"
+    return ""

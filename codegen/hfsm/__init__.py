@@ -1,7 +1,8 @@
 """Compile automaton documents (`*.xml`) into components that run on `hfsm_runtime`.
 
-The way of a document: `reader` makes a `document.Document` of the file, `program` analyzes its code after
-`checks` has looked at its structure, `generator` writes the component down. `writer` saves a document.
+The way of a document: `reader` makes a `document.Document` of the file, `imports` brings in what lies in
+other files, `understanding` makes a `program.Program` of it after `checks` has looked at its structure, and
+`generator` writes the component down. `writer` saves a document.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from typing import Final
 
 from ..diagnostics import Diagnostics, Location
 from ..files import GeneratedFile
+from .extension import extension_path, find_extension
 from .generator import GENERATED_BY, generate
+from .imports import resolve
 from .known_interfaces import find_interfaces
 from .names import identifier
 from .reader import parse_document, read_document
@@ -22,8 +25,11 @@ from .writer import DocumentNotWritableError, write_document
 __all__ = [
     "DocumentNotWritableError",
     "compile_document",
+    "component_path",
+    "extension_path",
     "parse_document",
     "read_document",
+    "resolve",
     "write_document",
 ]
 
@@ -42,10 +48,15 @@ def compile_document(
     document = read_document(path, diagnostics)
     if document is None:
         return None
-    program = understand(document, path, find_interfaces(include), diagnostics)
-    if program is None:
+    errors = len(diagnostics.errors)
+    document = resolve(document, path, diagnostics, include)
+    if len(diagnostics.errors) > errors:
         return None
-    target = (output or path.parent) / f"{identifier(path.stem, 'component')}.py"
+    target = component_path(path, output)
+    extension = find_extension(path, target, diagnostics)
+    program = understand(document, path, find_interfaces(include), diagnostics, extension)
+    if program is None or len(diagnostics.errors) > errors:
+        return None
     try:
         if target.is_file() and not _is_generated(target):
             message = f"{target.name} was not made by codegen: move it away, or rename the document"
@@ -55,6 +66,11 @@ def compile_document(
         diagnostics.error("E500", f"{target} cannot be read: {error.strerror or error}", Location(path))
         return None
     return [GeneratedFile(target, generate(program))]
+
+
+def component_path(document: Path, output: Path | None) -> Path:
+    """Return the file of a document's component, in the directory `output` or beside the document."""
+    return (output or document.parent) / f"{identifier(document.stem, 'component')}.py"
 
 
 def _is_generated(file: Path) -> bool:

@@ -91,7 +91,7 @@ def load(file: Path) -> Component:
     (found,) = [
         value
         for value in vars(module).values()
-        if isinstance(value, type) and issubclass(value, Component) and value is not Component
+        if isinstance(value, type) and issubclass(value, Component) and value._hfsm_document
     ]
     component: Component = found()
     return component

@@ -1,0 +1,46 @@
+"""Find the hand-written code beside a component: `NAME_ext.py` with a class that becomes one of its bases."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+from ..diagnostics import Diagnostics, Location, Note
+from .names import camel_case, component_name
+from .program import ExtensionProgram
+
+__all__ = ["extension_path", "find_extension"]
+
+
+def extension_path(component: Path) -> Path:
+    """Return where the extension of a component lies, if it has one."""
+    return component.with_name(f"{component.stem}_ext.py")
+
+
+def find_extension(document: Path, component: Path, diagnostics: Diagnostics) -> ExtensionProgram | None:
+    """Return the extension of the component of a document; None when there is none, or after an error.
+
+    `component` is the file that will be generated. The extension is read, and nothing of it is run.
+    """
+    path = extension_path(component)
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        diagnostics.error("E541", f"cannot be read: {error.strerror or error}", Location(path))
+        return None
+    diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
+    try:
+        tree = ast.parse(content, filename=str(path))
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        place = Location(path, getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1)
+        reason = error.msg if isinstance(error, SyntaxError) else str(error)
+        diagnostics.error("E541", f"not valid Python: {reason}", place)
+        return None
+    wanted = f"{camel_case(component_name(document.stem))}Extension"
+    if any(isinstance(node, ast.ClassDef) and node.name == wanted for node in tree.body):
+        return ExtensionProgram(path.stem, wanted)
+    message = f"there is no class `{wanted}`, which extends the component of {document.name}"
+    diagnostics.error("E541", message, Location(path, 1), [Note("write it, or rename the file")])
+    return None

@@ -1,0 +1,273 @@
+"""Resolve what a document imports: automata of other files take the place of those that stand for them.
+
+What comes out is one document whose imported parts know their file. The automaton that stands for an imported
+one keeps its id and its owner; those below it get the id `1000 * its id + their own`, or the next that is
+free. Libraries, interfaces, parameters, events and functions of the other file come along; properties of its
+own do not.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Final, NamedTuple
+
+from ..diagnostics import Diagnostics, Location, Note
+from .code_pieces import is_foreign, pieces_of, report_foreign
+from .document import NO_CHILD, Automaton, Document, Functions, Import, State, Text
+from .merging import merge
+from .reader import read_document
+
+__all__ = ["resolve"]
+
+_MAX_DEPTH: Final = 16
+"""Files that import one another in a row."""
+_MAX_AUTOMATA: Final = 10_000
+"""Automata that a document may have in all."""
+_MAX_ID: Final = 2**31 - 1
+_IDS_EACH: Final = 1000
+
+
+def resolve(
+    document: Document, path: Path, diagnostics: Diagnostics, include: Sequence[Path] = ()
+) -> Document:
+    """Return a document with everything that it imports, or with as much of it as could be had after errors.
+
+    `path` is where the document lies. Imported files lie in its directory, below it, or below one of the
+    directories `include`.
+    """
+    if not any(automaton.imported for automaton in document.automata):
+        return document
+    resolver = _Resolver(path, tuple(include), diagnostics)
+    return _share_functions(resolver.resolve(document, path, (_Stacked(path.resolve(), None),)))
+
+
+class _Stacked(NamedTuple):
+    """A file that is being resolved, and where it is imported; the outermost has no such place."""
+
+    file: Path
+    place: Location | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """An automaton of a document with all below it."""
+
+    document: Document
+    automata: tuple[Automaton, ...]
+
+
+class _Resolver:
+    def __init__(self, path: Path, include: tuple[Path, ...], diagnostics: Diagnostics) -> None:
+        self._directories = (path.parent, *include)
+        self._diagnostics = diagnostics
+        self._documents: dict[Path, Document | None] = {}
+
+    def resolve(self, document: Document, path: Path, stack: tuple[_Stacked, ...]) -> Document:
+        """Return a document with what it imports; `stack` are the files that import it, and itself."""
+        automata: list[Automaton] = []
+        ids = _Ids(automaton.id for automaton in document.automata)
+        for stub in document.automata:
+            part = None if stub.imported is None else self._part(stub, stub.imported, path, stack)
+            if part is None:
+                automata.append(stub)
+            elif len(automata) + len(part.automata) > _MAX_AUTOMATA:
+                self._error("E552", f"more than {_MAX_AUTOMATA} automata in all", _place(stub, path))
+                break
+            else:
+                automata += _graft(part.automata, stub, ids)
+                document = merge(document, part.document, path, self._diagnostics)
+                document = replace(document, functions=document.functions + tuple(_other_functions(part)))
+        return replace(document, automata=tuple(automata))
+
+    def _part(
+        self, stub: Automaton, imported: Import, path: Path, stack: tuple[_Stacked, ...]
+    ) -> _Part | None:
+        """Return what an automaton stands for, or None after an error."""
+        place = _place(imported, path)
+        if stub.states or stub.transitions or stub.inputs:
+            message = f"automaton {stub.id} is imported, and has states, transitions or inputs of its own"
+            self._error("E554", message, place, Note("what belongs to it stands in the imported file"))
+            return None
+        file = self._find(imported, path, place)
+        if file is None or not self._may_follow(file, place, stack):
+            return None
+        document = self._document(file, place, stack)
+        if document is None:
+            return None
+        top = document.automaton(imported.automaton) if imported.automaton != NO_CHILD else document.root
+        if top is None:
+            wanted = f"no automaton {imported.automaton}" if imported.automaton else "not one root"
+            self._error("E554", f"`{_shown(imported)}` has {wanted}", place)
+            return None
+        return _Part(document, tuple(_with_all_below(top, document)))
+
+    def _find(self, imported: Import, path: Path, place: Location) -> Path | None:
+        """Return the path of an imported file, or None after an error."""
+        name = imported.file.text.strip()
+        if not name or PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\0" in name:
+            self._error("E551", f"`{_shown(imported)}` is no path relative to this document", place)
+            return None
+        searched = (path.parent, *self._directories[1:])
+        found = [file for file in (Path(os.path.normpath(at / name)) for at in searched) if file.is_file()]
+        allowed = [directory.resolve() for directory in self._directories]
+        for file in found:
+            if any(file.resolve().is_relative_to(directory) for directory in allowed):
+                return file
+        if found:
+            message = f"`{_shown(imported)}` lies outside the directory of the document"
+            self._error("E551", message, place, Note("allow the directory that it lies in with -I"))
+        else:
+            where = ", ".join(str(directory) for directory in searched)
+            self._error("E550", f"`{_shown(imported)}` is not there", place, Note(f"searched in {where}"))
+        return None
+
+    def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:
+        files = [stacked.file for stacked in stack]
+        if file.resolve() in files:
+            first = files.index(file.resolve())
+            circle = " -> ".join(f"`{file.name}`" for file in (*files[first:], file))
+            notes = [Note("imported here", stacked.place) for stacked in stack[first:] if stacked.place]
+            self._error("E552", f"the files import one another: {circle}", place, *notes)
+            return False
+        if len(stack) > _MAX_DEPTH:
+            self._error("E552", f"more than {_MAX_DEPTH} files import one another in a row", place)
+            return False
+        return True
+
+    def _document(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> Document | None:
+        """Return the document in a file with what it imports itself, or None after an error."""
+        key = file.resolve()
+        if key not in self._documents:
+            document = read_document(file, self._diagnostics)
+            piece = None if document is None else next(pieces_of(document, file), None)
+            if document is not None and piece is not None and is_foreign(document):
+                language = document.language.text.strip()[:20]
+                report_foreign(piece, language, self._diagnostics, Note("imported here", place))
+                document = None
+            if document is not None:
+                document = self.resolve(_located(document, file), file, (*stack, _Stacked(key, place)))
+            self._documents[key] = document
+        return self._documents[key]
+
+    def _error(self, code: str, message: str, place: Location, *notes: Note) -> None:
+        self._diagnostics.error(code, message, place, notes)
+
+
+class _Ids:
+    """The ids of automata that are taken."""
+
+    def __init__(self, taken: Iterable[int]) -> None:
+        self._taken = set(taken)
+
+    def take(self, wanted: int) -> int:
+        """Take an id, or the next that is free."""
+        number = wanted if 0 < wanted <= _MAX_ID else 1
+        while number in self._taken:
+            number = number + 1 if number < _MAX_ID else 1
+        self._taken.add(number)
+        return number
+
+
+def _with_all_below(top: Automaton, document: Document) -> Iterator[Automaton]:
+    """Yield an automaton and all below it, each before its children and each once."""
+    seen: set[int] = set()
+    pending = [top]
+    while pending:
+        automaton = pending.pop()
+        if automaton.id in seen:
+            continue
+        seen.add(automaton.id)
+        yield automaton
+        children = [child for state in automaton.states for child in state.children]
+        pending += [found for found in map(document.automaton, reversed(children)) if found is not None]
+
+
+def _graft(automata: Sequence[Automaton], stub: Automaton, ids: _Ids) -> Iterator[Automaton]:
+    """Yield automata of another document, the topmost first, as they stand in place of `stub`."""
+    top, *below = automata
+    numbers = {top.id: stub.id}
+    numbers.update({each.id: ids.take(_IDS_EACH * stub.id + each.id) for each in below})
+    for automaton in automata:
+        yield replace(
+            automaton,
+            id=numbers[automaton.id],
+            father=stub.father if automaton is top else numbers.get(automaton.father, stub.id),
+            states=tuple(_renumbered(state, numbers) for state in automaton.states),
+            imported=automaton.imported if automaton is not top else None,
+            comments=stub.comments if automaton is top else automaton.comments,
+        )
+
+
+def _renumbered(state: State, numbers: Mapping[int, int]) -> State:
+    arguments = (
+        replace(argument, child=numbers.get(argument.child, argument.child)) for argument in state.arguments
+    )
+    children = tuple(numbers[child] for child in state.children if child in numbers)
+    return replace(state, children=children, arguments=tuple(arguments))
+
+
+def _other_functions(part: _Part) -> Iterator[Functions]:
+    """Yield the functions of a document that stand in none of the automata that are imported from it."""
+    yield from part.document.functions
+    inside = {automaton.id for automaton in part.automata}
+    for automaton in part.document.automata:
+        if automaton.id not in inside and not automaton.functions.is_blank:
+            yield Functions(text=automaton.functions, path=automaton.path)
+
+
+def _share_functions(document: Document) -> Document:
+    """Return a document in which functions of a file that is imported several times stand once."""
+    seen: set[tuple[Path | None, int, int]] = set()
+
+    def is_new(text: Text, path: Path | None) -> bool:
+        key = (path, text.line, text.column)
+        known = key in seen
+        seen.add(key)
+        return not known
+
+    automata = tuple(
+        automaton
+        if automaton.path is None or is_new(automaton.functions, automaton.path)
+        else replace(automaton, functions=Text())
+        for automaton in document.automata
+    )
+    functions = tuple(item for item in document.functions if is_new(item.text, item.path))
+    return replace(document, automata=automata, functions=functions)
+
+
+def _located(document: Document, path: Path) -> Document:
+    """Return a document whose parts know the file that they come from."""
+    automata = (
+        replace(
+            automaton,
+            states=tuple(
+                replace(
+                    state, path=path, arguments=tuple(replace(item, path=path) for item in state.arguments)
+                )
+                for state in automaton.states
+            ),
+            transitions=tuple(replace(transition, path=path) for transition in automaton.transitions),
+            inputs=tuple(replace(item, path=path) for item in automaton.inputs),
+            path=path,
+        )
+        for automaton in document.automata
+    )
+    return replace(
+        document,
+        automata=tuple(automata),
+        libraries=tuple(replace(library, path=path) for library in document.libraries),
+        interfaces=tuple(replace(interface, path=path) for interface in document.interfaces),
+        parameters=tuple(replace(parameter, path=path) for parameter in document.parameters),
+        events=tuple(replace(event, path=path) for event in document.events),
+    )
+
+
+def _place(item: Automaton | Import, path: Path) -> Location:
+    return Location(item.path or path, item.line, max(1, item.column))
+
+
+def _shown(imported: Import) -> str:
+    return imported.file.text.strip()[:100]
