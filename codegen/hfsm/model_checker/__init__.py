@@ -1,0 +1,43 @@
+"""Check what automata can do, whatever their guards say: reachability, conflicts, deadlocks and properties.
+
+`model` reads a document, `fireability` looks at each automaton alone, `transition_system` is the exact
+behavior of several together, `exploration` searches it, and `checker` asks the questions.
+`docs/model-checker.md` is for users.
+"""
+
+from __future__ import annotations
+
+from .actuators import Command, Commands, is_command, read_operations
+from .checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model
+from .conflicts import Conflict, Use
+from .counterexample import Counterexample, Step, StepKind
+from .deadlock import Deadlock
+from .expressions import ExpressionError
+from .properties import PropertyResult, Verdict
+from .reachability import Reachability, StateResult, TransitionResult, WhyNever
+from .reporting import report_model
+
+__all__ = [
+    "DEFAULT_LIMIT",
+    "QUICK_LIMIT",
+    "Command",
+    "Commands",
+    "Conflict",
+    "Counterexample",
+    "Deadlock",
+    "ExpressionError",
+    "ModelReport",
+    "PropertyResult",
+    "Reachability",
+    "StateResult",
+    "Step",
+    "StepKind",
+    "TransitionResult",
+    "Use",
+    "Verdict",
+    "WhyNever",
+    "check_model",
+    "is_command",
+    "read_operations",
+    "report_model",
+]

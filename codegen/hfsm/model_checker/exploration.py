@@ -1,0 +1,255 @@
+"""Search the nodes of a transition system, breadth by time, within a budget."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from .transition_system import Choice, Configuration, Node, TransitionSystem
+
+__all__ = ["Budget", "Move", "Outcome", "Run", "explore", "find", "find_avoiding"]
+
+Holds = Callable[[Configuration], bool]
+
+_NEVER_ENDS: Final = -1
+
+
+@dataclass(slots=True)
+class Budget:
+    """How many nodes may still be looked at."""
+
+    left: int
+    spent: int = 0
+
+    def take(self) -> bool:
+        """Count one node; false when there is none left."""
+        if self.left <= 0:
+            return False
+        self.left -= 1
+        self.spent += 1
+        return True
+
+    def share(self, limit: int) -> Budget:
+        """Return a budget of at most `limit` nodes, which `give_back` settles."""
+        return Budget(min(self.left, max(0, limit)))
+
+    def give_back(self, share: Budget) -> None:
+        """Count what a share has spent."""
+        self.left -= share.spent
+        self.spent += share.spent
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """The cycle of `node` at `time` ns, what it came to, and the configuration after it."""
+
+    time: int
+    node: Node
+    choice: Choice
+    configuration: Configuration
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A run of the automata: `start`, then the moves.
+
+    When it goes on for ever by repeating itself, `repeats` is the place of the first move to be repeated.
+    Else nothing happens after `ends`, or nothing that matters until then; in ns.
+    """
+
+    start: Configuration
+    moves: tuple[Move, ...]
+    ends: int
+    repeats: int | None = None
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What a search came to: a run, or none because there is `complete`ly none, or because it had to stop."""
+
+    run: Run | None
+    complete: bool
+    explored: int
+    until: int
+    """The time in ns up to which everything was seen."""
+
+
+@dataclass(slots=True)
+class _Search:
+    """The nodes seen so far, with the way to each."""
+
+    system: TransitionSystem
+    start: Configuration = ()
+    came: dict[Node, tuple[Node, Choice, Configuration] | None] = field(default_factory=dict)
+    times: dict[Node, int] = field(default_factory=dict)
+
+    def run_to(self, node: Node, last: tuple[Choice, Configuration] | None, ends: int) -> Run:
+        """Return the run to the cycle of a node, and through it with its `last` choice."""
+        moves: list[Move] = []
+        if last is not None:
+            moves.append(Move(self.times[node], node, *last))
+        way = self.came[node]
+        while way is not None:
+            node, choice, configuration = way
+            moves.append(Move(self.times[node], node, choice, configuration))
+            way = self.came[node]
+        return Run(self.start, tuple(reversed(moves)), ends)
+
+
+def explore(
+    system: TransitionSystem, visit: Callable[[Configuration, int, Choice | None], bool], budget: Budget
+) -> bool:
+    """Visit every configuration, with the position and the choice of the cycle that led to it.
+
+    Ends when `visit` returns true: it has seen enough. Returns whether nothing is left to be seen.
+    """
+    start, node, _ = system.start()
+    if visit(start, -1, None):
+        return True
+    seen = {node}
+    waiting = [node]
+    for node in waiting:  # grows
+        if not budget.take():
+            return False
+        for choice, configuration, following, _ in system.successors(node):
+            if visit(configuration, node.position, choice):
+                return True
+            if following not in seen:
+                seen.add(following)
+                waiting.append(following)
+    return True
+
+
+def find(system: TransitionSystem, bad: Holds, within: int | None, budget: Budget) -> Outcome:
+    """Search the earliest configuration that is `bad`, in the first `within` ns."""
+    search = _Search(system)
+    search.start, node, elapsed = system.start()
+    if bad(search.start):
+        return Outcome(Run(search.start, (), 0), True, 1, 0)
+    search.came[node] = None
+    search.times[node] = elapsed
+    waiting = [(elapsed, 0, node)]
+    pushed, explored = 0, 0
+    while waiting:
+        time, _, node = heapq.heappop(waiting)
+        if search.times[node] != time or node.position < 0:
+            continue
+        if within is not None and time > within:
+            break
+        if not budget.take():
+            return Outcome(None, False, explored, time)
+        explored += 1
+        for choice, configuration, following, elapsed in system.successors(node):
+            if bad(configuration):
+                return Outcome(search.run_to(node, (choice, configuration), time), True, explored, time)
+            known = search.times.get(following)
+            if known is None or time + elapsed < known:
+                search.times[following] = time + elapsed
+                search.came[following] = node, choice, configuration
+                pushed += 1
+                heapq.heappush(waiting, (time + elapsed, pushed, following))
+    return Outcome(None, True, explored, within or 0)
+
+
+def find_avoiding(system: TransitionSystem, good: Holds, within: int | None, budget: Budget) -> Outcome:
+    """Search a run in which nothing `good` comes: for ever, or in the first `within` ns."""
+    search = _Search(system)
+    search.start, first, elapsed = system.start()
+    if good(search.start):
+        return Outcome(None, True, 1, 0)
+    search.came[first] = None
+    search.times[first] = elapsed
+    edges: dict[Node, list[tuple[Choice, Configuration, Node, int]]] = {}
+    waiting = [(elapsed, 0, first)]
+    pushed, complete, until = 0, True, 0
+    while waiting:
+        time, _, node = heapq.heappop(waiting)
+        if node in edges:
+            continue
+        if node.position < 0 or (within is not None and time > within):
+            ends = search.times[node] if within is None else max(within, 0)
+            return Outcome(search.run_to(node, None, ends), True, len(edges), time)
+        until = time
+        if not budget.take():
+            complete = False
+            break
+        edges[node] = [edge for edge in system.successors(node) if not good(edge[1])]
+        for choice, configuration, following, elapsed in edges[node]:
+            if following not in search.times:
+                search.times[following] = time + elapsed
+                search.came[following] = node, choice, configuration
+                pushed += 1
+                heapq.heappush(waiting, (time + elapsed, pushed, following))
+    order, loop = _order(first, edges)
+    if loop is not None:
+        return Outcome(_repeating(search, loop, edges), True, len(edges), until)
+    if within is not None:
+        run = _longest(search, order, edges, within)
+        if run is not None:
+            return Outcome(run, True, len(edges), until)
+    return Outcome(None, complete, len(edges), until)
+
+
+_Edges = dict[Node, list[tuple[Choice, Configuration, Node, int]]]
+
+
+def _order(first: Node, edges: _Edges) -> tuple[list[Node], list[Node] | None]:
+    """Return the nodes, each after those that follow it, or the nodes of a loop."""
+    order: list[Node] = []
+    place: dict[Node, int] = {first: 0}
+    path = [first]
+    finished: set[Node] = set()
+    ways = [iter(edges.get(first, ()))]
+    while path:
+        edge = next(ways[-1], None)
+        if edge is None:
+            node = path.pop()
+            ways.pop()
+            finished.add(node)
+            order.append(node)
+        elif edge[2] in finished:
+            continue
+        elif edge[2] in place:
+            return order, path[place[edge[2]] :]
+        else:
+            place[edge[2]] = len(path)
+            path.append(edge[2])
+            ways.append(iter(edges.get(edge[2], ())))
+    return order, None
+
+
+def _repeating(search: _Search, loop: list[Node], edges: _Edges) -> Run:
+    """Return the run to a loop and once through it."""
+    turn = min(range(len(loop)), key=lambda place: search.times[loop[place]])
+    loop = loop[turn:] + loop[:turn]
+    run = search.run_to(loop[0], None, 0)
+    moves = list(run.moves)
+    time = search.times[loop[0]]
+    for node, following in zip(loop, [*loop[1:], loop[0]], strict=True):
+        choice, configuration, _, elapsed = next(edge for edge in edges[node] if edge[2] == following)
+        moves.append(Move(time, node, choice, configuration))
+        time += elapsed
+    return Run(run.start, tuple(moves), time, repeats=len(run.moves))
+
+
+def _longest(search: _Search, order: list[Node], edges: _Edges, within: int) -> Run | None:
+    """Return a run without a loop that lasts longer than `within` ns, or None."""
+    lasts: dict[Node, int] = {}
+    for node in order:
+        lasts[node] = max(
+            (elapsed + lasts[following] for _, _, following, elapsed in edges.get(node, ())), default=0
+        )
+    node = order[-1]
+    time = search.times[node]
+    if time + lasts[node] <= within:
+        return None
+    moves: list[Move] = []
+    while time <= within:
+        choice, configuration, following, elapsed = max(
+            edges[node], key=lambda edge: edge[3] + lasts[edge[2]]
+        )
+        moves.append(Move(time, node, choice, configuration))
+        node, time = following, time + elapsed
+    return Run(search.start, tuple(moves), within)

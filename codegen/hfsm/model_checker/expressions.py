@@ -1,0 +1,274 @@
+"""The language of properties: what is true of a configuration.
+
+    implication  = disjunction [ "->" implication ]
+    disjunction  = conjunction { "or" conjunction }
+    conjunction  = negation { "and" negation }
+    negation     = "not" negation | primary
+    primary      = "(" implication ")" | "true" | "false" | [ "in" ] state
+                 | ( "active" | "ghost" | "finished" ) "(" automaton ")"
+    state        = [ "#" id "/" ] name { "/" name }
+    automaton    = "#" id | state that owns it
+
+A name that is no plain word, or is one of the words above, stands in double quotes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from ...diagnostics import did_you_mean
+from .model import AutomatonModel, Model
+from .transition_system import ACTIVE, FINISHED, Configuration
+
+__all__ = ["Expression", "ExpressionError", "Holds", "parse"]
+
+_TOKEN: Final = re.compile(
+    r"""
+    (?P<space>\s+) | (?P<arrow>->) | (?P<mark>[()/#]) | "(?P<quoted>[^"]*)" | (?P<word>(?:(?!->)[^\s()/#"])+)
+    """,
+    re.VERBOSE,
+)
+_WORDS: Final = frozenset({"in", "and", "or", "not", "true", "false", "active", "ghost", "finished"})
+_FUNCTIONS: Final = ("active", "ghost", "finished")
+_DEEPEST: Final = 100
+
+Positions = dict[int, int]
+Holds = Callable[[Configuration], bool]
+
+
+class ExpressionError(Exception):
+    """An expression cannot be understood. `offset` is the index of the character where, `length` how many."""
+
+    def __init__(self, message: str, offset: int, length: int = 1, hints: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.message = message
+        self.offset = offset
+        self.length = max(1, length)
+        self.hints = hints
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An expression that was understood: the automata that it speaks of, and how it becomes a function."""
+
+    automata: frozenset[int]
+    bind: Callable[[Positions], Holds]
+    """Takes where each automaton stands in a configuration."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    kind: str
+    text: str
+    offset: int
+    length: int
+
+
+def parse(text: str, model: Model) -> Expression:
+    """Return what an expression means for a model. Raises ExpressionError."""
+    return _Parser(text, model).parse()
+
+
+def _tokens(text: str) -> Iterator[_Token]:
+    offset = 0
+    while offset < len(text):
+        match = _TOKEN.match(text, offset)
+        if match is None:
+            raise ExpressionError("this quote is not closed", offset, len(text) - offset)
+        kind = match.lastgroup or ""
+        if kind != "space":
+            value = match.group(kind)
+            kind = "word" if kind == "word" and value not in _WORDS else value if kind == "word" else kind
+            yield _Token(kind if kind != "mark" else value, value, offset, match.end() - offset)
+        offset = match.end()
+    yield _Token("end", "", len(text.rstrip()), 1)
+
+
+class _Parser:
+    def __init__(self, text: str, model: Model) -> None:
+        self._tokens = list(_tokens(text))
+        self._at = 0
+        self._depth = 0
+        self._model = model
+
+    def parse(self) -> Expression:
+        found = self._implication()
+        if self._token.kind != "end":
+            raise self._unexpected("`and`, `or`, `->` or the end")
+        return found
+
+    @property
+    def _token(self) -> _Token:
+        return self._tokens[self._at]
+
+    def _accept(self, kind: str) -> bool:
+        if self._token.kind != kind:
+            return False
+        self._at += 1
+        return True
+
+    def _expect(self, kind: str) -> None:
+        if not self._accept(kind):
+            raise self._unexpected(f"`{kind}`")
+
+    def _unexpected(self, wanted: str) -> ExpressionError:
+        token = self._token
+        here = "the expression ends" if token.kind == "end" else f"`{token.text}` stands"
+        return ExpressionError(f"{here} where {wanted} is expected", token.offset, token.length)
+
+    def _implication(self) -> Expression:
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise ExpressionError(f"this is nested deeper than {_DEEPEST}", self._token.offset)
+        left = self._disjunction()
+        if self._accept("arrow"):
+            right = self._implication()
+            left = _joined([left, right], lambda holds: lambda c: not holds[0](c) or holds[1](c))
+        self._depth -= 1
+        return left
+
+    def _disjunction(self) -> Expression:
+        found = [self._conjunction()]
+        while self._accept("or"):
+            found.append(self._conjunction())
+        return found[0] if len(found) == 1 else _joined(found, lambda h: lambda c: any(one(c) for one in h))
+
+    def _conjunction(self) -> Expression:
+        found = [self._negation()]
+        while self._accept("and"):
+            found.append(self._negation())
+        return found[0] if len(found) == 1 else _joined(found, lambda h: lambda c: all(one(c) for one in h))
+
+    def _negation(self) -> Expression:
+        negated = False
+        while self._accept("not"):
+            negated = not negated
+        found = self._primary()
+        return _joined([found], lambda holds: lambda c: not holds[0](c)) if negated else found
+
+    def _primary(self) -> Expression:
+        if self._accept("("):
+            found = self._implication()
+            self._expect(")")
+            return found
+        for constant in (True, False):
+            if self._accept(str(constant).lower()):
+                return _constant(constant)
+        for function in _FUNCTIONS:
+            if self._accept(function):
+                self._expect("(")
+                automaton = self._automaton()
+                self._expect(")")
+                return _flag(automaton, function)
+        self._accept("in")
+        return _in(self._states())
+
+    def _states(self) -> list[tuple[int, int]]:
+        """Read the path of a state; return the automata and states that have it."""
+        automata = [self._model.automata[0]] if self._model.automata else []
+        begin = self._token.offset
+        if self._accept("#"):
+            automata = [self._numbered()]
+            self._expect("/")
+        return self._path(automata, begin)
+
+    def _path(self, automata: list[AutomatonModel], begin: int) -> list[tuple[int, int]]:
+        while True:
+            token = self._token
+            if not (self._accept("word") or self._accept("quoted")):
+                raise self._unexpected("the path of a state")
+            found = [
+                (automaton, state)
+                for automaton in automata
+                for state in automaton.states
+                if state.source.name.strip() == token.text.strip()
+            ]
+            if not found:
+                raise self._unknown(token, automata)
+            if not self._accept("/"):
+                return [(automaton.index, state.index) for automaton, state in found]
+            automata = [self._model.automata[child] for _, state in found for child in state.children]
+            if not automata:
+                length = token.offset + token.length - begin
+                raise ExpressionError(f"the state `{token.text}` owns no automaton", begin, length)
+
+    def _unknown(self, token: _Token, automata: list[AutomatonModel]) -> ExpressionError:
+        names = [state.source.name for automaton in automata for state in automaton.states]
+        where = self._model.label(automata[0].index) if automata else "the document"
+        hints = [note.message for note in did_you_mean(token.text, names)]
+        hints += [
+            f"there is `{self._model.state_path(automaton.index, state.index)}`"
+            for automaton in self._model.automata
+            for state in automaton.states
+            if state.source.name.strip() == token.text.strip()
+        ][:3]
+        return ExpressionError(
+            f"{where} has no state `{token.text}`", token.offset, token.length, tuple(hints)
+        )
+
+    def _numbered(self) -> AutomatonModel:
+        token = self._token
+        if not self._accept("word"):
+            raise self._unexpected("the id of an automaton")
+        number = int(token.text) if token.text.isdecimal() and len(token.text) < 19 else -1
+        automaton = self._model.by_id.get(number)
+        if automaton is None:
+            raise ExpressionError(
+                f"there is no automaton with the id `{token.text}`", token.offset, token.length
+            )
+        return automaton
+
+    def _automaton(self) -> int:
+        begin = self._token.offset
+        if self._accept("#"):
+            automaton = self._numbered()
+            if not self._accept("/"):
+                return automaton.index
+            states = self._path([automaton], begin)
+        else:
+            states = self._states()
+        end = self._tokens[self._at - 1]
+        length = end.offset + end.length - begin
+        owned = [
+            child for index, state in states for child in self._model.automata[index].states[state].children
+        ]
+        if len(owned) == 1:
+            return owned[0]
+        if not owned:
+            raise ExpressionError("this state owns no automaton", begin, length)
+        ids = " or ".join(f"`#{self._model.automata[child].source.id}`" for child in owned)
+        raise ExpressionError(f"several automata are meant: write {ids}", begin, length)
+
+
+def _joined(parts: list[Expression], make: Callable[[list[Holds]], Holds]) -> Expression:
+    automata = frozenset[int]().union(*(part.automata for part in parts))
+    return Expression(automata, lambda positions: make([part.bind(positions) for part in parts]))
+
+
+def _constant(value: bool) -> Expression:
+    return Expression(frozenset(), lambda _: lambda _configuration: value)
+
+
+def _in(states: list[tuple[int, int]]) -> Expression:
+    def bind(positions: Positions) -> Holds:
+        wanted = [(positions[automaton], state) for automaton, state in states]
+        return lambda configuration: any(
+            configuration[position][0] == state and configuration[position][1] & ACTIVE
+            for position, state in wanted
+        )
+
+    return Expression(frozenset(automaton for automaton, _ in states), bind)
+
+
+def _flag(automaton: int, function: str) -> Expression:
+    flag = FINISHED if function == "finished" else ACTIVE
+    wanted = function != "ghost"
+
+    def bind(positions: Positions) -> Holds:
+        position = positions[automaton]
+        return lambda configuration: bool(configuration[position][1] & flag) is wanted
+
+    return Expression(frozenset({automaton}), bind)

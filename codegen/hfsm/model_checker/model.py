@@ -1,0 +1,218 @@
+"""What the model checker keeps of a document: states, triggers and times, without the code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
+from .guards import Conjunction, conjunction
+
+__all__ = ["AutomatonModel", "Model", "StateModel", "TransitionModel", "nanoseconds", "read_model"]
+
+_LONGEST: Final = 1e12
+"""Milliseconds; a longer time is a mistake that the structural checks tell."""
+_DEEPEST: Final = 200
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionModel:
+    """A transition. `index` counts within the automaton, `origin` and `target` are indices of states.
+
+    It fires when `delay` ns of active time are over, the children have `finished` if it waits for them, and
+    every atom of `needs` has its value; an event is the atom `event NAME`. None for what never holds.
+    """
+
+    index: int
+    source: Transition
+    origin: int
+    target: int
+    delay: int = 0
+    event: str = ""
+    finished: bool = False
+    needs: Conjunction | None = ()
+    guarded: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class StateModel:
+    """A state. `children` are indices of automata, `outgoing` stands in the order of trying.
+
+    One that `owes` has entry code, or arguments to hand over, before its children wake.
+    """
+
+    index: int
+    source: State
+    final: bool
+    owes: bool
+    restart: bool
+    children: tuple[int, ...]
+    outgoing: tuple[TransitionModel, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AutomatonModel:
+    """An automaton. `parent` is the index of the one above, -1 for the root; `interval` is in ns."""
+
+    index: int
+    source: Automaton
+    parent: int
+    owner: int
+    interval: int
+    initial: int
+    states: tuple[StateModel, ...]
+    transitions: tuple[TransitionModel, ...]
+
+
+@dataclass(frozen=True)
+class Model:
+    """The automata of a document that can ever run, each before its children."""
+
+    document: Document
+    path: Path
+    automata: tuple[AutomatonModel, ...]
+    _labels: dict[int, str] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @cached_property
+    def by_id(self) -> dict[int, AutomatonModel]:
+        """The automata by the ids of the document."""
+        return {automaton.source.id: automaton for automaton in self.automata}
+
+    def ancestors(self, index: int) -> Iterator[tuple[AutomatonModel, StateModel]]:
+        """Yield the automata above one with the states that own the chain down to it, the nearest first."""
+        automaton = self.automata[index]
+        while automaton.parent >= 0:
+            parent = self.automata[automaton.parent]
+            yield parent, parent.states[automaton.owner]
+            automaton = parent
+
+    def state_path(self, automaton: int, state: int) -> str:
+        """Return the names of the states from the root down to one: `followBall/green`."""
+        names = [self.automata[automaton].states[state].source.name]
+        names += [owner.source.name for _, owner in self.ancestors(automaton)]
+        return "/".join(reversed(names))
+
+    def label(self, automaton: int) -> str:
+        """Return how a person calls an automaton: `the root automaton`, or by the state that owns it."""
+        if automaton not in self._labels:
+            above = list(self.ancestors(automaton))
+            label = "the root automaton"
+            if above:
+                parent, owner = above[0]
+                label = f"the automaton below `{self.state_path(parent.index, owner.index)}`"
+                if len(owner.children) > 1:
+                    label = f"{label} with the id {self.automata[automaton].source.id}"
+            self._labels[automaton] = label
+        return self._labels[automaton]
+
+
+def read_model(document: Document, path: Path) -> Model:
+    """Return the model of a document; what the structural checks find wrong is read as generation does.
+
+    The first initial state counts, or the first state where there is none; a child that does not exist and a
+    transition between states that do not are left out; so is an automaton without a root above it.
+    """
+    return Model(document, path, tuple(_Reader(document).automata))
+
+
+class _Reader:
+    def __init__(self, document: Document) -> None:
+        self._python = not document.language.text.strip() or "python" in document.language.text.lower()
+        self._sources: dict[int, Automaton] = {}
+        for source in document.automata:
+            self._sources.setdefault(source.id, source)
+        self._seen: set[int] = set()
+        self._found: list[AutomatonModel | None] = []
+        roots = [source for source in document.automata if source.father == 0]
+        if roots:
+            self._read(roots[0], -1, -1, 0)
+        self.automata = [automaton for automaton in self._found if automaton is not None]
+
+    def _read(self, source: Automaton, parent: int, owner: int, depth: int) -> int:
+        """Read an automaton with all below it; return its index."""
+        index = len(self._found)
+        self._seen.add(source.id)
+        self._found.append(None)
+        first: dict[int, int] = {}
+        for number, state in enumerate(source.states):
+            first.setdefault(state.id, number)
+        transitions: dict[int, TransitionModel] = {}
+        for number, item in enumerate(source.transitions):
+            if item.origin in first and item.destination in first:
+                transitions[number] = self._transition(number, item, first)
+        numbers = {id(item): number for number, item in enumerate(source.transitions)}
+        states = []
+        for number, state in enumerate(source.states):
+            found = [self._sources.get(child) for child in dict.fromkeys(state.children)]
+            below = [
+                child for child in found if child is not None and child.states and child.id not in self._seen
+            ]
+            children = [self._read(child, index, number, depth + 1) for child in below if depth < _DEEPEST]
+            outgoing = (transitions.get(numbers[id(item)]) for item in source.outgoing(state.id))
+            arguments = bool(state.arguments) and not state.final
+            states.append(
+                StateModel(
+                    index=number,
+                    source=state,
+                    final=state.final,
+                    owes=not state.entry.is_blank or arguments,
+                    restart=state.history.text.strip().lower() == "restart",
+                    children=tuple(children),
+                    outgoing=tuple(item for item in outgoing if item is not None),
+                )
+            )
+        initial = next((number for number, state in enumerate(source.states) if state.initial), 0)
+        interval = nanoseconds(source.iteration_time) or nanoseconds(Text(DEFAULT_PERIOD)) or 1
+        self._found[index] = AutomatonModel(
+            index, source, parent, owner, interval, initial, tuple(states), tuple(transitions.values())
+        )
+        return index
+
+    def _transition(self, number: int, source: Transition, states: dict[int, int]) -> TransitionModel:
+        delay, event, kind = 0, "", source.type
+        needs: Conjunction | None = ()
+        guard = source.guard.text
+        if kind == "time":
+            time = nanoseconds(source.trigger)
+            delay, needs = (0, None) if time is None else (time, ())
+        elif kind == "event":
+            event = source.trigger.text.strip()
+            needs = ((f"event {event}", True),) if event else None
+        elif kind != "finished":
+            guard = source.trigger.text or " "
+        if needs is not None and (guard.strip() or kind == "condition"):
+            more = self._guard(guard, number, event)
+            needs = None if more is None else needs + more
+        return TransitionModel(
+            index=number,
+            source=source,
+            origin=states[source.origin],
+            target=states[source.destination],
+            delay=delay,
+            event=event,
+            finished=kind == "finished",
+            needs=needs,
+            guarded=bool(guard.strip()),
+        )
+
+    def _guard(self, text: str, number: int, event: str) -> Conjunction | None:
+        unique = f"{text.strip()} [{number}]"
+        needs = conjunction(text, unique) if self._python else ((text.strip() or unique, True),)
+        if needs is None or not event:
+            return needs
+        return tuple((f"{atom} [{event}]", value) for atom, value in needs)
+
+
+def nanoseconds(text: Text) -> int | None:
+    """Return milliseconds that a person wrote in ns, or None when they are no positive time."""
+    try:
+        value = float(text.text.strip().replace("_", "?"))
+    except ValueError:
+        return None
+    if not math.isfinite(value) or not 0 < value <= _LONGEST:
+        return None
+    return round(value / 1000 * 1e9) or None  # by the seconds in which components are written
