@@ -115,7 +115,7 @@ def _parse(text: str) -> ast.expr:
     try:
         return ast.parse(text, mode="eval").body
     except SyntaxError as error:
-        raise ExpressionError(f"column {error.offset or 1}: {error.msg}") from None
+        raise ExpressionError(f"column {error.offset or len(text) + 1}: {error.msg}") from None
     except (ValueError, RecursionError, MemoryError) as error:
         raise ExpressionError(f"the expression cannot be read: {error}") from None
 

@@ -29,7 +29,7 @@ class _FreshLoader(SourceFileLoader):
 
 
 def load_again(component: Component) -> type[Component]:
-    """Return the class of a component as its file defines it now.
+    """Return the class of a component as its file, and its extension, define it now.
 
     The module gets a name of its own; the one that the component came from stays as it is. Raises
     ReloadRefusedError.
@@ -50,6 +50,8 @@ def _load(path: str, former: type[Component]) -> ModuleType:
     package = (getattr(origin, "__package__", "") or "") if origin else ""
     stem = f"{Path(path).stem}_reloaded_{next(_numbers)}"
     name = f"{package}.{stem}" if package else stem
+    extension = f"{package}.{Path(path).stem}_ext" if package else f"{Path(path).stem}_ext"
+    former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
     spec = spec_from_loader(name, _FreshLoader(name, path))
     assert spec is not None, "a loader of a file has a spec"
     module = module_from_spec(spec)
@@ -58,6 +60,8 @@ def _load(path: str, former: type[Component]) -> ModuleType:
         spec.loader.exec_module(module)  # type: ignore[union-attr]
     except (Exception, SystemExit) as error:
         del sys.modules[name]
+        if former_extension is not None:
+            sys.modules[extension] = former_extension
         raise ReloadRefusedError(_explain(error, path, former)) from error
     return module
 

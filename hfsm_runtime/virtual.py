@@ -11,9 +11,11 @@ from typing import Final, NamedTuple
 
 from zenoh_ice.clock import VirtualClock
 
+from .carrying import take_attributes
 from .component import Component, make_automata, source_of
 from .cycle import run_cycle
 from .events import make_event
+from .replacement import Replacement, first_values_of
 from .schedule import slot_after, slot_at
 from .supervision import ErrorRecord, OnError, Supervision
 from .timeline import Timeline
@@ -63,6 +65,7 @@ class VirtualRun:
             document=component._hfsm_document,
             halt=self._halt,
         )
+        self._first = first_values_of(self.tree.runs)
         self._due = [(0, index) for index in range(len(self.tree.runs))]
         self.tree.start(0)
 
@@ -112,6 +115,23 @@ class VirtualRun:
         """Send an event to every automaton that is active; raises EventError."""
         for run, event in self.tree.send(make_event(name, data), self._timeline.now()):
             self._supervision.event_lost(run, event)
+
+    def reload(self, component: Component) -> tuple[str, ...]:
+        """Go on in another version of the component, as a reload of a running one does.
+
+        Return what it could not keep, for people.
+        """
+        told = take_attributes(self.component, component)
+        replacement = Replacement(component, tuple(told))
+        with self.tree.lock:
+            replacement.apply(self.tree, self.component, self._first, self._timeline.now())
+        self.component, self._first = component, replacement.first
+        now = self._timeline.now()
+        self._due = [
+            (slot_after(now, run.automaton.interval), index) for index, run in enumerate(self.tree.runs)
+        ]
+        heapq.heapify(self._due)
+        return replacement.not_kept
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return when one automaton entered which state, its initial one included."""

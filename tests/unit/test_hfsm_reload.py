@@ -1,0 +1,360 @@
+"""Another version of a component goes on where the former one was, in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import pytest
+
+from hfsm_runtime import Automaton, Component, Input, Parameter, Proxy, State, Transition, VirtualRun
+from hfsm_runtime.tree import ChangeKind
+
+
+def component(make: Callable[[Component], Automaton], **members: Any) -> Component:
+    """Return a component of one version of a document; `members` are its parameters, proxies and functions."""
+
+    class Version(Component, document="walker.xml"):
+        def automaton(self) -> Automaton:
+            return make(self)
+
+    for name, value in members.items():
+        setattr(Version, name, value)
+        if isinstance(value, Parameter | Proxy):
+            value.__set_name__(Version, name)
+    return Version()
+
+
+def timed(
+    *names: str,
+    seconds: float = 10.0,
+    id: int = 1,
+    name: str = "walker",
+    period: float = 0.1,
+    children: dict[str, Automaton] | None = None,
+    **states: Any,
+) -> Automaton:
+    """Return an automaton that goes from each state to the next after a time, and from the last to the first."""
+    children = children or {}
+    return Automaton(
+        id=id,
+        name=name,
+        period=period,
+        states=tuple(
+            State(
+                id=number, name=state, initial=number == 1,
+                children=(children[state],) if state in children else (), **states.get(state, {}),
+            )
+            for number, state in enumerate(names, 1)
+        ),
+        transitions=tuple(
+            Transition(id=n, name=f"after {state}", origin=n, destination=n % len(names) + 1, seconds=seconds)
+            for n, state in enumerate(names, 1)
+        ),
+    )  # fmt: skip
+
+
+def running(automaton: Automaton, seconds: float) -> VirtualRun:
+    run = VirtualRun(component(lambda self: automaton))
+    run.advance(seconds)
+    return run
+
+
+def reload(run: VirtualRun, automaton: Automaton) -> tuple[str, ...]:
+    return run.reload(component(lambda self: automaton))
+
+
+def test_a_state_is_kept_with_the_time_that_was_spent_in_it() -> None:
+    run = running(timed("follow", "dance"), 16.0)
+    assert run.active == "dance"
+    assert reload(run, timed("follow", "dance", seconds=20.0)) == ()
+    assert run.active == "dance"
+    run.advance(13.9)
+    assert run.active == "dance"
+    run.advance(0.2)  # 20 s since 10.0 are over
+    assert run.active == "follow"
+
+
+def test_a_time_that_is_over_in_the_new_version_fires_at_the_next_cycle() -> None:
+    run = running(timed("follow", "dance"), 8.0)
+    reload(run, timed("follow", "dance", seconds=5.0))
+    run.advance(0.1)
+    assert run.active == "dance"
+
+
+def test_states_are_found_by_id_and_then_by_their_name() -> None:
+    renamed = timed("follow", "salsa")
+    run = running(timed("follow", "dance"), 16.0)
+    assert reload(run, renamed) == ()
+    assert run.active == "salsa"
+    moved = Automaton(
+        id=1, name="walker",
+        states=(State(id=7, name="rest", initial=True), State(id=9, name="salsa")),
+        transitions=(Transition(id=1, origin=9, destination=7, seconds=10.0),),
+    )  # fmt: skip
+    assert reload(run, moved) == ()
+    assert run.active == "salsa"
+    run.advance(4.1)
+    assert run.active == "rest"
+
+
+def test_an_automaton_whose_state_is_gone_begins_anew_and_it_is_told() -> None:
+    entered: list[str] = []
+    left = {"exit": lambda: entered.append("left")}
+    run = running(timed("follow", "dance", "rest", dance=left), 16.0)
+    new = timed("start", "follow", start={"entry": lambda: entered.append("start")})
+    new = Automaton(id=1, name="walker", states=(new.states[0], State(id=9, name="follow")))
+    (told,) = reload(run, new)
+    assert told == (
+        "automaton 1 (walker) was in the state dance, which is gone, and begins anew in start; "
+        "its exit code did not run"
+    )
+    run.advance(0.1)
+    assert run.active == "start"
+    assert entered == ["start"]
+
+
+def test_two_states_of_one_name_are_not_mistaken_for_each_other() -> None:
+    run = running(timed("follow", "dance"), 16.0)
+    states = (State(id=5, name="rest", initial=True), State(id=6, name="dance"), State(id=7, name="dance"))
+    (told,) = reload(run, Automaton(id=1, name="walker", states=states))
+    assert "begins anew in rest" in told
+
+
+def test_ghosts_keep_their_state_and_their_timers() -> None:
+    def version(seconds: float = 8.0) -> Automaton:
+        colors = timed("red", "green", seconds=seconds, id=2, name="follow")
+        return timed("follow", "dance", children={"follow": colors})
+
+    run = running(version(), 12.0)
+    ghost = run.tree.runs[1]
+    assert (run.active, ghost.active, ghost.current.name) == ("dance", False, "green")
+    assert reload(run, version()) == ()
+    assert (run.active, ghost.active, ghost.current.name) == ("dance", False, "green")
+    run.advance(13.9)  # it was green for 2 s, so 6 s are left when follow comes back at 20
+    assert run.active == "follow/green"
+    run.advance(0.2)
+    assert run.active == "follow/red"
+
+
+def test_automata_that_are_new_run_and_those_that_are_gone_do_not() -> None:
+    ran: list[str] = []
+
+    def child(id: int, name: str) -> Automaton:
+        return timed("a", "b", id=id, name=name, a={"code": lambda: ran.append(name)})
+
+    run = running(timed("follow", "dance", children={"follow": child(2, "old")}), 1.0)
+    assert set(ran) == {"old"}
+    ran.clear()
+    (told,) = reload(run, timed("follow", "dance", children={"follow": child(3, "new")}))
+    run.advance(1.0)
+    assert told == "automaton 2 (old) is gone, which was in a"
+    assert ran == ["new"] * 10
+    assert [run.automaton.id for run in run.tree.runs] == [1, 3]
+    assert run.tree.run(2) is None
+
+
+def test_an_automaton_that_moves_below_another_state_goes_on() -> None:
+    colors = timed("red", "green", seconds=3.0, id=2, name="colors")
+    run = running(timed("follow", "dance", children={"follow": colors}), 4.0)
+    assert run.active == "follow/green"
+    reload(run, timed("follow", "dance", children={"dance": colors}))
+    assert (run.active, run.tree.runs[1].active) == ("follow", False)
+    run.advance(6.5)
+    assert run.active == "dance/green"
+
+
+def test_an_unchanged_automaton_runs_every_cycle_and_counts_on() -> None:
+    run = running(timed("follow", "dance"), 0.55)
+    cycles = run.tree.root.cycles
+    reload(run, timed("follow", "dance"))
+    run.advance(0.5)
+    assert run.tree.root.cycles == cycles + 5
+
+
+def test_a_period_that_changed_counts_from_then_on() -> None:
+    run = running(timed("follow", "dance", period=0.1), 1.0)
+    reload(run, timed("follow", "dance", period=0.02))
+    before = run.tree.root.cycles
+    run.advance(1.0)
+    assert run.tree.root.cycles == before + 50
+
+
+def counting(
+    self: Component, *, first: int = 0, step: int = 1, limits: Iterable[int] = (1, 2), **_: Any
+) -> Automaton:
+    count = first
+    table = list(limits)
+    late: int
+
+    def scale(value: int) -> int:
+        return value * step
+
+    def code() -> None:
+        nonlocal count, late
+        count += scale(1)
+        late = count
+        self.seen = (count, list(table), late)
+
+    return Automaton(id=1, name="walker", states=(State(id=1, name="a", initial=True, code=code),))
+
+
+def test_variables_are_kept_and_code_is_new() -> None:
+    run = VirtualRun(component(counting))
+    run.advance(0.4)
+    assert run.component.seen == (5, [1, 2], 5)
+    assert run.reload(component(lambda self: counting(self, step=10))) == ()
+    run.advance(0.1)
+    assert run.component.seen == (15, [1, 2], 15)
+
+
+def test_variables_that_nobody_changed_get_the_value_of_the_new_version() -> None:
+    run = VirtualRun(component(counting))
+    run.advance(0.4)
+    run.reload(component(lambda self: counting(self, first=100, limits=(7,))))
+    run.advance(0.1)
+    assert run.component.seen == (6, [7], 6)  # the count was changed, the table was not
+    run.reload(component(lambda self: counting(self, first=100, limits=(8,))))
+    run.advance(0.1)
+    assert run.component.seen == (7, [8], 7)
+
+
+def test_a_list_that_was_changed_in_place_is_kept() -> None:
+    def version(self: Component, *beginning: int) -> Automaton:
+        found = list(beginning)
+
+        def code() -> None:
+            found.append(3)
+            self.found = found
+
+        return Automaton(id=1, name="walker", states=(State(id=1, name="a", initial=True, code=code),))
+
+    run = VirtualRun(component(lambda self: version(self, 1)))
+    run.advance(0.0)
+    run.reload(component(lambda self: version(self, 2)))
+    run.advance(0.1)
+    assert run.component.found == [1, 3, 3]
+
+
+def test_variables_that_are_gone_are_told() -> None:
+    run = VirtualRun(component(counting))
+    run.advance(0.1)
+    (told,) = reload(run, timed("follow", "dance"))
+    assert told == "variables of automaton 1 (walker) are gone: count, late, table"
+
+
+def test_attributes_of_self_are_one_and_the_same_for_both_versions() -> None:
+    old = component(lambda self: timed("follow", "dance"))
+    run = VirtualRun(old)
+    old.camera = model = object()
+    new = component(lambda self: timed("follow", "dance"), turn=lambda self: None)
+    old.turn = 3
+    assert run.reload(new) == ("self.turn was an attribute, and is now defined by the document",)
+    assert new.camera is model
+    assert callable(new.turn)
+    old.later = 5  # as a callback of the old version does
+    assert new.later == 5
+
+
+def test_parameters_keep_their_values_while_their_type_stays() -> None:
+    def version(**parameters: object) -> Component:
+        declared = {name: Parameter(default) for name, default in parameters.items()}
+        return component(lambda self: timed("follow", "dance"), **declared)
+
+    old = version(speed=0.3, turns=3, color="red", gone=1)
+    old.speed, old.turns = 0.5, 5
+    run = VirtualRun(old)
+    new = version(speed=0.1, turns="many", color="green")
+    assert sorted(run.reload(new)) == [
+        "the parameter gone is gone", "the parameter turns is str now and has its default again"
+    ]  # fmt: skip
+    assert (new.speed, new.turns, new.color) == (0.5, "many", "green")
+
+
+def test_proxies_are_kept_while_they_are_of_the_same_servant() -> None:
+    head, arm = object(), object()
+    old = component(lambda self: timed("a", "b"), head=Proxy("Head", object), arm=Proxy("LeftArm", object))
+    old.head, old.arm = head, arm
+    run = VirtualRun(old)
+    new = component(lambda self: timed("a", "b"), head=Proxy("Head", object), arm=Proxy("RightArm", object))
+    run.reload(new)
+    assert new.head is head
+    with pytest.raises(AttributeError, match="RightArm"):
+        _ = new.arm
+
+
+def test_inputs_and_events_on_their_way_are_kept() -> None:
+    def version(self: Component) -> Automaton:
+        color = "red"
+
+        def set_inputs(values: Any) -> None:
+            nonlocal color
+            color = values["color"]
+
+        def code() -> None:
+            self.color = color
+
+        child = Automaton(
+            id=2, name="child", states=(State(id=1, name="a", initial=True, code=code), State(id=2, name="b")),
+            transitions=(Transition(id=1, origin=1, destination=2, event="lost"),),
+            inputs=(Input(name="color", type=str, default="red"),), set_inputs=set_inputs,
+        )  # fmt: skip
+        state = State(
+            id=1, name="s", initial=True, children=(child,), arguments=lambda: {2: {"color": "blue"}}
+        )  # fmt: skip
+        return Automaton(id=1, name="walker", states=(state,))
+
+    run = VirtualRun(component(version))
+    run.advance(0.15)
+    run.send("lost")
+    run.reload(component(version))
+    assert run.active == "s/a"
+    run.advance(0.1)
+    assert run.active == "s/b"
+    assert run.component.color == "blue"
+
+
+def test_a_finished_automaton_stays_finished_while_its_state_is_final() -> None:
+    def version(*, final: bool) -> Automaton:
+        return timed("a", "b", seconds=1.0, b={"final": final})
+
+    run = running(version(final=True), 2.0)
+    assert run.finished
+    reload(run, version(final=True))
+    assert run.finished
+    reload(run, version(final=False))
+    assert not run.finished
+    run.advance(0.1)
+    assert run.active == "a"
+
+
+def test_a_state_that_gets_an_automaton_wakes_it() -> None:
+    run = running(timed("follow", "dance"), 2.0)
+    reload(
+        run,
+        timed(
+            "follow", "dance", children={"follow": timed("red", "green", id=2, name="follow", seconds=1.0)}
+        ),
+    )
+    assert run.active == "follow/red"
+    run.advance(1.1)
+    assert run.active == "follow/green"
+
+
+def test_entry_code_does_not_run_again_for_a_state_that_is_kept() -> None:
+    entered: list[int] = []
+    version = timed("follow", "dance", follow={"entry": lambda: entered.append(1)})
+    run = running(version, 2.0)
+    assert entered == [1]
+    reload(run, version)
+    run.advance(1.0)
+    assert entered == [1]
+
+
+def test_the_changes_tell_only_of_what_changed() -> None:
+    run = running(timed("follow", "dance"), 2.0)
+    seen = len(run.trace)
+    reload(run, timed("follow", "dance", children={"dance": timed("a", "b", id=2, name="x")}))
+    assert run.trace[seen:] == []
+    reload(run, timed("follow", "dance", children={"follow": timed("a", "b", id=2, name="x")}))
+    assert [(c.automaton, c.state, c.kind) for c in run.trace[seen:]] == [("x", "a", ChangeKind.ENTERED)]
