@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -18,10 +18,14 @@ _MAX_DEPTH: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class KnownInterface:
-    """An IDL interface: its scoped name (`nao::PoseHead`) and the Python package that has its proxy."""
+    """An IDL interface: its scoped name (`nao::PoseHead`) and the Python package that has its proxy.
+
+    `file` is the module in which the proxy stands.
+    """
 
     scoped_name: str
     package: str
+    file: Path = field(compare=False)
 
     @property
     def proxy(self) -> str:
@@ -65,7 +69,7 @@ def _in_package(
 ) -> Iterator[KnownInterface]:
     for module in sorted(directory.glob("*.py")):
         for match in _PROXY.finditer(module.read_text(encoding="utf-8", errors="replace")):
-            yield KnownInterface("::".join((*scope, match.group(1))), ".".join(package))
+            yield KnownInterface("::".join((*scope, match.group(1))), ".".join(package), module)
     if len(scope) < _MAX_DEPTH:
         for inner in _packages(directory):
             yield from _in_package(inner, (*package, inner.name), (*scope, inner.name))

@@ -25,6 +25,11 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "behavior.xml"
 
 
+def errors(path: Path, text: str) -> list[str]:
+    """Return what is wrong with a document, without what is only doubtful."""
+    return [problem for problem in problems(path, text) if problem.split(": ")[1].startswith("E")]
+
+
 def one(found: list[str]) -> str:
     assert len(found) == 1, found
     return found[0]
@@ -32,7 +37,15 @@ def one(found: list[str]) -> str:
 
 def test_a_complete_document_has_no_problem(path: Path) -> None:
     text = document(
-        sub(1, 0, state(1, "a", "x = 1", initial=True, child=2), B, transition(1, 1, 2, "x > 0")),
+        sub(
+            1,
+            0,
+            state(1, "a", "x += 1", initial=True, child=2),
+            state(2, "b"),
+            transition(1, 1, 2, "x > 9"),
+            transition(2, 2, 1, "500", type="time"),
+            variables="x = 0",
+        ),
         sub(2, 1, state(1, "c", initial=True), period="50"),
         libraries=("math", "numpy as np", "from math import pi"),
         config=head(),
@@ -48,7 +61,7 @@ def test_a_complete_document_has_no_problem(path: Path) -> None:
         ((sub(1, 0, A), sub(2, 0, A)), "8:1: E511: automaton 2 is a second root"),
         ((sub(1, 0, A), sub(1, 0, A)), "E517: a second automaton has the id 1"),
         ((sub(1, 0, A), sub(2, 1, A)), "8:1: E512: no state owns automaton 2"),
-        ((sub(1, 0, state(1, "a", initial=True, child=7)),), "3:1: E512: state `a` owns automaton 7, which"),
+        ((sub(1, 0, state(1, "a", initial=True, child=7)),), "3:1: W512: state `a` owns automaton 7, which"),
         (
             (sub(1, 0, state(1, "a", initial=True, child=2), state(2, "b", child=2)), sub(2, 1, A)),
             "4:1: E512: automaton 2 already has an owner",
@@ -70,8 +83,8 @@ def test_a_complete_document_has_no_problem(path: Path) -> None:
             "E512: automaton 65 is nested deeper than 64",
         ),
         ((sub(1, 0),), "2:1: E513: automaton 1 has no state"),
-        ((sub(1, 0, B),), "2:1: E513: automaton 1 has no initial state"),
-        ((sub(1, 0, A, state(2, "b", initial=True)),), "4:1: E513: `b` is a second initial state"),
+        ((sub(1, 0, B),), "2:1: W513: automaton 1 has no initial state"),
+        ((sub(1, 0, A, state(2, "b", initial=True)),), "4:1: W513: `b` is a second initial state"),
         ((sub(1, 0, A, state(1, "b")),), "4:1: E517: a second state has the id 1"),
         ((sub(1, 0, A, state(0, "b")),), "4:1: E517: the id of a state is at least 1"),
         ((sub(1, 0, A, B, transition(1, 1, 9, "True")),), "5:1: E514: transition 1 enters state 9, which"),
@@ -91,7 +104,7 @@ def test_faults_of_the_structure(path: Path, parts: tuple[str, ...], expected: s
 def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
     text = document(sub(1, 0, A, B, transition(1, 1, 2, time, type="time", name="tired")))
     assert "E515: the time of transition `tired` is a positive number of milliseconds" in one(
-        problems(path, text)
+        errors(path, text)
     )
 
 
@@ -117,7 +130,7 @@ def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
 )
 def test_code_of_a_state_that_cannot_run(path: Path, code: str, expected: str) -> None:
     text = document(sub(1, 0, state(1, "a", code, initial=True)))
-    assert expected in one(problems(path, text))
+    assert expected in one(errors(path, text))
 
 
 @pytest.mark.parametrize(
@@ -135,7 +148,7 @@ def test_code_of_a_state_that_cannot_run(path: Path, code: str, expected: str) -
     ],
 )
 def test_conditions_that_are_none(path: Path, condition: str, expected: str) -> None:
-    assert expected in one(problems(path, document(sub(1, 0, A, B, transition(1, 1, 2, condition)))))
+    assert expected in one(errors(path, document(sub(1, 0, A, B, transition(1, 1, 2, condition)))))
 
 
 def test_the_place_of_an_error_in_code_is_that_in_the_document(path: Path) -> None:
@@ -223,7 +236,10 @@ def test_an_unknown_policy(path: Path) -> None:
 
 
 def test_names_that_are_empty_or_repeated_are_warned_of(path: Path) -> None:
-    found = problems(path, document(sub(1, 0, A, state(2, "a"), state(3, " "))))
+    there_and_back = [
+        transition(id, *ends, "100", type="time") for id, ends in enumerate(((1, 2), (2, 3), (3, 1)), 1)
+    ]
+    found = problems(path, document(sub(1, 0, A, state(2, "a"), state(3, " "), *there_and_back)))
     assert [problem.split(": ")[1] for problem in found] == ["W511", "W510"]
 
 

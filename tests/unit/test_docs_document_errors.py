@@ -18,7 +18,7 @@ SECTIONS = {section.title.partition(":")[0]: section for section in sections_of(
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
-    sources = (path.read_text("utf-8") for path in (ROOT / "codegen" / "hfsm").glob("*.py"))
+    sources = (path.read_text("utf-8") for path in (ROOT / "codegen" / "hfsm").rglob("*.py"))
     codes = {code for source in sources for code in re.findall(r'"([EWN]5\d\d)"', source)}
     assert set(SECTIONS) == codes
 

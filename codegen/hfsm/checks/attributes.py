@@ -1,0 +1,144 @@
+"""Find attributes of `self` that nothing gives to it, and calls that its interfaces do not take."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+from ...diagnostics import Location, Note, did_you_mean
+from ..document import Document
+from ..known_interfaces import KnownInterface, KnownInterfaces
+from .accesses import ALIASES, Access, defined_names, sets_attributes_by_name
+from .component import COMPONENT_ATTRIBUTES
+from .extension import Extension
+from .operations import STREAM, Operation, operations_of
+from .pieces import Piece
+from .report import Report
+
+__all__ = ["check_attributes"]
+
+_OF_EVERY_PROXY: Final = frozenset({"checkedCast", "uncheckedCast"})
+
+
+def check_attributes(
+    document: Document,
+    known: KnownInterfaces,
+    extension: Extension,
+    *,
+    pieces: Sequence[Piece],
+    found: Sequence[Access],
+    report: Report,
+) -> None:
+    """Check every use of `self`; `pieces` is all code of the document and `found` its uses of `self`."""
+    functions = frozenset[str]().union(*(defined_names(piece) for piece in pieces if piece.is_functions))
+    assigned = {access.name for access in found if access.is_stored}
+    proxies: dict[str, KnownInterface] = {}
+    for interface in document.interfaces:
+        candidates = known.find(interface.type)
+        if len(candidates) == 1 and interface.name not in assigned | functions | extension.attributes:
+            proxies.setdefault(interface.name, candidates[0])
+    if not extension.is_open and not any(sets_attributes_by_name(piece) for piece in pieces):
+        names = {
+            *COMPONENT_ATTRIBUTES,
+            *ALIASES,
+            *assigned,
+            *functions,
+            *extension.attributes,
+            *(interface.name for interface in document.interfaces),
+            *(parameter.name for parameter in document.parameters),
+        }
+        _check_known(found, names, known, report)
+    _check_calls(found, proxies, report)
+
+
+def _check_known(found: Iterable[Access], names: set[str], known: KnownInterfaces, report: Report) -> None:
+    told: set[str] = set()
+    for access in found:
+        name = access.name
+        if name in names or name in told or name.startswith("__"):
+            continue
+        told.add(name)
+        notes = list(did_you_mean(name, names))
+        if len(access.path) > 1 and (interface := _guess(name, known)):
+            notes.append(Note(f"a proxy of `{interface}` has to be declared among the interfaces"))
+        message = f"`self.{name}` is no interface, function or parameter, and nothing assigns it"
+        report.warning("W524", message, _place(access, 0), notes)
+
+
+def _guess(name: str, known: KnownInterfaces) -> str | None:
+    candidates = known.find(name) or known.find(name.removesuffix("Prx"))
+    return candidates[0].scoped_name if candidates else None
+
+
+def _check_calls(found: Iterable[Access], proxies: Mapping[str, KnownInterface], report: Report) -> None:
+    operations: dict[str, dict[str, Operation] | None] = {}
+    for access in found:
+        interface = proxies.get(access.name)
+        if interface is None or len(access.path) < 2 or not _is_operation(access.path[1]):
+            continue
+        if access.name not in operations:
+            operations[access.name] = operations_of(interface)
+        available = operations[access.name]
+        if available is None:
+            continue
+        operation = available.get(access.path[1])
+        if operation is None:
+            message = f"`{interface.scoped_name}` has no operation `{access.path[1]}`"
+            notes = did_you_mean(access.path[1], available)
+            report.warning("W528", message, _place(access, 1), notes)
+        elif len(access.path) == 2:
+            _check_arguments(access, operation, report)
+        else:
+            _check_stream(access, operation, report)
+
+
+def _is_operation(name: str) -> bool:
+    return not name.startswith(("ice_", "__")) and name not in _OF_EVERY_PROXY
+
+
+def _check_stream(access: Access, operation: Operation, report: Report) -> None:
+    name = access.path[2]
+    if name.startswith("__"):
+        return
+    if not operation.is_streamed:
+        message = f"`{operation.name}` is not streamed, and has no `{name}`: it can only be called"
+        report.warning("W528", message, _place(access, 2))
+    elif name not in STREAM:
+        message = f"a streamed operation has no `{name}`: it has {', '.join(STREAM)}"
+        report.warning("W528", message, _place(access, 2), did_you_mean(name, STREAM))
+    elif len(access.path) == 3:
+        _check_arguments(access, STREAM[name], report)
+
+
+def _check_arguments(access: Access, operation: Operation, report: Report) -> None:
+    call = access.call
+    if call is None or any(isinstance(argument, ast.Starred) for argument in call.args):
+        return
+    names = [keyword.arg for keyword in call.keywords]
+    if None in names:
+        return
+    parameters = operation.parameters
+    given = parameters[: len(call.args)]
+    wrong = next((name for name in names if name not in parameters), None)
+    missing = [name for name in parameters[: operation.required] if name not in (*given, *names)]
+    if len(call.args) > len(parameters):
+        message = f"`{operation.name}` takes {_count(parameters)}, and is given {len(call.args)}"
+    elif wrong is not None:
+        message = f"`{operation.name}` has no parameter `{wrong}`"
+    elif missing:
+        message = f"`{operation.name}` is not given {' and '.join(f'`{name}`' for name in missing)}"
+    elif repeated := [name for name in names if name in given]:
+        message = f"`{operation.name}` is given `{repeated[0]}` twice"
+    else:
+        return
+    note = Note(f"it is called as `{operation.name}({', '.join(parameters)})`")
+    report.warning("W529", message, _place(access, -1), [note])
+
+
+def _count(parameters: Sequence[str]) -> str:
+    return {0: "no argument", 1: "1 argument"}.get(len(parameters), f"{len(parameters)} arguments")
+
+
+def _place(access: Access, index: int) -> Location:
+    return access.piece.place_of_attribute(access.nodes[index])

@@ -1,0 +1,144 @@
+"""Check the states and transitions of an automaton, each by itself."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from ...diagnostics import Note
+from ..document import Automaton, State, Transition
+from .constants import milliseconds
+from .report import Report
+from .tree import check_unique_ids
+
+__all__ = ["TRIGGERS", "check_automaton", "label"]
+
+TRIGGERS: Final = ("time", "condition", "event", "finished")
+"""What a transition may wait for."""
+
+HISTORIES: Final = ("resume", "restart")
+"""What may become of a state's automata when it is entered again; the first is the default."""
+
+
+def label(transition: Transition) -> str:
+    """Return how messages call a transition."""
+    return f"transition `{transition.name}`" if transition.name.strip() else f"transition {transition.id}"
+
+
+def check_automaton(automaton: Automaton, report: Report) -> None:
+    """Check one automaton, but not how its states hang together."""
+    if not automaton.states:
+        report.error("E513", f"automaton {automaton.id} has no state", report.place(automaton))
+    else:
+        _check_initial_state(automaton, report)
+    check_unique_ids(automaton.states, "state", report)
+    check_unique_ids(automaton.transitions, "transition", report)
+    _check_names(automaton, report)
+    if milliseconds(automaton.iteration_time) is None:
+        written = automaton.iteration_time.text.strip()[:40]
+        message = f"`iteration_time` is a positive number of milliseconds, not `{written}`"
+        report.error("E516", message, report.place(automaton, automaton.iteration_time))
+    for state in automaton.states:
+        _check_state(automaton, state, report)
+    states = {state.id for state in automaton.states}
+    for transition in automaton.transitions:
+        _check_transition(automaton, transition, states, report)
+
+
+def _check_initial_state(automaton: Automaton, report: Report) -> None:
+    initial = [state for state in automaton.states if state.initial]
+    if not initial:
+        message = f"automaton {automaton.id} has no initial state"
+        first = automaton.states[0]
+        note = Note(
+            f'it begins in the first, `{first.name}`: say so with `initial="true"`', report.place(first)
+        )
+        report.warning("W513", message, report.place(automaton), [note])
+    for second in initial[1:]:
+        message = f"`{second.name}` is a second initial state of automaton {automaton.id}"
+        note = Note(f"it begins in the first, `{initial[0].name}`", report.place(initial[0]))
+        report.warning("W513", message, report.place(second), [note])
+
+
+def _check_names(automaton: Automaton, report: Report) -> None:
+    first: dict[str, State] = {}
+    for state in automaton.states:
+        name = state.name.strip()
+        if not name:
+            report.warning("W510", f"state {state.id} has no name", report.place(state))
+        elif name in first:
+            message = f"a second state is called `{name}` in automaton {automaton.id}"
+            report.warning("W511", message, report.place(state), [report.first(first[name])])
+        else:
+            first[name] = state
+
+
+def _check_state(automaton: Automaton, state: State, report: Report) -> None:
+    history = state.history.text.strip()
+    if history not in ("", *HISTORIES):
+        message = f"`history` is {' or '.join(f'`{known}`' for known in HISTORIES)}, not `{history[:40]}`"
+        report.error("E519", message, report.place(state, state.history))
+    if not state.final:
+        return
+    outgoing = automaton.outgoing(state.id)
+    left = [
+        *(["an automaton"] if state.children else []),
+        *(["code"] if not state.code.is_blank else []),
+        *(["exit code"] if not state.exit.is_blank else []),
+        *([label(outgoing[0])] if outgoing else []),
+    ]
+    if left:
+        what = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
+        message = f"`{state.name}` is final, and {what} of it will never run"
+        note = Note("an automaton that enters a final state has finished: of the state only `entry` runs")
+        report.warning("W519", message, report.place(state), [note])
+
+
+def _check_transition(automaton: Automaton, transition: Transition, states: set[int], report: Report) -> None:
+    name = label(transition)
+    for end, state in (("leaves", transition.origin), ("enters", transition.destination)):
+        if state not in states:
+            message = f"{name} {end} state {state}, which automaton {automaton.id} does not have"
+            report.error("E514", message, report.place(transition))
+    trigger = report.place(transition, transition.trigger)
+    if transition.type == "time":
+        if milliseconds(transition.trigger) is None:
+            written = transition.trigger.text.strip()[:40]
+            message = f"the time of {name} is a positive number of milliseconds, not `{written}`"
+            report.error("E515", message, trigger)
+    elif transition.type == "event":
+        if transition.trigger.is_blank:
+            report.error("E515", f"{name} names no event", report.place(transition))
+    elif transition.type not in TRIGGERS:
+        *others, last = (f'"{known}"' for known in TRIGGERS)
+        message = f"{name} has the type `{transition.type[:40]}`: it is {', '.join(others)} or {last}"
+        report.error("E515", message, trigger)
+    _check_priority(automaton, transition, report)
+
+
+def _check_priority(automaton: Automaton, transition: Transition, report: Report) -> None:
+    priority = transition.priority
+    if priority.is_blank:
+        return
+    number = _number(transition)
+    if number is None:
+        written = priority.text.strip()[:40]
+        message = f"the priority of {label(transition)} is a whole number from 1, not `{written}`"
+        report.error("E518", message, report.place(transition, priority))
+        return
+    for other in automaton.transitions:
+        if other is transition:
+            return
+        if other.origin == transition.origin and _number(other) == number:
+            message = f"{label(transition)} has priority {number}, as {label(other)} out of the same state"
+            note = Note(
+                "of two equal priorities the first in the document counts",
+                report.place(other, other.priority),
+            )
+            report.warning("W530", message, report.place(transition, priority), [note])
+            return
+
+
+def _number(transition: Transition) -> int | None:
+    digits = transition.priority.text.strip()
+    usable = digits.isascii() and digits.isdigit() and len(digits) < 10
+    return int(digits) if usable and int(digits) else None

@@ -1,0 +1,176 @@
+"""Find calls that hold an automaton up for longer than its period."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Final
+
+from ...diagnostics import Note
+from .accesses import Access
+from .assignments import own_nodes
+from .constants import milliseconds, seconds, truth
+from .pieces import AutomatonCode, Kind, Piece
+from .report import Report
+
+__all__ = ["check_blocking"]
+
+_SLEEPS: Final = frozenset({"time.sleep", "self.sleep", "self.clock.sleep"})
+_WAITS: Final = frozenset(
+    {
+        *("input", "os.system", "os.wait", "os.waitpid", "sys.stdin.read", "sys.stdin.readline"),
+        *("getpass.getpass", "signal.pause"),
+    }
+)
+"""What waits for a person or for another program, however long that takes."""
+_WAITS_WITHOUT_TIMEOUT: Final = frozenset(
+    {
+        *(f"requests.{verb}" for verb in ("delete", "get", "head", "patch", "post", "put", "request")),
+        *(f"subprocess.{call}" for call in ("call", "check_call", "check_output", "run")),
+        *("socket.create_connection", "urllib.request.urlopen"),
+    }
+)
+_EXITS: Final = frozenset({"exit", "os._exit", "quit", "sys.exit"})
+_ENDLESS: Final = "this loop has no way out"
+
+
+def check_blocking(
+    codes: Sequence[AutomatonCode],
+    functions: Sequence[Piece],
+    found: Sequence[Access],
+    modules: Mapping[str, str],
+    report: Report,
+) -> None:
+    """Check the code of all automata and the functions that it calls.
+
+    `modules` says what the names of libraries stand for: `np` for `numpy`, `sleep` for `time.sleep`.
+    """
+    calls: dict[Piece | str, set[str]] = {}
+    for access in found:
+        calls.setdefault(access.function or access.piece, set()).add(access.name)
+    shortest: dict[str, float] = {}
+    for code in codes:
+        period = milliseconds(code.automaton.iteration_time)
+        if period is None:
+            continue
+        for piece in code.running():
+            for node, message in _blocking(piece.tree, "self", modules, period):
+                _tell(piece, node, message, period, report)
+            for name in _called(calls.get(piece, ()), calls):
+                shortest[name] = min(period, shortest.get(name, period))
+        if code.variables is not None:
+            for node, message in _blocking(code.variables.tree, "self", modules, None):
+                _tell(code.variables, node, message, None, report)
+    for piece in functions:
+        for function in piece.tree.body:
+            if isinstance(function, ast.FunctionDef) and function.name in shortest:
+                period = shortest[function.name]
+                self_name = function.args.args[0].arg if function.args.args else ""
+                for node, message in _blocking(function, self_name, modules, period):
+                    _tell(piece, node, message, period, report)
+
+
+def _tell(
+    piece: Piece, node: ast.expr | ast.stmt, message: str, period: float | None, report: Report
+) -> None:
+    if period is None:
+        note = Note("the variables run before the first cycle, which waits for them")
+    else:
+        who = "a cycle that calls the function" if piece.kind is Kind.FUNCTIONS else "the cycle"
+        note = Note(f"{who} has {period:g} ms; wait with a timed transition instead, or look in each cycle")
+    report.warning("W523", message, piece.place(node), [note])
+
+
+def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[str]:
+    """Return the names of functions with those that they call in turn."""
+    found: set[str] = set()
+    pending = list(names)
+    while pending:
+        name = pending.pop()
+        if name not in found:
+            found.add(name)
+            pending += calls.get(name, ())
+    return found
+
+
+def _blocking(
+    tree: ast.AST, self_name: str, modules: Mapping[str, str], period: float | None
+) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
+    modules = {**modules, **_imports(tree)}
+    for node in own_nodes(tree):
+        match node:
+            case ast.Call(func=func):
+                message = _blocking_call(node, _dotted(func, self_name, modules), period)
+                if message:
+                    yield node, message
+            case ast.While(test=test) if truth(test) is True and not _has_way_out(node):
+                yield test, _ENDLESS
+            case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples"))) if not _has_way_out(node):
+                yield node.iter, f"{_ENDLESS}: `samples` goes on as long as there are some"
+
+
+def _blocking_call(call: ast.Call, name: str, period: float | None) -> str | None:
+    if name in _WAITS:
+        return f"`{name}` waits for as long as it takes"
+    has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
+    if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
+        return f"`{name}` waits for as long as it takes: it has no `timeout`"
+    if name in _SLEEPS and period is not None:
+        argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
+        duration = None if argument is None else seconds(argument)
+        if duration is not None and duration * 1000 > period:
+            return f"`{name}` waits for {duration:g} s, longer than a period"
+    return None
+
+
+def _has_way_out(loop: ast.While | ast.For) -> bool:
+    """Return whether a loop can be left: by `break`, by `return`, or by an exception that it raises."""
+    pending: list[ast.AST] = list(loop.body)
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.Break | ast.Return | ast.Raise):
+            return True
+        if isinstance(node, ast.While | ast.For | ast.AsyncFor):
+            # A `break` in there leaves the inner loop alone.
+            inner = [other for other in own_nodes(node) if isinstance(other, ast.Return | ast.Raise)]
+            if inner or any(_has_break(statement) for statement in node.orelse):
+                return True
+        elif isinstance(node, ast.Call) and _dotted(node.func, "self", {}) in _EXITS:
+            return True
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
+            pending += ast.iter_child_nodes(node)
+    return False
+
+
+def _has_break(node: ast.AST) -> bool:
+    return isinstance(node, ast.Break) or any(isinstance(inner, ast.Break) for inner in own_nodes(node))
+
+
+def _dotted(node: ast.expr, self_name: str, modules: Mapping[str, str]) -> str:
+    """Return what is called by its full name, such as `time.sleep`, or an empty text."""
+    parts: list[str] = []
+    while isinstance(node, ast.Attribute):
+        parts.append(node.attr)
+        node = node.value
+    if not isinstance(node, ast.Name):
+        return ""
+    first = "self" if node.id == self_name else modules.get(node.id, node.id)
+    return ".".join([first, *parts[::-1]])
+
+
+def _imports(tree: ast.AST) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for node in own_nodes(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found.update(imported_names(node))
+    return found
+
+
+def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
+    """Return the names that an import binds, with what each stands for."""
+    if isinstance(node, ast.ImportFrom):
+        return {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
+    return {
+        alias.asname or alias.name.split(".")[0]: alias.name if alias.asname else alias.name.split(".")[0]
+        for alias in node.names
+    }

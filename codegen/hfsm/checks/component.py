@@ -1,0 +1,74 @@
+"""Check what a component has beside its automata: its policy and its interfaces."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import unicodedata
+from typing import Final
+
+from ...diagnostics import Note, did_you_mean
+from ..document import Document, Interface
+from ..known_interfaces import KnownInterfaces
+from .report import Report
+
+__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "check_component", "is_attribute"]
+
+ON_ERROR: Final = ("stop", "continue")
+"""What a component may do after an error in its code; the first is the default."""
+
+COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "send", "sleep"})
+"""Attributes that every component has and that a document must not redefine."""
+
+_IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
+
+
+def check_component(document: Document, known: KnownInterfaces, report: Report) -> None:
+    """Check the policy for errors and the interfaces."""
+    on_error = document.on_error.text.strip()
+    if on_error not in ("", *ON_ERROR):
+        message = f"`onerror` is {' or '.join(f'`{policy}`' for policy in ON_ERROR)}, not `{on_error[:40]}`"
+        report.error("E510", message, report.place(document, document.on_error))
+    first: dict[str, Interface] = {}
+    for interface in document.interfaces:
+        _check_name(interface, first, report)
+        first.setdefault(interface.name, interface)
+        if not _IDENTITY.fullmatch(interface.identity):
+            message = f"`{interface.identity[:60]}` cannot be the identity of a servant"
+            note = Note("an identity has letters, digits and _ . -; `@realm` may follow it")
+            report.error("E531", message, report.place(interface), [note])
+        _check_type(interface, known, report)
+
+
+def is_attribute(name: str) -> bool:
+    """Return whether Python takes a name as it is written: it reads some characters as others."""
+    normal = unicodedata.normalize("NFKC", name)
+    return name.isidentifier() and not keyword.iskeyword(name) and name == normal
+
+
+def _check_name(interface: Interface, first: dict[str, Interface], report: Report) -> None:
+    name = interface.name
+    place = report.place(interface)
+    if not is_attribute(name):
+        message = f"`{name}` cannot be an attribute of `self`: a name has letters, digits and _"
+        report.error("E530", message, place)
+    elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
+        report.error("E530", f"`self.{name}` belongs to every component: choose another", place)
+    elif name in first:
+        report.error("E530", f"a second interface is called `{name}`", place, [report.first(first[name])])
+
+
+def _check_type(interface: Interface, known: KnownInterfaces, report: Report) -> None:
+    found = known.find(interface.type)
+    if len(found) == 1:
+        return
+    place = report.place(interface)
+    if found:
+        names = ", ".join(f"`{candidate.scoped_name}`" for candidate in found)
+        report.error("E532", f"`{interface.type}` may be {names}: write which", place)
+        return
+    notes = [
+        *did_you_mean(interface.type, known.by_name),
+        Note("run codegen on its IDL; proxies outside the package `interfaces` are found with -I"),
+    ]
+    report.error("E532", f"there is no proxy for an interface `{interface.type}`", place, notes)

@@ -1,0 +1,93 @@
+"""Find names that nothing defines, and expressions that cannot mean what they say, with pyflakes.
+
+Pyflakes knows Python's scopes and builtins. Each piece of code is given to it as the function that it becomes
+in the component, with the names that it shares as if they were builtins.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+from collections.abc import Collection, Iterator
+from typing import Final
+
+from pyflakes import messages
+from pyflakes.checker import Checker
+
+from ...diagnostics import did_you_mean
+from .pieces import Kind, Piece
+from .report import Report
+
+__all__ = ["check_names"]
+
+_DOUBTFUL: Final = (
+    messages.AssertTuple,
+    messages.IfTuple,
+    messages.InvalidPrintSyntax,
+    messages.IsLiteral,
+    messages.MultiValueRepeatedKeyLiteral,
+    messages.PercentFormatExpectedMapping,
+    messages.PercentFormatExpectedSequence,
+    messages.PercentFormatExtraNamedArguments,
+    messages.PercentFormatInvalidFormat,
+    messages.PercentFormatMissingArgument,
+    messages.PercentFormatMixedPositionalAndNamed,
+    messages.PercentFormatPositionalCountMismatch,
+    messages.PercentFormatStarRequiresSequence,
+    messages.PercentFormatUnsupportedFormatCharacter,
+    messages.RaiseNotImplemented,
+    messages.StringDotFormatExtraNamedArguments,
+    messages.StringDotFormatExtraPositionalArguments,
+    messages.StringDotFormatInvalidFormat,
+    messages.StringDotFormatMissingArgument,
+    messages.StringDotFormatMixingAutomatic,
+)
+"""What is never meant; matters of style are left to the style of each."""
+
+_BUILTINS: Final = frozenset(dir(builtins))
+
+
+def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
+    """Check one piece of code; `known` are the names that it finds outside itself."""
+    told: set[str] = set()
+    for message in _messages(piece, known):
+        place = piece.place(_Position(message.lineno, message.col))
+        if not isinstance(message, messages.UndefinedName):
+            text = message.message % message.message_args
+            report.warning("W525", text[:1].lower() + text[1:], place)
+            continue
+        name = str(message.message_args[0])
+        if name not in told:
+            told.add(name)
+            place = piece.place(_Position(message.lineno, message.col), len(name))
+            notes = did_you_mean(name, {*known, *_BUILTINS})
+            report.warning("W520", f"nothing defines `{name}`", place, notes)
+
+
+class _Position(ast.expr):
+    """A place as pyflakes tells it."""
+
+    def __init__(self, line: int, column: int) -> None:
+        super().__init__()
+        self.lineno = self.end_lineno = line
+        self.col_offset = self.end_col_offset = column
+
+
+def _messages(piece: Piece, known: Collection[str]) -> Iterator[messages.Message]:
+    checker = Checker(_as_module(piece), builtins=set(known))
+    for message in sorted(checker.messages, key=lambda found: (found.lineno, found.col)):
+        if isinstance(message, (messages.UndefinedName, *_DOUBTFUL)):
+            yield message
+
+
+def _as_module(piece: Piece) -> ast.Module:
+    """Return the module in which a piece of code stands as in the component."""
+    if piece.kind is Kind.FUNCTIONS:
+        head = "class Component: pass"
+    else:
+        head = "def piece(self, event): pass" if piece.has_event else "def piece(self): pass"
+    module = ast.parse(head)
+    (whole,) = module.body
+    assert isinstance(whole, ast.ClassDef | ast.FunctionDef)
+    whole.body = piece.tree.body or whole.body
+    return module

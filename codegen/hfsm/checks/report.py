@@ -1,0 +1,60 @@
+"""Say where in which file something is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+from ...diagnostics import Diagnostics, Location, Note
+from ..document import Text
+
+__all__ = ["Node", "Report"]
+
+
+class Node(Protocol):
+    """An element of the model: it stands in `path`, or in the document's own file where that is None."""
+
+    @property
+    def line(self) -> int:
+        """The line of its first character, from 1."""
+
+    @property
+    def column(self) -> int:
+        """The column of its first character, from 1."""
+
+    @property
+    def path(self) -> Path | None:
+        """The file that it was imported from."""
+
+
+class Report:
+    """The diagnostics of one document, of which parts may come from other files."""
+
+    def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
+        self._path = path
+        self._diagnostics = diagnostics
+
+    def place(self, node: Node, text: Text | None = None) -> Location:
+        """Return the place of an element, or that of a text of it."""
+        path = node.path or self._path
+        if text is not None and text.line:
+            line = text.text.split("\n", 1)[0].strip()
+            return Location(path, text.line, max(1, text.column), max(1, len(line)))
+        return Location(path, node.line, max(1, node.column))
+
+    def error(self, code: str, message: str, place: Location, notes: Sequence[Note] = ()) -> None:
+        """Report what keeps a component from being generated."""
+        self._diagnostics.error(code, message, place, notes)
+
+    def warning(self, code: str, message: str, place: Location, notes: Sequence[Note] = ()) -> None:
+        """Report what is doubtful."""
+        self._diagnostics.warning(code, message, place, notes)
+
+    def note(self, code: str, message: str, place: Location, notes: Sequence[Note] = ()) -> None:
+        """Tell what may well be meant."""
+        self._diagnostics.note(code, message, place, notes)
+
+    def first(self, node: Node) -> Note:
+        """Return a note that shows the first of two."""
+        return Note("the first is here", self.place(node))

@@ -1,0 +1,154 @@
+"""Find timed transitions that can never fire: a shorter timer, or a parent that leaves first, prevents it.
+
+Timers count active time and are looked at once a period: two that run out in one cycle compete by their
+order. What follows from the times alone is told; what depends on conditions is not.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Mapping
+
+from ...diagnostics import Note
+from ..document import NO_CHILD, Document, State, Transition
+from .automata import label
+from .constants import milliseconds
+from .graph import Graph
+from .pieces import AutomatonCode
+from .report import Report
+from .shadows import is_unguarded
+
+__all__ = ["check_timers"]
+
+
+def check_timers(
+    document: Document, graphs: Mapping[int, Graph], codes: Mapping[int, AutomatonCode], report: Report
+) -> None:
+    """Check every timed transition; `graphs` and `codes` are those of the automata, by id."""
+    timers = _Timers(document, graphs, codes, report)
+    for graph in graphs.values():
+        if graph.sound and graph.initial is not None:
+            timers.check(graph)
+
+
+class _Timers:
+    def __init__(
+        self,
+        document: Document,
+        graphs: Mapping[int, Graph],
+        codes: Mapping[int, AutomatonCode],
+        report: Report,
+    ) -> None:
+        self._document = document
+        self._graphs = graphs
+        self._codes = codes
+        self._report = report
+        self._owners: dict[int, tuple[Graph, State]] = {}
+        for graph in graphs.values():
+            for state in graph.automaton.states:
+                for child in state.children:
+                    self._owners.setdefault(child, (graph, state))
+
+    def period(self, graph: Graph) -> float:
+        """Return the period of an automaton in ms; one that is none is told elsewhere."""
+        return milliseconds(graph.automaton.iteration_time) or math.inf
+
+    def check(self, graph: Graph) -> None:
+        limit, leaving = self._active_time(graph)
+        earliest = self._earliest_entries(graph) if leaving is not None else {}
+        for state in graph.automaton.states:
+            if state.id not in graph.reachable:
+                continue
+            for transition in graph.outgoing(state):
+                delay = _delay(transition)
+                if delay is None or self._check_siblings(graph, state, transition, delay):
+                    continue
+                if leaving is not None and earliest.get(state.id, 0.0) + delay >= limit:
+                    self._tell_of_parent(transition, leaving, is_first=state is graph.initial)
+
+    def _check_siblings(self, graph: Graph, state: State, transition: Transition, delay: float) -> bool:
+        """Report a timer that another transition of its state forestalls; return whether there is one."""
+        is_before = True
+        for other in graph.outgoing(state):
+            if other is transition:
+                is_before = False
+                continue
+            fires_after = self._fires_after(graph, other)
+            if fires_after is None or (is_before and other.type == "condition"):
+                continue  # what is always true and tried before is told by the check of shadows
+            # Of two timers that have run out in one cycle the first counts.
+            if delay > fires_after if is_before else delay >= fires_after + self.period(graph):
+                what = "leaves the state first" if other.type == "time" else "is always true"
+                note = Note(f"{label(other)} {what}", self._report.place(other, other.trigger))
+                self._tell(transition, [note])
+                return True
+        return False
+
+    def _tell_of_parent(
+        self, transition: Transition, leaving: tuple[State, Transition], *, is_first: bool
+    ) -> None:
+        state, other = leaving
+        on_the_way = "" if is_first else ", counted with those on the way to it"
+        text = (
+            f"{label(other)} leaves `{state.name}`, which owns this automaton, before the timer runs out"
+            f"{on_the_way}, and the automaton does not go on from there"
+        )
+        self._tell(transition, [Note(text, self._report.place(other, other.trigger))])
+
+    def _tell(self, transition: Transition, notes: list[Note]) -> None:
+        message = f"the timer of {label(transition)} can never fire"
+        place = self._report.place(transition, transition.trigger)
+        self._report.warning("W517", message, place, notes)
+
+    def _fires_after(self, graph: Graph, transition: Transition) -> float | None:
+        """Return the ms after which a transition fires whatever happens, None for one that need not."""
+        if not is_unguarded(transition, self._codes[graph.automaton.id]):
+            return None
+        return 0.0 if transition.type == "condition" else _delay(transition)
+
+    def _active_time(self, graph: Graph) -> tuple[float, tuple[State, Transition] | None]:
+        """Return for how many ms an automaton is active at most before its timers are lost, and why."""
+        owner = self._owners.get(graph.automaton.id)
+        if graph.automaton.father == NO_CHILD or owner is None or not owner[0].sound:
+            return math.inf, None
+        above, state = owner
+        if state.history.text.strip() != "restart" and self._may_enter_again(above, state):
+            return math.inf, None  # it resumes: its timers add up
+        times = [
+            (after + self.period(above), transition)
+            for transition in above.outgoing(state)
+            if (after := self._fires_after(above, transition)) is not None
+        ]
+        if not times:
+            return math.inf, None
+        limit, transition = min(times, key=lambda item: item[0])
+        return limit, (state, transition)
+
+    def _may_enter_again(self, graph: Graph, state: State) -> bool:
+        if graph.returns_to(state):
+            return True
+        owner = self._owners.get(graph.automaton.id)
+        if owner is None or graph.automaton.father == NO_CHILD:
+            return False
+        begins_anew = owner[1].history.text.strip() == "restart" or graph.can_finish
+        return begins_anew and self._may_enter_again(*owner)
+
+    def _earliest_entries(self, graph: Graph) -> dict[int, float]:
+        """Return after how many ms each state can be entered, if conditions and events hold at once."""
+        assert graph.initial is not None
+        found: dict[int, float] = {}
+        pending = [(0.0, graph.initial.id)]
+        while pending:
+            time, number = heapq.heappop(pending)
+            if number in found:
+                continue
+            found[number] = time
+            for transition in graph.outgoing(graph.states[number]):
+                heapq.heappush(pending, (time + (_delay(transition) or 0.0), transition.destination))
+        return found
+
+
+def _delay(transition: Transition) -> float | None:
+    """Return the ms of a timed transition, None for any other."""
+    return milliseconds(transition.trigger) if transition.type == "time" else None

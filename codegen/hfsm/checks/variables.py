@@ -1,0 +1,65 @@
+"""Find variables, inputs and parameters that nothing reads."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from typing import Final
+
+from ..document import Document
+from ..names import RESERVED
+from .assignments import own_nodes
+from .pieces import AutomatonCode, Piece
+from .report import Report
+
+__all__ = ["check_variables"]
+
+_WORD: Final = re.compile(r"[A-Za-z_]\w*")
+_READERS: Final = frozenset({"dir", "eval", "exec", "locals", "vars"})
+"""Builtins that may read any variable."""
+
+
+def check_variables(document: Document, code: AutomatonCode, report: Report) -> None:
+    """Check the variables and inputs of one automaton; a name that begins with _ is meant to be unused."""
+    if code.broken:
+        return
+    read = {word for item in document.properties for word in _WORD.findall(item.expression.text)}
+    for piece in code.sharing():
+        read.update(_reads(piece))
+    read |= RESERVED  # who assigns one of these is told when the component is generated
+    if read & _READERS:
+        return
+    for declared in code.automaton.inputs:
+        name = declared.name.strip()
+        if name not in read and not name.startswith("_"):
+            report.warning("W521", f"nothing reads the input `{name}`", report.place(declared))
+    told: set[str] = set()
+    for piece in code.sharing():
+        for target in _plain_targets(piece):
+            name = target.id
+            if name not in read and name not in told and not name.startswith("_"):
+                told.add(name)
+                message = f"nothing reads the variable `{name}`"
+                report.warning("W521", message, piece.place(target, len(name)))
+
+
+def _reads(piece: Piece) -> Iterator[str]:
+    for node in ast.walk(piece.tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Load() | ast.Del()):
+                yield name
+            case ast.AugAssign(target=ast.Name(id=name)):
+                yield name  # a counter, which the monitor shows
+            case ast.Global(names=names):
+                yield from names
+
+
+def _plain_targets(piece: Piece) -> Iterator[ast.Name]:
+    """Yield what is assigned by itself; parts of a tuple and loop variables may be there for their place."""
+    for node in own_nodes(piece.tree):
+        match node:
+            case ast.Assign(targets=targets):
+                yield from (target for target in targets if isinstance(target, ast.Name))
+            case ast.AnnAssign(target=ast.Name() as target):
+                yield target
