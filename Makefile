@@ -24,7 +24,7 @@ lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generate
 	$(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/codegen fmt --check interfaces/*.idl
-	$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml
+	$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 
 format: $(VENV)/dev.stamp ## Format the code
 	$(BIN)/ruff format .
@@ -38,8 +38,8 @@ oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a 
 	$(BIN)/python -m pytest -q tests/unit/test_codegen_idl_reference.py
 	$(BIN)/python benchmarks/slice_agreement.py
 
-codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/
-	$(BIN)/codegen interfaces/*.idl behaviors/*.xml
+codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and of the tests' documents
+	$(BIN)/codegen interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 
 constraints: ## Resolve the newest versions anew into constraints.txt
 	sh deploy/setup/resolve_constraints.sh

@@ -133,14 +133,17 @@ class AutomatonWriter:
         arguments += [] if item.seconds is None else [f"seconds={item.seconds!r}"]
         arguments += [f"event={quoted(item.event)}"] if item.event else []
         arguments += ["finished=True"] if item.finished else []
-        name = transition.name or f"{transition.id}"
         parameter = _EVENT if item.event else ""
         if item.guard is not None:
             text = " ".join(" ".join(item.guard.lines).split())
-            function = self._function("guard", name, transition.id, item.guard, parameter, returns="object")
+            function = self._function(
+                "guard", transition.name, transition.id, item.guard, parameter, returns="object"
+            )
             arguments += [f"guard={function}", f"condition={quoted(text)}"]
         if item.code is not None:
-            arguments.append(f"code={self._function('fired', name, transition.id, item.code, parameter)}")
+            arguments.append(
+                f"code={self._function('fired', transition.name, transition.id, item.code, parameter)}"
+            )
         return _call("Transition", arguments)
 
     def _function(
