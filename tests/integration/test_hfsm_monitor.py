@@ -5,13 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 
-from hfsm_runtime import Automaton, Component, State, Transition
+from hfsm_runtime import Automaton, Component, Parameter, State, Transition
 from hfsm_runtime.monitor import Monitor
 from hfsm_runtime.runtime import Runtime
-from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx, NoSuchElement, TransitionKind
+from interfaces.hfsm import (
+    Breakpoint,
+    ComponentSnapshot,
+    ComponentStatus,
+    HfsmMonitorPrx,
+    InvalidValue,
+    NoSuchElement,
+    ReloadRefused,
+    TransitionKind,
+)
 from tests.conftest import Pair
 from tests.support.automata import component
 from zenoh_ice import WallClock
@@ -165,3 +175,271 @@ def test_errors_of_user_code_are_shown(pair: Pair) -> None:
     (error,) = snapshot.errors
     assert (error.automaton, error.state, error.message) == (1, 3, "ValueError: no ball")
     assert error.time >= 0
+
+
+def counter(period: float = 0.02, **states: Any) -> Automaton:
+    """Return an automaton that counts in a, goes to b when told, and counts there, too."""
+    count = 0
+    go = False
+
+    def code() -> None:
+        nonlocal count
+        count += 1
+
+    def guard() -> bool:
+        return go
+
+    def more() -> None:
+        nonlocal count
+        count += 100
+
+    return Automaton(
+        id=1,
+        name="walker",
+        period=period,
+        states=(State(id=1, name="a", initial=True, code=code), State(id=2, name="b", code=more)),
+        transitions=(
+            Transition(id=1, name="go", origin=1, destination=2, guard=guard, condition="go"),
+            Transition(id=2, name="back", origin=2, destination=1, event="home"),
+        ),
+    )  # fmt: skip
+
+
+def stopped(proxy: HfsmMonitorPrx) -> ComponentSnapshot:
+    return until(proxy, lambda snapshot: bool(snapshot.stoppedAt))
+
+
+def test_a_breakpoint_pauses_before_the_code_of_the_state(pair: Pair) -> None:
+    with monitored(pair, counter()) as (_, proxy):
+        point = Breakpoint(automaton=1, state=2, transition=0, condition="")
+        proxy.setBreakpoints([point])
+        assert proxy.getBreakpoints() == [point]
+        proxy.setVariable(1, "go", "true")
+        snapshot = stopped(proxy)
+        assert snapshot.status is ComponentStatus.Paused
+        assert snapshot.stoppedAt == [point]
+        (automaton,) = snapshot.automata
+        assert (automaton.state, automaton.lastTransition) == (2, 1)
+        count = int(automaton.variables["count"])
+        later = proxy.getSnapshot()
+        assert later.time == snapshot.time  # it stands still
+        assert int(later.automata[0].variables["count"]) == count < 100
+        proxy.step(1)  # the code of b, and nothing before it
+        stepped = proxy.getSnapshot()
+        assert int(stepped.automata[0].variables["count"]) == count + 100
+        assert stepped.stoppedAt == []
+        assert stepped.status is ComponentStatus.Paused
+        proxy.resume()
+        until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) > count + 200)
+
+
+def test_a_breakpoint_at_a_transition_goes_on_where_it_stood(pair: Pair) -> None:
+    with monitored(pair, counter()) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 0, 1, "")])
+        proxy.setVariable(1, "go", "true")
+        count = int(stopped(proxy).automata[0].variables["count"])
+        proxy.setBreakpoints([])
+        proxy.resume()
+        snapshot = until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) != count)
+        assert (int(snapshot.automata[0].variables["count"]) - count) % 100 == 0
+        assert snapshot.status is ComponentStatus.Running
+
+
+def test_a_breakpoint_is_reached_when_its_condition_holds(pair: Pair) -> None:
+    with monitored(pair, counter()) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 2, 0, "count >= 1000 and not count < 0")])
+        proxy.setVariable(1, "go", "true")
+        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        proxy.setVariable(1, "go", "false")
+        proxy.sendEvent("home", "")
+        before = until(proxy, lambda snapshot: snapshot.automata[0].state == 1)
+        assert before.status is ComponentStatus.Running
+        proxy.setVariable(1, "count", "1000")
+        proxy.setVariable(1, "go", "true")
+        assert int(stopped(proxy).automata[0].variables["count"]) >= 1000
+
+
+def test_a_condition_without_a_value_pauses_and_says_why(pair: Pair) -> None:
+    with monitored(pair, counter()) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 2, 0, "count / 0 > 1")])
+        proxy.setVariable(1, "go", "true")
+        snapshot = stopped(proxy)
+        assert "column 1" in snapshot.errors[-1].message
+        assert "zero" in snapshot.errors[-1].message
+
+
+def test_a_forced_transition_reaches_a_breakpoint(pair: Pair) -> None:
+    with monitored(pair, tree()) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 2, 0, "")])
+        proxy.forceTransition(1, 1)
+        assert stopped(proxy).automata[1].ghost
+
+
+def test_an_automaton_that_wakes_for_the_first_time_reaches_a_breakpoint_at_its_initial_state(
+    pair: Pair,
+) -> None:
+    child = counter()
+    root = Automaton(
+        id=2, name="root", period=0.02,
+        states=(State(id=1, name="idle", initial=True), State(id=2, name="busy", children=(child,))),
+        transitions=(Transition(id=1, origin=1, destination=2, event="go"),),
+    )  # fmt: skip
+    with monitored(pair, root) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 1, 0, "")])
+        proxy.sendEvent("go", "")
+        snapshot = stopped(proxy)
+        assert snapshot.stoppedAt == [Breakpoint(1, 1, 0, "")]
+        assert snapshot.automata[1].variables["count"] == "0"
+
+
+@pytest.mark.parametrize(
+    ("point", "error", "reason"),
+    [
+        ((9, 1, 0, ""), NoSuchElement, "no automaton 9"),
+        ((1, 9, 0, ""), NoSuchElement, "no state 9"),
+        ((1, 0, 9, ""), NoSuchElement, "no transition 9"),
+        ((1, 0, 0, ""), InvalidValue, "one of the two is 0"),
+        ((1, 1, 1, ""), InvalidValue, "one of the two is 0"),
+        ((1, 1, 0, "cont > 1"), InvalidValue, "column 1: .*no variable cont.*did you mean count"),
+        ((1, 1, 0, "count >"), InvalidValue, "column"),
+        ((1, 1, 0, "__import__('os').system('true')"), InvalidValue, "a call"),
+        ((1, 1, 0, "count.__class__"), InvalidValue, "__class__"),
+        ((1, 1, 0, "x" * 100_000), InvalidValue, "at most 500"),
+        ((1, 1, 0, "(" * 400), InvalidValue, "column|cannot be read"),
+        ((-(2**31), 2**31 - 1, 0, ""), NoSuchElement, "no automaton"),
+    ],
+)
+def test_wrong_breakpoints_are_refused_and_the_others_stay(
+    pair: Pair, point: tuple[int, int, int, str], error: type[Exception], reason: str
+) -> None:
+    with monitored(pair, counter()) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 2, 0, "count > 5")])
+        with pytest.raises(error, match=reason):
+            proxy.setBreakpoints([Breakpoint(1, 1, 0, ""), Breakpoint(*point)])
+        assert proxy.getBreakpoints() == [Breakpoint(1, 2, 0, "count > 5")]
+
+
+def test_too_many_breakpoints_are_refused(pair: Pair) -> None:
+    with monitored(pair, counter()) as (_, proxy), pytest.raises(InvalidValue, match="at most 1000"):
+        proxy.setBreakpoints([Breakpoint(1, 1, 0, f"count > {number}") for number in range(1001)])
+
+
+class Walker(Component, document="walker.xml"):
+    speed = Parameter(0.3, "How fast")
+    steps = Parameter(3)
+    name = Parameter("nao")
+    loud = Parameter(False)
+
+    def automaton(self) -> Automaton:
+        return counter()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "shown"),
+    [("speed", "0.5", "0.5"), ("speed", "2", "2.0"), ("steps", "-7", "-7"), ("name", '"x\\u00e9"', "'xé'"),
+     ("loud", "true", "True")],
+)  # fmt: skip
+def test_a_parameter_is_set(pair: Pair, name: str, value: str, shown: str) -> None:
+    with monitored(pair, counter(), Walker()) as (runtime, proxy):
+        structure = proxy.getStructure()
+        assert [(p.name, p.type) for p in structure.parameters] == [
+            ("speed", "float"), ("steps", "int"), ("name", "str"), ("loud", "bool")
+        ]  # fmt: skip
+        proxy.setVariable(0, name, value)
+        assert proxy.getSnapshot().parameters[name] == shown
+        assert repr(getattr(runtime.component, name)) == shown
+
+
+@pytest.mark.parametrize(
+    ("automaton", "name", "value", "error", "reason"),
+    [
+        (0, "speed", '"fast"', InvalidValue, "speed is float, not str"),
+        (0, "steps", "1.5", InvalidValue, "steps is int, not float"),
+        (0, "steps", "true", InvalidValue, "steps is int, not bool"),
+        (0, "loud", "1", InvalidValue, "loud is bool, not int"),
+        (0, "sped", "1", NoSuchElement, "no parameter 'sped': did you mean speed"),
+        (0, "automaton", "1", NoSuchElement, "no parameter 'automaton'"),
+        (0, "__class__", "1", NoSuchElement, "no parameter"),
+        (1, "cuont", "1", NoSuchElement, "no variable 'cuont': did you mean count"),
+        (1, "self", "1", NoSuchElement, "no variable 'self'"),
+        (9, "count", "1", NoSuchElement, "no automaton 9"),
+        (1, "", "1", InvalidValue, "a name has"),
+        (1, "x" * 10_000, "1", InvalidValue, "a name has"),
+        (1, "\x1b[2J", "1", InvalidValue, "a name has"),
+        (1, "count", "NaN", InvalidValue, "not JSON"),
+        (1, "count", "1e999", InvalidValue, "not JSON"),
+        (1, "count", "[1", InvalidValue, "not JSON"),
+        (1, "count", "", InvalidValue, "not JSON"),
+        (1, "count", "__import__('os')", InvalidValue, "not JSON"),
+        (1, "count", "[" * 10_000, InvalidValue, "not JSON"),
+        (1, "count", "[" * 100 + "]" * 100, InvalidValue, "too large"),
+        (1, "count", f'"{"x" * 70_000}"', InvalidValue, "more than 65536 bytes"),
+    ],
+)
+def test_values_that_do_not_fit_are_refused(
+    pair: Pair, *, automaton: int, name: str, value: str, error: type[Exception], reason: str
+) -> None:
+    with monitored(pair, counter(), Walker()) as (_, proxy):
+        with pytest.raises(error, match=reason):
+            proxy.setVariable(automaton, name, value)
+        proxy.setVariable(1, "go", "true")  # it is as alive as before
+        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+
+
+def test_an_event_takes_its_data_to_the_automata(pair: Pair) -> None:
+    taken: list[object] = []
+    root = Automaton(
+        id=1,
+        name="walker",
+        period=0.02,
+        states=(State(id=1, name="a", initial=True), State(id=2, name="b")),
+        transitions=(
+            Transition(
+                id=1, origin=1, destination=2, event="ball_lost", code=lambda event: taken.append(event.data)
+            ),
+        ),
+    )
+    with monitored(pair, root) as (_, proxy):
+        proxy.sendEvent("something_else", "[1, 2]")
+        proxy.sendEvent("ball_lost", '{"color": "red", "at": [1, 2.5, null]}')
+        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+    assert taken == [{"color": "red", "at": [1, 2.5, None]}]
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "reason"),
+    [("", "", "a name"), ("x" * 1000, "", "a name"), ("a\nb", "", "a name"), ("x", "{", "not JSON"),
+     ("x", "NaN", "not JSON"), ("x", "[" * 90 + "]" * 90, "too large"), ("x", "1" * 100_000, "more than")],
+)  # fmt: skip
+def test_events_that_make_no_sense_are_refused(pair: Pair, name: str, data: str, reason: str) -> None:
+    with monitored(pair, counter()) as (_, proxy), pytest.raises(InvalidValue, match=reason):
+        proxy.sendEvent(name, data)
+
+
+def test_why_not_tells_guards_timers_and_events(pair: Pair) -> None:
+    with monitored(pair, counter()) as (_, proxy):
+        until(proxy, lambda snapshot: snapshot.automata[0].cycles > 3)
+        first = proxy.explain(1)
+        (go,) = first.transitions
+        assert (first.automaton, first.state, first.ghost, first.enteredBy) == (1, 1, False, 0)
+        assert (go.transition, go.order, go.value) == (1, 1, False)
+        assert go.askedAt > 0
+        assert go.remaining == -1.0
+        assert go.reason.startswith("its guard `go` was false when it was asked 0.")
+        assert first.summary.startswith("walker has been in a for ")
+        proxy.setVariable(1, "go", "true")
+        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        second = proxy.explain(1)
+        (back,) = second.transitions
+        assert (second.enteredBy, back.askedAt, back.asked) == (1, -1.0, False)
+        assert back.reason == "no event home has come since the state was entered"
+        assert "entered by go" in second.summary
+        with pytest.raises(NoSuchElement, match="no automaton 9"):
+            proxy.explain(9)
+
+
+def test_a_reload_without_a_file_is_refused_and_nothing_changes(pair: Pair) -> None:
+    with monitored(pair, counter()) as (_, proxy):
+        with pytest.raises(ReloadRefused, match=r"does not define|cannot be loaded"):
+            proxy.reload()
+        assert proxy.getStructure().generation == 0

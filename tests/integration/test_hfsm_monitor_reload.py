@@ -1,0 +1,346 @@
+"""Reload a running component through its monitor: generated files, real threads, Zenoh on loopback."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from hfsm_runtime.monitor import Monitor
+from hfsm_runtime.robot import connect
+from hfsm_runtime.runtime import Runtime
+from interfaces.hfsm import Breakpoint, ComponentSnapshot, HfsmMonitorPrx, ReloadRefused
+from interfaces.nao import HeadLimits, HeadPose, PoseHead
+from tests.conftest import Pair
+from tests.integration.test_hfsm_monitor import until
+from tests.support.documents import compile_to, document, load, state, sub, transition
+from zenoh_ice import Current, WallClock
+
+HEAD = (
+    "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
+    "<interface>PoseHead</interface></iceinterface>"
+)
+
+
+def walker(
+    *,
+    seconds: float = 3600.0,
+    step: int = 1,
+    state_name: str = "b",
+    more: str = "",
+    config: str = "",
+    functions: str = "",
+) -> str:
+    """Return a document that goes from a to b at the event `go`; both count."""
+    return document(
+        sub(
+            1, 0,
+            state(1, "a", f"count += {step}", initial=True),
+            state(2, state_name, "count += self.stride()", child=2),
+            transition(1, 1, 2, "go", type="event", name="go"),
+            transition(2, 2, 1, str(round(seconds * 1000)), type="time", name="enough"),
+            variables="count = 0", functions=f"def stride(self):\n    return {step}\n{functions}", period="20",
+        ),
+        sub(2, 1, state(1, "red", "seen = seen + [1]", initial=True), variables="seen = []", period="20"),
+        more,
+        config=config,
+    )  # fmt: skip
+
+
+class Version:
+    """A component in a file that can be written anew."""
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+        self.file = Path()
+
+    def write(self, text: str) -> None:
+        self.file = compile_to(self.directory, text, "walker")
+
+
+@contextmanager
+def running(pair: Pair, version: Version, **attributes: object) -> Iterator[tuple[Runtime, HfsmMonitorPrx]]:
+    component = load(version.file)
+    connect(component, pair.server)
+    vars(component).update(attributes)
+    runtime = Runtime(component, WallClock())
+    with Monitor(runtime, pair.server):
+        runtime.start()
+        try:
+            yield runtime, HfsmMonitorPrx.checkedCast(pair.client.stringToProxy("Hfsm.walker"))
+        finally:
+            runtime.stop()
+
+
+@pytest.fixture
+def version(tmp_path: Path) -> Version:
+    made = Version(tmp_path)
+    made.write(walker())
+    return made
+
+
+def count(snapshot: ComponentSnapshot) -> int:
+    return int(snapshot.automata[0].variables["count"])
+
+
+def in_b(proxy: HfsmMonitorPrx) -> ComponentSnapshot:
+    proxy.sendEvent("go", "")
+    return until(
+        proxy,
+        lambda snapshot: snapshot.automata[0].state == 2 and "[1" in snapshot.automata[1].variables["seen"],
+    )
+
+
+def test_the_new_document_goes_on_in_the_state_with_the_variables(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        before = in_b(proxy)
+        version.write(walker(seconds=7200.0, step=1000))
+        report = proxy.reload()
+        assert (report.generation, report.notKept) == (1, [])
+        assert 0.0 < report.held < 1.0
+        after = until(proxy, lambda snapshot: snapshot.generation == 1 and count(snapshot) > 1000)
+        root, child = after.automata
+        assert (root.state, child.state, child.ghost) == (2, 1, False)
+        assert (root.enteredAt, root.lastTransition) == (before.automata[0].enteredAt, 1)
+        assert 7190 < root.timers[0].remaining < 7200
+        assert (count(after) - count(before)) % 1000 < 100  # it went on from there, in new steps
+        assert root.cycles > before.automata[0].cycles
+        assert child.variables["seen"].startswith(before.automata[1].variables["seen"][:-1])
+        structure = proxy.getStructure()
+        assert structure.generation == 1
+        assert structure.automata[0].transitions[1].seconds == 7200.0
+
+
+def test_a_timer_that_is_shorter_now_fires(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        in_b(proxy)
+        version.write(walker(seconds=0.05))
+        proxy.reload()
+        until(proxy, lambda snapshot: snapshot.automata[0].state == 1)
+
+
+def test_it_can_be_reloaded_again_and_again(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        in_b(proxy)
+        for generation in range(1, 6):
+            version.write(walker(step=10**generation))
+            assert proxy.reload().generation == generation
+            until(proxy, lambda snapshot, least=10**generation: count(snapshot) > least)  # type: ignore[misc]
+
+
+def test_automata_come_and_go_with_their_threads(pair: Pair, version: Version) -> None:
+    def names() -> set[str]:
+        return {t.name for t in threading.enumerate() if t.name.startswith("automaton ")}
+
+    more = sub(3, 2, state(1, "x", "hits += 1", initial=True), variables="hits = 0", period="20")
+    with running(pair, version) as (_, proxy):
+        in_b(proxy)
+        before = names()
+        version.write(
+            walker(more=more).replace(
+                '"1"><name>red</name><idSubautomataSon>0', '"1"><name>red</name><idSubautomataSon>3'
+            )
+        )
+        assert proxy.reload().notKept == []
+        until(proxy, lambda snapshot: len(snapshot.automata) == 3 and snapshot.automata[2].cycles > 3)
+        assert names() == before | {"automaton red"}
+        version.write(walker())
+        assert proxy.reload().notKept == ["automaton 3 (red) is gone, which was in x"]
+        assert names() == before
+        assert len(proxy.getSnapshot().automata) == 2
+
+
+def test_breakpoints_stay_where_their_elements_do(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        kept, dropped = Breakpoint(1, 2, 0, "count > 1"), Breakpoint(2, 1, 0, "seen == []")
+        proxy.setBreakpoints([kept, dropped])
+        version.write(walker().replace("seen", "found"))
+        report = proxy.reload()
+        assert proxy.getBreakpoints() == [kept]
+        (told,) = [text for text in report.notKept if "breakpoint" in text]
+        assert told.startswith("a breakpoint is dropped: ")
+        assert told.endswith("the code of automaton 2 (b) uses no variable seen: there are found")
+
+
+def test_a_component_that_stands_at_a_breakpoint_goes_on_from_there(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 2, 0, "")])
+        proxy.sendEvent("go", "")
+        before = until(proxy, lambda snapshot: bool(snapshot.stoppedAt))
+        version.write(walker(step=1000))
+        proxy.reload()
+        after = until(proxy, lambda snapshot: snapshot.generation == 1)
+        assert after.stoppedAt == before.stoppedAt
+        assert (after.time, count(after)) == (before.time, count(before))
+        proxy.step(1)
+        assert count(proxy.getSnapshot()) == count(before) + 1000
+
+
+def test_what_is_gone_is_told(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        in_b(proxy)
+        gone = document(
+            sub(
+                1, 0, state(1, "a", "", initial=True), state(7, "c"), transition(9, 1, 7, "1000", type="time")
+            )
+        )
+        version.write(gone)
+        told = proxy.reload().notKept
+        assert told == [
+            "variables of automaton 1 (walker) are gone: count",
+            "automaton 2 (b) is gone, which was in red",
+            "automaton 1 (walker) was in the state b, which is gone, and begins anew in a",
+        ]
+        snapshot = until(proxy, lambda snapshot: snapshot.generation == 1)
+        assert [automaton.state for automaton in snapshot.automata] == [1]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("def broken(:\n", r"walker.py:1: invalid syntax"),
+        ("import nothing_of_this_name\n", "No module named"),
+        ("raise SystemExit(3)\n", "SystemExit: 3"),
+        ("", "does not define one component"),
+        ("\x00", "null bytes"),
+        (b"\xff\xfe\x00", "walker.py"),
+    ],
+)
+def test_a_file_that_cannot_be_loaded_changes_nothing(
+    pair: Pair, version: Version, text: str | bytes, reason: str
+) -> None:
+    with running(pair, version) as (runtime, proxy):
+        before = in_b(proxy)
+        component = runtime.component
+        version.file.write_bytes(text.encode() if isinstance(text, str) else text)
+        with pytest.raises(ReloadRefused, match=reason):
+            proxy.reload()
+        assert runtime.component is component
+        after = until(proxy, lambda snapshot: count(snapshot) > count(before) + 3)
+        assert (after.generation, after.automata[0].state) == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "reason"),
+    [
+        ("count = 0", "count = 1 / 0", r"variables of the component failed: ZeroDivisionError.*walker.xml"),
+        ("initial=True", "initial=False", "exactly one initial state"),
+        ("period=0.02", "period=-1", "a positive number of seconds"),
+        ("destination=2", "destination=9", "states that do not exist"),
+        ("name='walker'", "name='runner'", "that of runner now, not of walker"),
+    ],
+)
+def test_automata_that_make_no_sense_change_nothing(
+    pair: Pair, version: Version, before: str, after: str, reason: str
+) -> None:
+    source = version.file.read_text()
+    changed = source.replace(before, after).replace(before.replace("'", '"'), after.replace("'", '"'))
+    assert changed != source
+    with running(pair, version) as (_, proxy):
+        version.file.write_text(changed)
+        with pytest.raises(ReloadRefused, match=reason):
+            proxy.reload()
+        until(proxy, lambda snapshot: snapshot.generation == 0 and count(snapshot) > 5)
+
+
+def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Version) -> None:
+    version.write(
+        walker(functions="def wait(self):\n    self.waiting = True\n    self.release.wait(20)\n").replace(
+            "count += 1<", "count += 1; self.wait()<"
+        )
+    )
+    release = threading.Event()
+    with running(pair, version, release=release) as (runtime, proxy):
+        try:
+            until(proxy, lambda snapshot: hasattr(runtime.component, "waiting"))
+            version.write(walker())
+            with pytest.raises(
+                ReloadRefused, match="the cycle of walker in the state a did not end within 1 s"
+            ):
+                proxy.reload()
+        finally:
+            release.set()
+        until(proxy, lambda snapshot: count(snapshot) > 3)
+        assert proxy.reload().generation == 1
+
+
+def test_code_that_sleeps_is_cut_so_that_it_is_reloaded(pair: Pair, version: Version) -> None:
+    version.write(walker().replace("count += 1<", "count += 1; self.sleep(3600)<"))
+    with running(pair, version) as (_, proxy):
+        until(proxy, lambda snapshot: count(snapshot) > 0)
+        version.write(walker())
+        assert proxy.reload().generation == 1
+        until(proxy, lambda snapshot: count(snapshot) > 5)
+
+
+class Head(PoseHead):
+    """A head that stands still."""
+
+    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
+        return self.getPose(current)
+
+    def setSpeed(self, panSpeed: float, tiltSpeed: float, current: Current) -> HeadPose:
+        return self.getPose(current)
+
+    def stop(self, current: Current) -> None: ...
+
+    def getPose(self, current: Current) -> HeadPose:
+        return HeadPose(pan=0.25, tilt=0.0, panSpeed=0.0, tiltSpeed=0.0, time=0.0)
+
+    def getLimits(self, current: Current) -> HeadLimits:
+        raise NotImplementedError
+
+
+def test_a_proxy_that_is_new_is_connected_before_anything_changes(pair: Pair, version: Version) -> None:
+    looking = walker(config=HEAD).replace("count += 1<", "count = self.head.getPose().pan<")
+    with running(pair, version) as (_, proxy):
+        version.write(looking)
+        with pytest.raises(ReloadRefused, match=r"self\.head: .*Head"):
+            proxy.reload()
+        until(proxy, lambda snapshot: count(snapshot) > 3)
+        pair.adapter.add(Head(), "Head")
+        assert proxy.reload().generation == 1
+        until(proxy, lambda snapshot: snapshot.automata[0].variables["count"] == "0.25")
+
+
+def test_hand_written_code_beside_it_is_loaded_again(pair: Pair, version: Version) -> None:
+    extension = version.directory / "walker_ext.py"
+    text = "class WalkerExtension:\n    def bonus(self):\n        return {}\n"
+    extension.write_text(text.format(1))
+    document_text = walker(step=1).replace("count += 1<", "count += self.bonus()<")
+    version.write(document_text)
+    with running(pair, version) as (_, proxy):
+        until(proxy, lambda snapshot: count(snapshot) > 3)
+        extension.write_text(text.format(100000))
+        proxy.reload()
+        until(proxy, lambda snapshot: count(snapshot) > 100000)
+
+
+def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version: Version) -> None:
+    version.write(walker().replace("count = 0", "count = 0\nimport time; time.sleep(0.3)"))
+    with running(pair, version) as (_, proxy):
+        first = proxy.reloadAsync()
+        second = proxy.reloadAsync()
+        outcomes = [future.exception(10.0) for future in (first, second)]
+        assert sorted(str(type(outcome).__name__) for outcome in outcomes) == ["NoneType", "ReloadRefused"]
+        assert proxy.getSnapshot().generation == 1
+
+
+def test_a_component_that_has_ended_is_not_reloaded(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (runtime, proxy):
+        proxy.stop()
+        assert runtime.ended.wait(10.0)
+        with pytest.raises(ReloadRefused, match="does not run"):
+            proxy.reload()
+
+
+def test_errors_after_a_reload_point_into_the_new_document(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        version.write("\n" + walker().replace("count += 1<", "missing()<"))
+        proxy.reload()
+        snapshot = until(proxy, lambda snapshot: bool(snapshot.errors))
+        assert "NameError" in snapshot.errors[0].message
+        assert "walker.xml:4" in snapshot.errors[0].location
