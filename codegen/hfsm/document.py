@@ -25,7 +25,9 @@ __all__ = [
     "Functions",
     "Import",
     "Interface",
+    "Leaf",
     "Library",
+    "Node",
     "Parameter",
     "Property",
     "State",
@@ -56,35 +58,57 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Comment:
-    """An XML comment."""
+    """An XML comment; `tail` is the text behind it, where it stands among text."""
 
     text: str
+    tail: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """An XML element that the model does not know; it is kept and written back."""
+    """An XML element that the model does not know; it is kept and written back.
+
+    `text` is what stands before its first child, `tail` what stands behind the element itself. White space
+    by which elements are merely indented is not kept.
+    """
 
     tag: str
     attributes: tuple[tuple[str, str], ...] = ()
     text: str = ""
     children: tuple[Extra, ...] = ()
+    tail: str = ""
 
 
 Extra = Element | Comment
 """What the model carries along without a meaning of its own."""
 
 
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """What an element that the model takes for a text alone has besides.
+
+    `comments` stand before it; `text` is what it holds before the first of its `children`.
+    """
+
+    tag: str
+    comments: tuple[Comment, ...] = ()
+    attributes: tuple[tuple[str, str], ...] = ()
+    text: str = ""
+    children: tuple[Extra, ...] = ()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Node:
+class Node:
     """What every element of the model has.
 
     `comments` stand before the element, `extras` are written at its end, `attributes` are those that the
-    model does not know. `path` is the file that it was read from when that is not the document's own.
+    model does not know, `leaves` what its known elements have beside their text. `path` is the file that it
+    was read from when that is not the document's own.
     """
 
     comments: tuple[Comment, ...] = ()
     extras: tuple[Extra, ...] = ()
+    leaves: tuple[Leaf, ...] = ()
     attributes: tuple[tuple[str, str], ...] = ()
     line: int = field(default=0, compare=False)
     column: int = field(default=0, compare=False)
@@ -92,7 +116,7 @@ class _Node:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Argument(_Node):
+class Argument(Node):
     """What a state hands to the input `name` of one of its automata: an expression.
 
     `child` is the automaton's id; 0 stands for the only one of the state's automata that has such an input.
@@ -104,7 +128,7 @@ class Argument(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class State(_Node):
+class State(Node):
     """A state: its place on the canvas in pixels, its code, and the automata that it owns.
 
     `code` runs in every cycle, `entry` when the state is entered and `exit` when it is left. An automaton
@@ -127,7 +151,7 @@ class State(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Transition(_Node):
+class Transition(Node):
     """A transition between two states of one automaton.
 
     `type` is `time`, with milliseconds in `trigger`; `condition`, with Python in `trigger`; `event`, with
@@ -150,7 +174,7 @@ class Transition(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameter(_Node):
+class Parameter(Node):
     """A typed value: a parameter of a component (`self.name`, `--name`), or an input of an automaton.
 
     `type` is `int`, `float`, `bool`, `str` or, for an input only, `object`; `default` is a Python literal.
@@ -164,7 +188,7 @@ class Parameter(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Import(_Node):
+class Import(Node):
     """Where the content of an automaton comes from: another document, by its path relative to this one.
 
     `automaton` is an id in that document, 0 for its root. All below it comes along.
@@ -175,7 +199,7 @@ class Import(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Automaton(_Node):
+class Automaton(Node):
     """An automaton; `father` is the id of the automaton above it, 0 for the root.
 
     `inputs` are variables that the owning state sets each time it is entered. One with an `imported` has
@@ -208,14 +232,19 @@ def _rank(transition: Transition) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Library(_Node):
-    """What the code imports: `cv2`, `numpy as np`, or `from math import pi`."""
+class Library(Node):
+    """What the code imports: `cv2`, `numpy as np`, or `from math import pi`.
+
+    One of another `kind` than `module` is kept and not imported: a `driver` is what documents of 2013 call
+    so, such as `laser`.
+    """
 
     name: Text
+    kind: str = "module"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Interface(_Node):
+class Interface(Node):
     """A servant that the component uses.
 
     `name` is the attribute of `self` that holds the proxy, `proxy` the identity of the servant (the oldest
@@ -236,7 +265,7 @@ class Interface(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Event(_Node):
+class Event(Node):
     """An event that may come from outside; those that only automata send need not be declared."""
 
     name: str
@@ -244,14 +273,14 @@ class Event(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Functions(_Node):
+class Functions(Node):
     """Functions of an imported file that stand in none of the automata that come from it."""
 
     text: Text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Property(_Node):
+class Property(Node):
     """What the model checker is to prove of the automata.
 
     `kind` is `always`, `eventually` or `never`, `within` a number of milliseconds or blank, `expression`
@@ -265,7 +294,7 @@ class Property(_Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Document(_Node):
+class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
     `description`, `on_error`, `language`, parameters, events and properties are additions of ours; the

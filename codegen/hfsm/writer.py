@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from functools import partial
 from typing import Final
 
 from .document import (
@@ -11,12 +13,13 @@ from .document import (
     Automaton,
     Comment,
     Document,
-    Element,
     Event,
     Extra,
     Import,
     Interface,
+    Leaf,
     Library,
+    Node,
     Parameter,
     Property,
     State,
@@ -49,31 +52,30 @@ class _Writer:
     def __init__(self) -> None:
         self._lines: list[str] = ['<?xml version="1.0" encoding="UTF-8"?>']
         self._depth = 0
+        self._leaves: list[dict[str, Leaf]] = []
+        """What the leaves of the elements that are open have beside their text."""
 
     def document(self, document: Document) -> str:
-        self._comments(document.comments)
-        self._open(document.root_tag, document.attributes)
-        if document.description.text:
-            self._leaf("description", document.description)
-        if document.on_error.text:
-            self._leaf("onerror", document.on_error)
-        if document.language.text:
-            self._leaf("language", document.language)
-        self._parameters(document)
-        self._events(document)
-        self._properties(document)
+        self._open(document.root_tag, document)
+        self._optional("description", document.description)
+        self._optional("onerror", document.on_error)
+        self._optional("language", document.language)
+        self._list(
+            "parameters", [partial(self._parameter, "parameter", each) for each in document.parameters]
+        )
+        self._list("events", [partial(self._event, event) for event in document.events])
+        self._list("properties", [partial(self._property, each) for each in document.properties])
         for automaton in document.automata:
             self._automaton(automaton)
-        self._libraries(document)
-        self._config(document)
-        self._extras(document.extras)
-        self._close(document.root_tag)
+        libraries = [partial(self._library, library) for library in document.libraries]
+        self._list("libraries", libraries, document.libraries_extras, always=True)
+        interfaces = [partial(self._interface, interface) for interface in document.interfaces]
+        self._list("config", interfaces, document.config_extras, always=True)
+        self._close(document.root_tag, document)
         return "\n".join(self._lines) + "\n"
 
     def _automaton(self, automaton: Automaton) -> None:
-        self._comments(automaton.comments)
-        ids = (("id", str(automaton.id)), ("idFather", str(automaton.father)))
-        self._open("SubAutomata", ids + automaton.attributes)
+        self._open("SubAutomata", automaton, (("id", str(automaton.id)), ("idFather", str(automaton.father))))
         for state in automaton.states:
             self._state(state)
         for transition in automaton.transitions:
@@ -85,33 +87,29 @@ class _Writer:
         self._leaf("iteration_time", automaton.iteration_time)
         self._leaf("variables", automaton.variables)
         self._leaf("functions", automaton.functions)
-        self._extras(automaton.extras)
-        self._close("SubAutomata")
+        self._close("SubAutomata", automaton)
 
     def _state(self, state: State) -> None:
-        self._comments(state.comments)
         initial = "true" if state.initial else "false"
-        self._open("state", (("initial", initial), ("id", str(state.id)), *state.attributes))
+        self._open("state", state, (("initial", initial), ("id", str(state.id))))
         self._leaf("posx", _number(state.x))
         self._leaf("posy", _number(state.y))
         self._leaf("name", state.name)
         self._leaf("idSubautomataSon", str(state.children[0] if state.children else NO_CHILD))
         for child in state.children[1:]:
             self._leaf("child", str(child))
-        if state.final:
-            self._leaf("final", "true")
+        if state.final or "final" in self._leaves[-1]:
+            self._leaf("final", "true" if state.final else "false")
         self._optional("history", state.history)
         self._optional("entry", state.entry)
         self._leaf("code", state.code)
         self._optional("exit", state.exit)
         for argument in state.arguments:
             self._argument(argument)
-        self._extras(state.extras)
-        self._close("state")
+        self._close("state", state)
 
     def _transition(self, transition: Transition) -> None:
-        self._comments(transition.comments)
-        self._open("transition", (("id", str(transition.id)), *transition.attributes))
+        self._open("transition", transition, (("id", str(transition.id)),))
         self._leaf("posx", _number(transition.x))
         self._leaf("posy", _number(transition.y))
         self._leaf("origin", str(transition.origin))
@@ -121,112 +119,115 @@ class _Writer:
         self._leaf("trans", transition.trigger, (("type", transition.type),))
         self._optional("guard", transition.guard)
         self._optional("priority", transition.priority)
-        self._extras(transition.extras)
-        self._close("transition")
+        self._close("transition", transition)
 
     def _argument(self, argument: Argument) -> None:
-        self._comments(argument.comments)
         child = () if argument.child == NO_CHILD else (("child", str(argument.child)),)
         if argument.extras:
             raise DocumentNotWritableError(f"the argument `{argument.name}` holds only text")
-        self._leaf("argument", argument.value, (("name", argument.name), *child, *argument.attributes))
-
-    def _parameters(self, document: Document) -> None:
-        if document.parameters:
-            self._open("parameters")
-            for parameter in document.parameters:
-                self._parameter("parameter", parameter)
-            self._close("parameters")
-
-    def _parameter(self, tag: str, parameter: Parameter) -> None:
-        self._comments(parameter.comments)
-        self._open(tag, parameter.attributes)
-        self._leaf("name", parameter.name)
-        self._leaf("type", parameter.type)
-        self._optional("default", parameter.default)
-        self._optional("description", parameter.description)
-        self._extras(parameter.extras)
-        self._close(tag)
+        self._text_node("argument", argument, argument.value, (("name", argument.name), *child))
 
     def _import(self, imported: Import) -> None:
         automaton = () if imported.automaton == NO_CHILD else (("automaton", str(imported.automaton)),)
         self._leaf("import", imported.file, automaton + imported.attributes)
 
-    def _events(self, document: Document) -> None:
-        if document.events:
-            self._open("events")
-            for event in document.events:
-                self._event(event)
-            self._close("events")
+    def _library(self, library: Library) -> None:
+        kind = () if library.kind == "module" else (("kind", library.kind),)
+        self._text_node("lib", library, library.name, kind)
+
+    def _text_node(
+        self, tag: str, node: Argument | Library, text: Text, attributes: tuple[tuple[str, str], ...]
+    ) -> None:
+        self._extras(node.comments)
+        self._leaves.append({leaf.tag: leaf for leaf in node.leaves})
+        self._leaf(tag, text, attributes + node.attributes)
+        self._leaves.pop()
+
+    def _parameter(self, tag: str, parameter: Parameter) -> None:
+        self._open(tag, parameter)
+        self._leaf("name", parameter.name)
+        self._leaf("type", parameter.type)
+        self._optional("default", parameter.default)
+        self._optional("description", parameter.description)
+        self._close(tag, parameter)
 
     def _event(self, event: Event) -> None:
-        self._comments(event.comments)
-        self._open("event", event.attributes)
+        self._open("event", event)
         self._leaf("name", event.name)
         self._optional("description", event.description)
-        self._extras(event.extras)
-        self._close("event")
-
-    def _properties(self, document: Document) -> None:
-        if document.properties:
-            self._open("properties")
-            for item in document.properties:
-                self._property(item)
-            self._close("properties")
+        self._close("event", event)
 
     def _property(self, item: Property) -> None:
-        self._comments(item.comments)
-        self._open("property", (("kind", item.kind), *item.attributes))
+        self._open("property", item, (("kind", item.kind),))
         self._leaf("name", item.name)
         self._optional("within", item.within)
         self._leaf("expression", item.expression)
-        self._extras(item.extras)
-        self._close("property")
-
-    def _optional(self, tag: str, text: Text) -> None:
-        if text.text:
-            self._leaf(tag, text)
-
-    def _libraries(self, document: Document) -> None:
-        if not document.libraries and not document.libraries_extras:
-            self._line("<libraries/>")
-            return
-        self._open("libraries")
-        for library in document.libraries:
-            self._library(library)
-        self._extras(document.libraries_extras)
-        self._close("libraries")
-
-    def _library(self, library: Library) -> None:
-        self._comments(library.comments)
-        if not library.extras:
-            self._leaf("lib", library.name, library.attributes)
-            return
-        self._extra(Element("lib", library.attributes, library.name.text, library.extras))
-
-    def _config(self, document: Document) -> None:
-        if not document.interfaces and not document.config_extras:
-            self._line("<config/>")
-            return
-        self._open("config")
-        for interface in document.interfaces:
-            self._interface(interface)
-        self._extras(document.config_extras)
-        self._close("config")
+        self._close("property", item)
 
     def _interface(self, interface: Interface) -> None:
-        self._comments(interface.comments)
-        self._open("iceinterface", interface.attributes)
+        self._open("iceinterface", interface)
         self._leaf("nameinterface", interface.name)
         for tag, value in (("nameproxy", interface.proxy), ("ip", interface.ip), ("port", interface.port)):
             if value is not None:
                 self._leaf(tag, value)
         self._leaf("interface", interface.type)
-        self._extras(interface.extras)
-        self._close("iceinterface")
+        self._close("iceinterface", interface)
 
-    def _comments(self, comments: tuple[Comment, ...]) -> None:
-        self._extras(comments)
+    def _list(
+        self,
+        tag: str,
+        items: list[partial[None]],
+        extras: tuple[Extra, ...] = (),
+        *,
+        always: bool = False,
+    ) -> None:
+        """Write a list of the document, if it is not empty or `always` there."""
+        leaf = self._leaves[-1].get(tag, Leaf(tag))
+        extras += leaf.children
+        self._extras(leaf.comments)
+        if not items and not extras:
+            if always or leaf.comments or leaf.attributes:
+                self._line(f"<{tag}{_attributes(leaf.attributes)}/>")
+            return
+        self._line(f"<{tag}{_attributes(leaf.attributes)}>")
+        self._depth += 1
+        for write in items:
+            write()
+        self._extras(extras)
+        self._depth -= 1
+        self._line(f"</{tag}>")
+
+    def _optional(self, tag: str, text: Text | str) -> None:
+        if (text if isinstance(text, str) else text.text) or tag in self._leaves[-1]:
+            self._leaf(tag, text)
+
+    def _leaf(self, tag: str, text: Text | str, attributes: tuple[tuple[str, str], ...] = ()) -> None:
+        """Write an element that holds a text, with what else it has."""
+        written = text if isinstance(text, str) else text.text
+        leaf = self._leaves[-1].get(tag, Leaf(tag))
+        self._extras(leaf.comments)
+        if leaf.children:
+            content = _content(leaf.text, leaf.children)
+            if leaf.text + "".join(child.tail for child in leaf.children) != written:
+                # The text was changed since: where the rest stood in it means nothing any more.
+                content = _content(written, tuple(replace(child, tail="") for child in leaf.children))
+        else:
+            content = _escaped(written)
+        self._line(f"<{tag}{_attributes(attributes + leaf.attributes)}>{content}</{tag}>")
+
+    def _open(self, tag: str, node: Node, attributes: tuple[tuple[str, str], ...] = ()) -> None:
+        """Write the comments before an element of the model and its start."""
+        self._extras(node.comments)
+        self._line(f"<{tag}{_attributes(attributes + node.attributes)}>")
+        self._leaves.append({leaf.tag: leaf for leaf in node.leaves})
+        self._depth += 1
+
+    def _close(self, tag: str, node: Node) -> None:
+        """Write what is unknown in an element of the model, and its end."""
+        self._extras(node.extras)
+        self._leaves.pop()
+        self._depth -= 1
+        self._line(f"</{tag}>")
 
     def _extras(self, extras: tuple[Extra, ...]) -> None:
         for extra in extras:
@@ -234,32 +235,16 @@ class _Writer:
 
     def _extra(self, extra: Extra) -> None:
         if isinstance(extra, Comment):
-            if "--" in extra.text or extra.text.endswith("-"):
-                raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
-            self._line(f"<!--{_checked(extra.text)}-->")
-        elif extra.children and not extra.text:
-            self._open(extra.tag, extra.attributes)
-            self._extras(extra.children)
-            self._close(extra.tag)
-        elif extra.children:
-            # Text and elements side by side: indentation would become part of the text.
             self._line(_inline(extra))
-        elif extra.text:
-            self._leaf(extra.tag, extra.text, extra.attributes)
+        elif extra.children and not extra.text and not any(child.tail for child in extra.children):
+            self._line(f"<{extra.tag}{_attributes(extra.attributes)}>")
+            self._depth += 1
+            self._extras(extra.children)
+            self._depth -= 1
+            self._line(f"</{extra.tag}>")
         else:
-            self._line(f"<{extra.tag}{_attributes(extra.attributes)}/>")
-
-    def _open(self, tag: str, attributes: tuple[tuple[str, str], ...] = ()) -> None:
-        self._line(f"<{tag}{_attributes(attributes)}>")
-        self._depth += 1
-
-    def _close(self, tag: str) -> None:
-        self._depth -= 1
-        self._line(f"</{tag}>")
-
-    def _leaf(self, tag: str, text: Text | str, attributes: tuple[tuple[str, str], ...] = ()) -> None:
-        content = text if isinstance(text, str) else text.text
-        self._line(f"<{tag}{_attributes(attributes)}>{_escaped(content)}</{tag}>")
+            # Indentation would become part of the text.
+            self._line(_inline(extra))
 
     def _line(self, text: str) -> None:
         self._lines.append(_INDENT * self._depth + text)
@@ -271,9 +256,16 @@ def _number(value: float) -> str:
 
 def _inline(extra: Extra) -> str:
     if isinstance(extra, Comment):
+        if "--" in extra.text or extra.text.endswith("-"):
+            raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
         return f"<!--{_checked(extra.text)}-->"
-    content = _escaped(extra.text) + "".join(_inline(child) for child in extra.children)
-    return f"<{extra.tag}{_attributes(extra.attributes)}>{content}</{extra.tag}>"
+    content = _content(extra.text, extra.children)
+    start = f"<{extra.tag}{_attributes(extra.attributes)}"
+    return f"{start}>{content}</{extra.tag}>" if content else f"{start}/>"
+
+
+def _content(text: str, children: tuple[Extra, ...]) -> str:
+    return _escaped(text) + "".join(_inline(child) + _escaped(child.tail) for child in children)
 
 
 def _attributes(attributes: tuple[tuple[str, str], ...]) -> str:

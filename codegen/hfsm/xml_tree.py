@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -15,7 +16,7 @@ from defusedxml.expatreader import DefusedExpatParser
 
 from ..diagnostics import Diagnostics, Location
 
-__all__ = ["MAX_SIZE", "XmlElement", "parse_xml"]
+__all__ = ["MAX_SIZE", "XmlComment", "XmlElement", "parse_xml"]
 
 MAX_SIZE: Final = 16 << 20
 """Largest document in bytes."""
@@ -24,9 +25,20 @@ _MAX_DEPTH: Final = 64
 _MAX_ELEMENTS: Final = 500_000
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
+class XmlComment:
+    """A comment, and the character data behind it."""
+
+    text: str
+    tail: str = ""
+
+
+@dataclass(slots=True, eq=False)
 class XmlElement:
-    """An element; `text` is all character data directly inside it, `children` are elements and comments."""
+    """An element; `text` is all character data directly inside it, `children` are elements and comments.
+
+    `head` is the part of the text before the first child, `tail` the text behind the element itself.
+    """
 
     tag: str
     attributes: dict[str, str]
@@ -35,8 +47,13 @@ class XmlElement:
     text: str = ""
     text_line: int = 0
     text_column: int = 0
-    children: list[XmlElement | str] = field(default_factory=list)
-    """Elements, and comments as strings, in the order of the file."""
+    children: list[XmlElement | XmlComment] = field(default_factory=list)
+    head: str = ""
+    tail: str = ""
+
+    def elements(self) -> Iterator[XmlElement]:
+        """Yield the elements inside this one, without those inside them."""
+        return (child for child in self.children if isinstance(child, XmlElement))
 
 
 class _LimitExceededError(Exception):
@@ -71,6 +88,9 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> tuple[Xml
         diagnostics.error("E502", f"unreadable XML: {error}", Location(path, line, column))
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
+    for line, column in builder.instructions:
+        message = "a processing instruction is not kept on saving"
+        diagnostics.warning("W501", message, Location(path, line, column))
     return builder.root, builder.comments
 
 
@@ -91,8 +111,11 @@ class _TreeBuilder(ContentHandler):
         self.root: XmlElement | None = None
         self.comments: list[str] = []
         self._locator = locator
+        self.instructions: list[tuple[int, int]] = []
         self._open: list[XmlElement] = []
         self._texts: list[list[str]] = []
+        self._children_at: list[list[int]] = []
+        """For each open element how many pieces of text stood before each of its children."""
         self._elements = 0
 
     def position(self) -> tuple[int, int]:
@@ -108,14 +131,20 @@ class _TreeBuilder(ContentHandler):
         if len(self._open) >= _MAX_DEPTH:
             raise _LimitExceededError(f"elements nested deeper than {_MAX_DEPTH}")
         if self._open:
-            self._open[-1].children.append(element)
+            self._add_child(element)
         else:
             self.root = element
         self._open.append(element)
         self._texts.append([])
+        self._children_at.append([])
 
     def endElement(self, name: str) -> None:  # noqa: ARG002 - the signature of SAX
-        self._open.pop().text = "".join(self._texts.pop())
+        element, texts, places = self._open.pop(), self._texts.pop(), self._children_at.pop()
+        element.text = element.head = "".join(texts)
+        if places:
+            element.head = "".join(texts[: places[0]])
+            for child, start, end in zip(element.children, places, [*places[1:], len(texts)], strict=True):
+                child.tail = "".join(texts[start:end])
 
     def characters(self, content: str) -> None:
         if not self._texts[-1]:
@@ -125,9 +154,16 @@ class _TreeBuilder(ContentHandler):
 
     def comment(self, content: str) -> None:
         if self._open:
-            self._open[-1].children.append(content)
+            self._add_child(XmlComment(content))
         else:
             self.comments.append(content)
+
+    def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
+        self.instructions.append(self.position())
+
+    def _add_child(self, child: XmlElement | XmlComment) -> None:
+        self._open[-1].children.append(child)
+        self._children_at[-1].append(len(self._texts[-1]))
 
     # The other events of SAX's lexical handler say nothing that the tree keeps.
     def startCDATA(self) -> None: ...
