@@ -1,0 +1,304 @@
+"""Documents for the model checker, random ones too, and the runtime that they are played on.
+
+A document becomes automata of the real runtime whose guards say what a script wants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hypothesis import strategies as st
+
+import hfsm_runtime as runtime
+from codegen.hfsm.document import Automaton, Document, Property, State, Text, Transition
+from codegen.hfsm.model_checker import Counterexample, StepKind
+from codegen.hfsm.model_checker.expressions import parse
+from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
+from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Configuration
+from hfsm_runtime.observer import Watcher
+from hfsm_runtime.tree import ChangeKind, Run
+from tests.support.automata import component
+
+__all__ = [
+    "Player",
+    "after",
+    "automaton",
+    "document",
+    "documents",
+    "finished",
+    "on",
+    "play",
+    "state",
+    "stated",
+    "when",
+]
+
+PATH = Path("model.xml")
+
+Guard = Callable[[int, int, Transition], bool]
+"""Takes the time in ns, the id of the automaton, and the transition."""
+
+
+def state(id: int, name: str = "", *, children: Iterable[int] = (), entry: str = "", **others: Any) -> State:
+    """Return a state, called by its id unless it has a name; `code` and `exit` are strings, too."""
+    texts = {key: Text(others.pop(key)) for key in ("code", "exit", "history") if key in others}
+    return State(id=id, name=name or f"s{id}", children=tuple(children), entry=Text(entry), **texts, **others)
+
+
+def after(ms: float, origin: int, destination: int, guard: str = "", **others: Any) -> Transition:
+    """Return a timed transition."""
+    return _transition("time", f"{ms:g}", origin, destination, guard, others)
+
+
+def when(guard: str, origin: int, destination: int, **others: Any) -> Transition:
+    """Return a transition with a guard."""
+    return _transition("condition", guard, origin, destination, "", others)
+
+
+def on(event: str, origin: int, destination: int, guard: str = "", **others: Any) -> Transition:
+    """Return a transition that waits for an event."""
+    return _transition("event", event, origin, destination, guard, others)
+
+
+def finished(origin: int, destination: int, guard: str = "", **others: Any) -> Transition:
+    """Return a transition that waits for the end of the children."""
+    return _transition("finished", "", origin, destination, guard, others)
+
+
+_numbers = count(1)
+
+
+def _transition(
+    kind: str, trigger: str, origin: int, destination: int, guard: str, others: dict[str, Any]
+) -> Transition:
+    priority = str(others.pop("priority", ""))
+    code = str(others.pop("code", ""))
+    number = others.pop("id", None) or next(_numbers)
+    return Transition(
+        id=number,
+        origin=origin,
+        destination=destination,
+        type=kind,
+        trigger=Text(trigger),
+        guard=Text(guard),
+        priority=Text(priority),
+        code=Text(code),
+        **others,
+    )
+
+
+def automaton(
+    id: int,
+    states: Iterable[State],
+    transitions: Iterable[Transition] = (),
+    *,
+    father: int = 0,
+    period: float = 100,
+    **others: Any,
+) -> Automaton:
+    """Return an automaton whose first state is the initial one."""
+    first, *rest = states
+    return Automaton(
+        id=id,
+        father=father,
+        states=(replace(first, initial=True), *rest),
+        transitions=tuple(transitions),
+        iteration_time=Text(f"{period:g}"),
+        **others,
+    )
+
+
+def document(*automata: Automaton, properties: Iterable[Property] = (), **others: Any) -> Document:
+    """Return a document."""
+    return Document(automata=automata, properties=tuple(properties), **others)
+
+
+def stated(kind: str, expression: str, within: str = "", name: str = "") -> Property:
+    """Return a property."""
+    return Property(name=name, kind=kind, expression=Text(expression), within=Text(within))
+
+
+GUARDS = ("a", "b", "a", "not a", "a and b", "not (a or b)", "True", "False")
+EVENTS = ("go", "halt")
+
+
+@st.composite
+def documents(draw: st.DrawFn) -> Document:
+    """Draw a small document with everything that the language has."""
+    ids = count(1)
+    found: list[Automaton] = []
+
+    def grow(father: int, depth: int) -> int:
+        number = next(ids)
+        count_of_states = draw(st.integers(1, 3))
+        places = st.integers(1, count_of_states)
+        place = len(found)
+        found.append(Automaton(id=number))
+        states = []
+        for id in range(1, count_of_states + 1):
+            below = draw(st.integers(0, 2 - depth)) if depth < 2 else 0
+            if len(found) > 4:
+                below = 0
+            final = draw(st.integers(0, 5)) == 0
+            states.append(
+                state(
+                    id,
+                    f"s{id}",
+                    children=[grow(number, depth + 1) for _ in range(0 if final else below)],
+                    entry=draw(st.sampled_from(["", "", "", "pass"])),
+                    history=draw(st.sampled_from(["", "", "restart"])),
+                    final=final,
+                )
+            )
+        transitions = []
+        for id in range(1, draw(st.integers(0, 5)) + 1):
+            kind = draw(st.sampled_from(["time", "time", "condition", "condition", "event", "finished"]))
+            guard = draw(st.sampled_from(["", "", *GUARDS]))
+            trigger = {
+                "time": str(draw(st.integers(1, 700))),
+                "condition": draw(st.sampled_from(GUARDS)),
+                "event": draw(st.sampled_from(EVENTS)),
+                "finished": "",
+            }[kind]
+            origin, destination = draw(places), draw(places)
+            others = {"id": id, "priority": draw(st.sampled_from(["", "", "1", "2"]))}
+            guard = "" if kind == "condition" else guard
+            transitions.append(_transition(kind, trigger, origin, destination, guard, others))
+        period = draw(st.sampled_from([50, 100, 100, 100, 130]))
+        found[place] = automaton(number, states, transitions, father=father, period=period)
+        return number
+
+    grow(0, 0)
+    from codegen.hfsm.document import Event
+
+    sent = draw(st.sampled_from([(), ("go",), EVENTS]))
+    return document(*found, events=tuple(Event(name=name) for name in sent))
+
+
+class Fired(NamedTuple):
+    """That a transition fired, at a time in ns; both ids."""
+
+    time: int
+    automaton: int
+    transition: int
+
+
+class Player(Watcher):
+    """A document on the real runtime, in virtual time, and what was seen there.
+
+    `guard` says what guards come to, and `present` which events are there in a cycle.
+    """
+
+    def __init__(
+        self, document: Document, guard: Guard, present: Callable[[int, int], Iterable[str]] = lambda *_: ()
+    ) -> None:
+        self.model: Model = read_model(document, PATH)
+        self._guard = guard
+        self._present = present
+        self._now = 0
+        self._automata = {item.id: item for item in document.automata}
+        self.visited: set[tuple[int, int]] = set()
+        self.fired_: list[Fired] = []
+        self.seen: list[tuple[int, Configuration]] = []
+        self.virtual = runtime.VirtualRun(component(self._build(self.model.automata[0].index)))
+        self.virtual.tree.observers.append(self)
+        for run in self.virtual.tree.runs:
+            if run.active:
+                self.visited.add((run.automaton.id, run.current.id))
+        self.seen.append((0, self._configuration()))
+
+    def cycle_began(self, run: Run, at: int) -> None:
+        self._now = at
+        names = self._present(at, run.automaton.id)
+        run.present = {**run.present, **{name: runtime.Event(name) for name in names}}
+
+    def cycle_ended(self, run: Run, at: int) -> None:
+        self.seen.append((at, self._configuration()))
+
+    def fired(self, run: Run, transition: runtime.Transition, at: int) -> None:
+        self.fired_.append(Fired(at, run.automaton.id, transition.id))
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        if kind is not ChangeKind.GHOST:
+            self.visited.add((run.automaton.id, run.current.id))
+
+    def times(self, expression: str) -> list[int]:
+        """Return the times in ns after whose cycles an expression held."""
+        parsed = parse(expression, self.model)
+        holds = parsed.bind({automaton.index: automaton.index for automaton in self.model.automata})
+        return [time for time, configuration in self.seen if holds(configuration)]
+
+    def _configuration(self) -> Configuration:
+        found = []
+        for model in self.model.automata:
+            run = self.virtual.tree.run(model.source.id)
+            assert run is not None
+            index = next(item.index for item in model.states if item.source.id == run.current.id)
+            found.append((index, (ACTIVE if run.active else 0) | (FINISHED if run.finished else 0), 0))
+        return tuple(found)
+
+    def _build(self, index: int) -> runtime.Automaton:
+        model = self.model.automata[index]
+        source = model.source
+        return runtime.Automaton(
+            id=source.id,
+            name=str(source.id),
+            period=(nanoseconds(source.iteration_time) or 0) / 1e9,
+            states=tuple(
+                runtime.State(
+                    id=item.source.id,
+                    name=item.source.name,
+                    initial=item.index == model.initial,
+                    final=item.final,
+                    entry=(lambda: None) if item.owes else None,
+                    restart=item.restart,
+                    children=tuple(self._build(child) for child in item.children),
+                )
+                for item in model.states
+            ),
+            transitions=tuple(self._built(source.id, item.source) for item in model.transitions),
+        )
+
+    def _built(self, automaton: int, source: Transition) -> runtime.Transition:
+        def guard(*_event: object) -> bool:
+            return self._guard(self._now, automaton, source)
+
+        guarded = source.type == "condition" or not source.guard.is_blank
+        return runtime.Transition(
+            id=source.id,
+            origin=source.origin,
+            destination=source.destination,
+            seconds=float(source.trigger.text) / 1000 if source.type == "time" else None,
+            event=source.trigger.text if source.type == "event" else "",
+            finished=source.type == "finished",
+            guard=guard if guarded else None,
+            priority=int(source.priority.text) if source.priority.text else None,
+        )
+
+
+def play(document: Document, example: Counterexample, rounds: int = 3) -> Player:
+    """Play a counterexample on the runtime; the part of it that repeats goes round some times."""
+    guards: set[tuple[int, int, int]] = set()
+    events: dict[tuple[int, int], set[str]] = {}
+    end = round(example.ends_ms * 1e6)
+    loop = len(example.steps) if example.repeats is None else example.repeats
+    begins = end if loop == len(example.steps) else round(example.steps[loop].time_ms * 1e6)
+    period = end - begins
+    for number, step in enumerate(example.steps):
+        for turn in range(rounds if number >= loop else 1):
+            time = round(step.time_ms * 1e6) + turn * period
+            if step.kind is StepKind.GUARD and step.transition is not None:
+                guards.add((time, step.automaton, step.transition))
+            if step.kind is StepKind.EVENT:
+                events.setdefault((time, step.automaton), set()).add(step.event)
+    player = Player(
+        document,
+        lambda time, automaton, transition: (time, automaton, transition.id) in guards,
+        lambda time, automaton: events.get((time, automaton), ()),
+    )
+    player.virtual.advance((end + (rounds - 1) * period * (example.repeats is not None)) / 1e9)
+    return player

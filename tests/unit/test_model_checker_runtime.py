@@ -1,0 +1,164 @@
+"""The model checker against the runtime: random documents, and every counterexample played in virtual time."""
+
+from __future__ import annotations
+
+import random
+
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from codegen.hfsm.document import Document, Transition
+from codegen.hfsm.model_checker import (
+    ModelReport,
+    PropertyResult,
+    Reachability,
+    StepKind,
+    Verdict,
+    check_model,
+)
+from tests.support.model_documents import PATH, Player, documents, play, stated
+
+LIMIT = 4000
+
+_settings = settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+)
+
+
+def roll(document: Document, seed: int, seconds: float = 8.0) -> Player:
+    """Run a document with random guards, which are the same for the same text in one cycle, and events."""
+    sent = [event.name for event in document.events]
+
+    def chance(*what: object) -> bool:
+        return random.Random(repr((seed, *what))).random() < 0.3
+
+    def guard(time: int, automaton: int, transition: Transition) -> bool:
+        text = transition.trigger.text if transition.type == "condition" else transition.guard.text
+        event = transition.trigger.text if transition.type == "event" else ""
+        values = {name: chance(time, automaton, event, name) for name in ("a", "b")}
+        return bool(eval(text, values))
+
+    player = Player(document, guard, lambda time, automaton: [e for e in sent if chance(time, automaton, e)])
+    player.virtual.advance(seconds)
+    return player
+
+
+def impossible(report: ModelReport) -> tuple[set[tuple[int, int]], set[tuple[int, int]]]:
+    states = {(s.automaton, s.state) for s in report.states if s.reachability is Reachability.IMPOSSIBLE}
+    transitions = {
+        (t.automaton, t.transition) for t in report.transitions if t.reachability is Reachability.IMPOSSIBLE
+    }
+    return states, transitions
+
+
+@_settings
+@given(documents(), st.integers(0, 2**32))
+def test_nothing_that_runs_do_is_called_impossible(document: Document, seed: int) -> None:
+    states, transitions = impossible(check_model(document, PATH, limit=LIMIT))
+    for number in range(4):
+        player = roll(document, seed + number)
+        assert not player.visited & states
+        assert not {(fired.automaton, fired.transition) for fired in player.fired_} & transitions
+
+
+@_settings
+@given(documents())
+def test_what_is_called_possible_happens_when_it_is_played(document: Document) -> None:
+    report = check_model(document, PATH, limit=LIMIT)
+    for state in report.states:
+        expression = f"#{state.automaton}/s{state.state}"
+        asked = Document(
+            automata=document.automata, events=document.events, properties=(stated("never", expression),)
+        )
+        (result,) = check_model(asked, PATH, limit=LIMIT).properties
+        if state.reachability is Reachability.POSSIBLE:
+            assert result.verdict in (Verdict.VIOLATED, Verdict.UNDECIDED)
+        elif state.reachability is Reachability.IMPOSSIBLE:
+            assert result.verdict in (Verdict.HOLDS, Verdict.UNDECIDED)
+        if result.counterexample is not None:
+            player = play(asked, result.counterexample)
+            assert (state.automaton, state.state) in player.visited
+            assert_same_firings(result, player)
+
+
+@st.composite
+def stated_documents(draw: st.DrawFn) -> Document:
+    """Draw a document with a property of it."""
+    document = draw(documents())
+    atoms = [f"#{automaton.id}/{state.name}" for automaton in document.automata for state in automaton.states]
+    atoms += [
+        f"{function}(#{automaton.id})"
+        for automaton in document.automata
+        for function in ("active", "ghost", "finished")
+    ]
+    one = st.sampled_from(atoms)
+    pair = st.tuples(one, st.sampled_from(["and", "or", "->", "and not"]), one).map(" ".join)
+    kind = draw(st.sampled_from(["always", "eventually", "never", "eventually"]))
+    within = draw(st.sampled_from(["", "", "350", "1000", "2500"]))
+    return Document(
+        automata=document.automata,
+        events=document.events,
+        properties=(stated(kind, draw(one | pair), within),),
+    )
+
+
+@settings(_settings, max_examples=500)
+@given(stated_documents())
+def test_a_counterexample_violates_its_property_on_the_runtime(document: Document) -> None:
+    (result,) = check_model(document, PATH, limit=LIMIT).properties
+    assume(result.counterexample is not None)
+    assert result.counterexample is not None
+    player = play(document, result.counterexample)
+    assert_same_firings(result, player)
+    assert_violated(result, player)
+
+
+@settings(_settings, max_examples=250)
+@given(stated_documents(), st.integers(0, 2**32))
+def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: int) -> None:
+    (result,) = check_model(document, PATH, limit=LIMIT).properties
+    assume(result.verdict is Verdict.HOLDS)
+    stated = result.property
+    within = float(stated.within.text) * 1e6 if stated.within.text else None
+    for number in range(4):
+        player = roll(document, seed + number)
+        times = player.times(stated.expression.text)
+        if stated.kind == "never":
+            assert not [time for time in times if within is None or time <= within]
+        elif stated.kind == "always":
+            expected = [time for time, _ in player.seen]
+            assert [t for t in times if within is None or t <= within] == [
+                t for t in expected if within is None or t <= within
+            ]
+        elif within is not None:
+            assert times and times[0] <= within
+
+
+def assert_violated(result: PropertyResult, player: Player) -> None:
+    stated, example = result.property, result.counterexample
+    assert example is not None
+    times = player.times(stated.expression.text)
+    end = round(example.ends_ms * 1e6)
+    if stated.kind == "never":
+        assert end in times
+    elif stated.kind == "always":
+        assert len([time for time in times if time == end]) < len([t for t, _ in player.seen if t == end])
+    else:
+        assert not times
+
+
+def assert_same_firings(result: PropertyResult, player: Player) -> None:
+    """Assert that the runtime does what the steps say, and nothing else in these automata."""
+    example = result.counterexample
+    assert example is not None
+    told = {step.automaton for step in example.steps}
+    end = round(example.ends_ms * 1e6)
+    expected = [
+        (round(step.time_ms * 1e6), step.automaton, step.transition)
+        for step in example.steps
+        if step.kind is StepKind.FIRES
+    ]
+    done = [tuple(fired) for fired in player.fired_ if fired.automaton in told and fired.time <= end]
+    assert done[: len(expected)] == expected
+    later = done[len(expected) :]
+    assert all(time == end for time, _, _ in later), "nothing fires that is not told, but after the end"
