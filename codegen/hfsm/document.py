@@ -242,6 +242,11 @@ class Library(Node):
     name: Text
     kind: str = "module"
 
+    @property
+    def is_module(self) -> bool:
+        """Whether it is to be imported."""
+        return self.kind == "module"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interface(Node):

@@ -92,7 +92,7 @@ class _Understanding:
         """Return the import statements of the libraries, each once."""
         statements: dict[str, None] = {}
         for library in self._document.libraries:
-            if library.name.is_blank:
+            if library.name.is_blank or not library.is_module:
                 continue
             found = self._reader.read(analyze_library, "a library", library.name, library.path)
             if found is None:

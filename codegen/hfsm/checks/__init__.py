@@ -120,7 +120,7 @@ def _libraries(document: Document) -> dict[str, str]:
     """Return the names that the libraries bind, with what each stands for."""
     found: dict[str, str] = {}
     for library in document.libraries:
-        if library.name.is_blank:
+        if library.name.is_blank or not library.is_module:
             continue
         try:
             statement, _ = analyze_library(library.name)
