@@ -21,6 +21,7 @@ from .calls import Call
 from .clock import TaskClock
 from .communicator import InProcessCommunicator
 from .errors import BehaviorFailed, UnknownName
+from .guards import GuardTable, path_of
 from .journal import Fired, Journal
 from .robot import CameraKind, RobotKind, RobotUnderTest
 from .stubs import make_stub
@@ -75,6 +76,7 @@ class Behavior:
         except BaseException:
             self.close()
             raise
+        self._guards: Final = GuardTable(self.run.tree)
         self._journal.begin(self.run.tree.runs)
         self.run.tree.observers.append(self._journal)
         self._tolerated = 0
@@ -159,13 +161,13 @@ class Behavior:
     def automaton(self, name: str | int) -> Run:
         """Return an automaton as it runs; raises UnknownName when there is none, or more than one."""
         runs = self.run.tree.runs
-        found = [run for run in runs if name in (run.automaton.id, _path(run))]
+        found = [run for run in runs if name in (run.automaton.id, path_of(run))]
         if not found:
             found = [run for run in runs if run.automaton.name == name]
         if len(found) == 1:
             return found[0]
         if found:
-            paths = ", ".join(_path(run) for run in found)
+            paths = ", ".join(path_of(run) for run in found)
             raise UnknownName(f"several automata are called {name!r}: name one by its path: {paths}")
         known = ", ".join(dict.fromkeys(run.automaton.name for run in runs))
         raise UnknownName(f"there is no automaton {name!r}; there are {known}")
@@ -235,6 +237,20 @@ class Behavior:
             raise UnknownName(f"no transition {transition!r} leaves {run.current.name}; there are {known}")
         run.forced = found[0]
         self._journal.note(f"forces {found[0].name or found[0].id} of {run.automaton.name}")
+
+    @property
+    def guards(self) -> GuardTable:
+        """The guards by name, with what `guard` has set them to."""
+        return self._guards
+
+    def guard(self, name: str, value: bool | None) -> None:
+        """Let a guard be true or false whatever its code says; None lets the code say again.
+
+        Its name is that of the transition, behind the path of the automaton where it needs to be told from
+        others: `red/lost`.
+        """
+        self._guards.set(name, value)
+        self._journal.note(f"sets the guard {name} to {value}")
 
     def stub(self, name: str, servant: Object | None = None, /, **operations: object) -> None:
         """Answer the calls of an interface by hand, in place of the robot's servant.
@@ -317,16 +333,6 @@ class Behavior:
         if inspect.signature(condition).parameters:
             return lambda: condition(self)  # type: ignore[call-arg]
         return condition  # type: ignore[return-value]
-
-
-def _path(run: Run) -> str:
-    """Return the states that own an automaton, from the root down."""
-    names: list[str] = []
-    above: Run | None = run
-    while above is not None and above.owner is not None:
-        names.append(above.owner.name)
-        above = above.parent
-    return "/".join(reversed(names))
 
 
 def _describe(condition: Condition) -> str:

@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import compile_document, read_document
+from codegen.hfsm import compile_document, read_document, resolve
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 
@@ -25,7 +25,9 @@ def read(path: Path) -> Document:
     """Read a document with all that it imports; raises DocumentInvalid."""
     diagnostics = Diagnostics()
     document = read_document(path, diagnostics)
-    if document is None:
+    if document is not None:
+        document = resolve(document, path, diagnostics)
+    if document is None or diagnostics.has_errors:
         raise DocumentInvalid(f"{path} cannot be read:\n{diagnostics.render(outcome='')}")
     return document
 

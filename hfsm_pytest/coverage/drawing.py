@@ -15,11 +15,11 @@ Point = tuple[float, float]
 
 _WIDTH: Final = 132.0
 _HEIGHT: Final = 44.0
-_MARGIN: Final = 46.0
+_MARGIN: Final = 40.0
 _BOW: Final = 0.18
 """How far a transition bows that has no place of its own, as a share of its length."""
 _CLOSE: Final = 1.0
-_LONGEST: Final = 18
+_LONGEST: Final = 16
 """Characters of a name in a box; the rest is in the tooltip."""
 
 
@@ -88,9 +88,7 @@ def _state(automaton: AutomatonCoverage, state: StateItem, place: Point) -> str:
         if state.final
         else ""
     )
-    start = (
-        f'<circle class="start" cx="{x - 14:.1f}" cy="{y + _HEIGHT / 2:.1f}" r="6"/>' if state.initial else ""
-    )
+    start = _start((x, place[1])) if state.initial else ""
     return (
         f'<g class="state {rank_state(automaton, state)}"><title>{escape(state.name)}: line {state.line}, '
         f"entered {times(count)}</title>{start}"
@@ -107,7 +105,7 @@ def _transition(
     count = automaton.times_fired(transition)
     rank = rank_transition(automaton, transition)
     label = f"{_cut(transition.name)} · {count}"
-    above = -9 if handle[1] <= (start[1] + end[1]) / 2 else 19
+    anchor, (x, y) = _beside(handle, ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2))
     title = f"{transition.name} {transition.trigger}: line {transition.line}, fired {times(count)}"
     if transition.guarded:
         held, held_not = automaton.guard(transition)
@@ -115,7 +113,7 @@ def _transition(
     return (
         f'<g class="transition {rank}"><title>{escape(title)}</title>'
         f"{_arrow(start, end, handle)}"
-        f'<text x="{handle[0]:.1f}" y="{handle[1] + above:.1f}">{escape(label)}</text></g>'
+        f'<text x="{x:.1f}" y="{y:.1f}" style="text-anchor: {anchor}">{escape(label)}</text></g>'
     )
 
 
@@ -133,15 +131,43 @@ def _arrow(start: Point, end: Point, handle: Point) -> str:
         curve = f"C {_text(reach[0])} {_text(reach[1])} {_text(tip)}"
         back = reach[1]
     else:
-        control = (2 * handle[0] - (start[0] + end[0]) / 2, 2 * handle[1] - (start[1] + end[1]) / 2)
-        begin, tip = _edge(start, control), _edge(end, control)
+        outwards = _control(start, end, handle)
+        begin, tip = _edge(start, outwards), _edge(end, outwards)
+        control = _control(begin, tip, handle)
         curve, back = f"Q {_text(control)} {_text(tip)}", control
+    return f'<path d="M {_text(begin)} {curve}"/>{_head(tip, back)}'
+
+
+def _control(start: Point, end: Point, middle: Point) -> Point:
+    """Return the control point of the quadratic curve that passes through a point half the way."""
+    return 2 * middle[0] - (start[0] + end[0]) / 2, 2 * middle[1] - (start[1] + end[1]) / 2
+
+
+def _head(tip: Point, back: Point) -> str:
+    """Return the head of an arrow that comes from the direction of `back`."""
     angle = math.atan2(tip[1] - back[1], tip[0] - back[0])
     wings = [
         (tip[0] - 11 * math.cos(angle + turn), tip[1] - 11 * math.sin(angle + turn)) for turn in (0.42, -0.42)
     ]
-    head = f'<path class="head" d="M {_text(tip)} L {_text(wings[0])} L {_text(wings[1])} Z"/>'
-    return f'<path d="M {_text(begin)} {curve}"/>{head}'
+    return f'<path class="head" d="M {_text(tip)} L {_text(wings[0])} L {_text(wings[1])} Z"/>'
+
+
+def _start(edge: Point) -> str:
+    """Return the arrow that points to the initial state."""
+    x, y = edge
+    line = f'<path d="M {x - 26:.1f},{y:.1f} L {x - 8:.1f},{y:.1f}"/>'
+    dot = f'<circle cx="{x - 28:.1f}" cy="{y:.1f}" r="5"/>'
+    return f'<g class="start">{line}{dot}{_head((x - 2, y), (x - 20, y))}</g>'
+
+
+def _beside(handle: Point, middle: Point) -> tuple[str, Point]:
+    """Return anchor and place of a label, on the side of the curve that looks away from the straight line."""
+    dx, dy = handle[0] - middle[0], handle[1] - middle[1]
+    if abs(dx) > abs(dy):
+        return (
+            ("start", (handle[0] + 8, handle[1] + 4)) if dx > 0 else ("end", (handle[0] - 8, handle[1] + 4))
+        )
+    return "middle", (handle[0], handle[1] - 8 if dy <= 0 else handle[1] + 17)
 
 
 def _edge(center: Point, towards: Point) -> Point:

@@ -1,0 +1,89 @@
+"""A document without its code: automata whose guards are what a test says, for whatever robot.
+
+It is what the model checker looks at, run by the runtime itself: states, timers, events and hierarchy.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from codegen.hfsm.document import Document
+from codegen.hfsm.model_checker.model import AutomatonModel, Model, StateModel, TransitionModel, read_model
+from hfsm_runtime import Automaton, Component, State, Transition
+
+__all__ = ["abstract_component"]
+
+_SECOND: Final = 1e9
+
+
+def abstract_component(document: Document, path: Path) -> type[Component]:
+    """Return a component with the automata of a document, whose guards are false and which has no code."""
+    model = read_model(document, path)
+
+    class Abstract(Component, document=path.name):
+        def automaton(self) -> Automaton:
+            return _automaton(model, model.automata[0])
+
+    return Abstract
+
+
+def _automaton(model: Model, automaton: AutomatonModel) -> Automaton:
+    return Automaton(
+        id=automaton.source.id,
+        name=_name(model, automaton),
+        period=automaton.interval / _SECOND,
+        states=tuple(
+            _state(model, state, initial=state.index == automaton.initial) for state in automaton.states
+        ),
+        transitions=tuple(_transition(automaton, each) for each in automaton.transitions),
+    )
+
+
+def _state(model: Model, state: StateModel, *, initial: bool) -> State:
+    return State(
+        id=state.source.id,
+        name=state.source.name,
+        initial=initial,
+        final=state.final,
+        entry=_nothing if state.owes else None,  # it takes the first cycle, as the real one does
+        children=tuple(_automaton(model, model.automata[child]) for child in state.children),
+        restart=state.restart,
+    )
+
+
+def _transition(automaton: AutomatonModel, transition: TransitionModel) -> Transition:
+    timed = transition.source.type == "time" and transition.delay > 0
+    guarded = transition.guarded or not (timed or transition.event or transition.finished)
+    return Transition(
+        id=transition.source.id,
+        name=transition.source.name,
+        origin=automaton.states[transition.origin].source.id,
+        destination=automaton.states[transition.target].source.id,
+        seconds=transition.delay / _SECOND if timed else None,
+        event=transition.event,
+        finished=transition.finished,
+        guard=_false if guarded else None,
+        condition=(transition.source.guard.text or transition.source.trigger.text) if guarded else "",
+        priority=_priority(automaton, transition),
+    )
+
+
+def _priority(automaton: AutomatonModel, transition: TransitionModel) -> int:
+    """Return the place of a transition among those out of its origin: the model has them in their order."""
+    outgoing = automaton.states[transition.origin].outgoing
+    return 1 + next(place for place, each in enumerate(outgoing) if each is transition)
+
+
+def _name(model: Model, automaton: AutomatonModel) -> str:
+    if automaton.parent < 0:
+        return model.path.stem
+    return model.automata[automaton.parent].states[automaton.owner].source.name
+
+
+def _nothing() -> None:
+    """Do nothing."""
+
+
+def _false(*_: object) -> bool:
+    return False

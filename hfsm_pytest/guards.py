@@ -1,0 +1,96 @@
+"""Guards that a test sets: true or false whatever their code says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+from hfsm_runtime import Transition
+from hfsm_runtime.tree import Run, Tree
+
+from .errors import UnknownName
+
+__all__ = ["GuardTable", "path_of"]
+
+
+class _SetGuard:
+    """A guard that is what it was set to; as before when that is None."""
+
+    def __init__(self, code: Callable[..., object]) -> None:
+        self._code = code
+        self.value: bool | None = None
+        # Where the runtime looks for the variables of an automaton.
+        self.__closure__ = getattr(code, "__closure__", None)
+        self.__code__ = getattr(code, "__code__", None)
+
+    def __call__(self, *event: Any) -> object:  # noqa: ANN401 - that of the transition
+        return self._code(*event) if self.value is None else self.value
+
+
+class GuardTable(Mapping[str, bool | None]):
+    """What the guards of a behavior were set to, by name, None for those that run their code.
+
+    The name of a guard is that of its transition behind the path of its automaton (`followBall/red/lost`);
+    any end of it will do that is unique (`red/lost`). Of transitions of one name the id tells: `lost#2`.
+    """
+
+    def __init__(self, tree: Tree) -> None:
+        self._transitions: Final = dict(_named(tree))
+
+    def __getitem__(self, name: str) -> bool | None:
+        guard = self._find(name).guard
+        return guard.value if isinstance(guard, _SetGuard) else None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._transitions)
+
+    def __len__(self) -> int:
+        return len(self._transitions)
+
+    def set(self, name: str, value: bool | None) -> None:
+        """Set a guard; None lets it run its code again. Raises UnknownName."""
+        transition = self._find(name)
+        guard = transition.guard
+        if not isinstance(guard, _SetGuard):
+            assert guard is not None, "only transitions with a guard have a name here"
+            guard = _SetGuard(guard)
+            object.__setattr__(transition, "guard", guard)  # the structure of this run, and of no other
+        guard.value = value
+
+    def _find(self, name: str) -> Transition:
+        if name in self._transitions:
+            return self._transitions[name]
+        found = [full for full in self._transitions if full.endswith(f"/{name}")]
+        if len(found) == 1:
+            return self._transitions[found[0]]
+        known = ", ".join(found or self._transitions) or "none"
+        what = "several guards are called" if found else "there is no guard"
+        raise UnknownName(f"{what} {name!r}; there are {known}")
+
+
+def path_of(run: Run) -> str:
+    """Return the states that own an automaton, from the root down; empty for the root."""
+    names: list[str] = []
+    above: Run | None = run
+    while above is not None and above.owner is not None:
+        names.append(above.owner.name)
+        above = above.parent
+    return "/".join(reversed(names))
+
+
+def _named(tree: Tree) -> Iterator[tuple[str, Transition]]:
+    taken: set[str] = set()
+    for run in tree.runs:
+        path = path_of(run)
+        names = [transition.name for transition in run.automaton.transitions]
+        for transition in run.automaton.transitions:
+            if transition.guard is None:
+                continue
+            name = transition.name or f"#{transition.id}"
+            if names.count(transition.name) > 1 and transition.name:
+                name = f"{name}#{transition.id}"
+            full = f"{path}/{name}" if path else name
+            if full in taken:  # several automata of one path
+                full = f"{full}@{run.automaton.id}"
+            taken.add(full)
+            yield full, transition

@@ -1,0 +1,159 @@
+"""Look for a run in which a behavior does what it must not do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from hypothesis import HealthCheck, Phase, given, settings
+
+from codegen.hfsm.document import Property
+from codegen.hfsm.model_checker.expressions import ExpressionError, Holds, parse
+from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
+from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED
+from hfsm_runtime.observer import Watcher
+from hfsm_runtime.tree import Run
+
+from .abstraction import abstract_component
+from .behavior import Behavior
+from .errors import BehaviorFailed, DocumentInvalid
+from .loading import load_component, read
+from .steps import Step
+from .strategies import stimuli
+
+__all__ = ["Invariant", "check_properties"]
+
+Invariant = Callable[[Behavior], object]
+"""Returns whether all is well; an AssertionError says that it is not."""
+
+
+def check_properties(
+    document: str | Path,
+    *invariants: Invariant,
+    abstract: bool = True,
+    examples: int = 100,
+    steps: int = 30,
+    **options: Any,  # noqa: ANN401 - those of Behavior
+) -> None:
+    """Run a document with random guards, events and times, and check what must hold after every cycle.
+
+    That are the `invariants` and the properties in the document: `always` and `never`, and `eventually` with
+    a time. With `abstract` there is no code, only states, timers and guards; otherwise the code runs, with
+    the `options` of the fixture `behavior` such as `robot`, and of its guards those that a step has set are
+    random. Raises BehaviorFailed with the shortest steps found that break one.
+    """
+    path = Path(document).resolve()
+    model = read_model(read(path), path)
+    stated = [_Stated(each, model) for each in model.document.properties]
+    component = abstract_component(model.document, path) if abstract else load_component(path)
+
+    @settings(
+        max_examples=examples,
+        deadline=None,
+        database=None,
+        phases=(Phase.generate, Phase.shrink),  # to explain takes longer than all the rest
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(stimuli(path, max_size=steps))
+    def run(taken: list[Step]) -> None:
+        b = Behavior(component(), document=path, **options)
+        try:
+            _Examination(b, [*_named(invariants), *(each.start(b) for each in stated)]).run(taken)
+        finally:
+            b.close()
+
+    run()
+
+
+_Check = tuple[str, Invariant]
+
+
+class _Examination(Watcher):
+    """Check a behavior after each cycle, which is where its automata are in order."""
+
+    def __init__(self, b: Behavior, checks: Sequence[_Check]) -> None:
+        self._b = b
+        self._checks = checks
+        self._broken: tuple[str, float, str] | None = None
+        b.run.tree.observers.append(self)
+
+    def run(self, steps: Sequence[Step]) -> None:
+        """Take the steps; raises BehaviorFailed at the first after which a check has failed."""
+        self._look()
+        self._tell([])
+        for number, step in enumerate(steps, 1):
+            step.apply(self._b)
+            self._tell(steps[:number])
+
+    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+        """Look whether all is well."""
+        self._look()
+
+    def _look(self) -> None:
+        if self._broken is not None:
+            return
+        for name, check in self._checks:
+            try:
+                fine = check(self._b)
+            except AssertionError as error:
+                name, fine = f"{name}: {error}", False  # noqa: PLW2901
+            if fine is False:
+                self._broken = (name, self._b.time, ", ".join(self._b.active_paths))
+                return
+
+    def _tell(self, steps: Sequence[Step]) -> None:
+        if self._broken is not None:
+            name, time, where = self._broken
+            taken = "".join(f"\n    {step!r}" for step in steps) or "\n    (none)"
+            raise BehaviorFailed(
+                f"{name} does not hold at {time:g} s, in {where}; steps:{taken}\n{self._b.timeline}"
+            )
+
+
+def _named(invariants: Sequence[Invariant]) -> Iterator[_Check]:
+    for invariant in invariants:
+        yield getattr(invariant, "__name__", repr(invariant)).replace("<lambda>", "the invariant"), invariant
+
+
+class _Stated:
+    """A property that a document states, as the model checker understands it."""
+
+    def __init__(self, stated: Property, model: Model) -> None:
+        self._model: Final = model
+        self._kind: Final = stated.kind.strip()
+        self._within: Final = nanoseconds(stated.within)
+        text = " ".join(stated.expression.text.split())
+        self._name: Final = f"property {stated.name or text!r} ({self._kind} {text})"
+        try:
+            expression = parse(stated.expression.text, model)
+        except ExpressionError as error:
+            raise DocumentInvalid(f"{model.path}:{stated.line}: {self._name}: {error}") from error
+        self._holds: Final[Holds] = expression.bind(
+            {automaton.index: automaton.index for automaton in model.automata}
+        )
+
+    def start(self, b: Behavior) -> _Check:
+        """Return the check for a run."""
+        runs = [b.run.tree.run(automaton.source.id) for automaton in self._model.automata]
+        seen = False
+
+        def check(b: Behavior) -> bool:
+            nonlocal seen
+            now = round(b.time * 1e9)
+            if seen or (self._within is not None and now > self._within and self._kind != "eventually"):
+                return True
+            holds = self._holds(tuple(self._local(index, run) for index, run in enumerate(runs)))
+            if self._kind == "eventually":
+                seen = holds
+                return holds or self._within is None or now < self._within
+            return holds is (self._kind == "always")
+
+        return self._name, check
+
+    def _local(self, index: int, run: Run | None) -> tuple[int, int, int]:
+        if run is None:
+            return 0, 0, 0
+        states = self._model.automata[index].states
+        state = next(each.index for each in states if each.source.id == run.current.id)
+        return state, (ACTIVE if run.active else 0) | (FINISHED if run.finished else 0), 0

@@ -1,0 +1,55 @@
+"""What happens to a behavior in a random test: steps that print as the code that repeats them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .behavior import Behavior
+
+__all__ = ["Advance", "Send", "SetGuard", "Step"]
+
+
+@dataclass(frozen=True, slots=True)
+class Advance:
+    """Let time pass, in s."""
+
+    seconds: float
+
+    def apply(self, b: Behavior) -> None:
+        """Do it."""
+        b.advance(self.seconds)
+
+    def __repr__(self) -> str:
+        return f"b.advance({self.seconds:g})"
+
+
+@dataclass(frozen=True, slots=True)
+class SetGuard:
+    """Make a guard true or false from now on."""
+
+    name: str
+    value: bool
+
+    def apply(self, b: Behavior) -> None:
+        """Do it."""
+        b.guard(self.name, self.value)
+
+    def __repr__(self) -> str:
+        return f"b.guard({self.name!r}, {self.value})"
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    """Send an event."""
+
+    event: str
+
+    def apply(self, b: Behavior) -> None:
+        """Do it."""
+        b.send(self.event)
+
+    def __repr__(self) -> str:
+        return f"b.send({self.event!r})"
+
+
+Step = Advance | SetGuard | Send

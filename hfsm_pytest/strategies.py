@@ -1,0 +1,91 @@
+"""Hypothesis strategies that drive a behavior at random: its guards, its events, and the time that passes.
+
+All of them shrink towards few steps, short times and guards that are false.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from hfsm_runtime.automaton import Automaton
+
+from .abstraction import abstract_component
+from .behavior import Behavior
+from .loading import read
+from .steps import Advance, Send, SetGuard, Step
+
+__all__ = ["advances", "events", "guard_scripts", "guards", "stimuli"]
+
+_PERIODS = 20
+
+
+class _Facts(NamedTuple):
+    """What of a document a random test can use."""
+
+    guards: tuple[str, ...]
+    events: tuple[str, ...]
+    period: float
+    """The shortest period in s."""
+    delays: tuple[float, ...]
+    """The times of its timed transitions in s."""
+
+
+def guards(document: str | Path) -> SearchStrategy[dict[str, bool]]:
+    """Return values for all guards of a document, by name."""
+    return st.fixed_dictionaries({name: st.booleans() for name in _facts(document).guards})
+
+
+def guard_scripts(
+    document: str | Path, *, max_size: int = 20
+) -> SearchStrategy[list[tuple[dict[str, bool], float]]]:
+    """Return sequences of values for all guards, each with the time in s for which they stay so."""
+    seconds = advances(document).map(lambda step: step.seconds)
+    return st.lists(st.tuples(guards(document), seconds), max_size=max_size)
+
+
+def advances(document: str | Path) -> SearchStrategy[Advance]:
+    """Return steps of time: some periods, or as long as a timer of the document takes."""
+    facts = _facts(document)
+    periods = st.integers(1, _PERIODS).map(lambda count: Advance(round(count * facts.period, 9)))
+    return periods | st.sampled_from([Advance(delay) for delay in facts.delays]) if facts.delays else periods
+
+
+def events(document: str | Path) -> SearchStrategy[Send]:
+    """Return the events that the document declares, or that a transition waits for."""
+    return st.sampled_from([Send(name) for name in _facts(document).events])
+
+
+def stimuli(document: str | Path, *, max_size: int = 30) -> SearchStrategy[list[Step]]:
+    """Return sequences of steps: time passes, guards become true or false, events come."""
+    facts = _facts(document)
+    kinds: list[SearchStrategy[Step]] = [advances(document)]
+    if facts.guards:
+        kinds.append(st.builds(SetGuard, st.sampled_from(facts.guards), st.booleans()))
+    if facts.events:
+        kinds.append(events(document))
+    return st.lists(st.one_of(kinds), max_size=max_size)
+
+
+def _facts(document: str | Path) -> _Facts:
+    path = Path(document).resolve()
+    return _read_facts(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _read_facts(path: Path, changed: int) -> _Facts:  # noqa: ARG001
+    document = read(path)
+    b = Behavior(abstract_component(document, path)())
+    automata: list[Automaton] = [run.automaton for run in b.run.tree.runs]
+    transitions = [transition for automaton in automata for transition in automaton.transitions]
+    declared = [event.name for event in document.events]
+    return _Facts(
+        guards=tuple(b.guards),
+        events=tuple(dict.fromkeys([*declared, *(each.event for each in transitions if each.event)])),
+        period=min(automaton.period for automaton in automata),
+        delays=tuple(sorted({each.seconds for each in transitions if each.seconds is not None})),
+    )
