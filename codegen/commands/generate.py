@@ -106,6 +106,15 @@ def generate(
         raise typer.Exit(1)
 
 
+def _extensions(job: _Job) -> list[Path]:
+    """Return where the documents' extensions would lie: one that turns up changes the component."""
+    if not job.documents:
+        return []
+    from codegen.hfsm import component_path, extension_path
+
+    return [extension_path(component_path(path, job.document_output)) for path in job.documents]
+
+
 def _package_directory(
     package: str | None, output: Path | None, interfaces: Sequence[Path]
 ) -> tuple[Path | None, tuple[Path, ...]]:
@@ -187,7 +196,7 @@ def _write_and_list(job: _Job, error_format: ErrorFormat) -> list[Path]:
     """Do a job, tell how it went, and return the paths whose change makes it worth doing again."""
     result = _run(job)
     show(result.diagnostics, error_format)
-    watched = [*job.interfaces, *job.documents, *result.diagnostics.sources]
+    watched = [*job.interfaces, *job.documents, *_extensions(job), *result.diagnostics.sources]
     if result.diagnostics.has_errors:
         # A missing file may turn up in any of the directories that are searched.
         watched += [*job.include, *{path.parent for path in watched}]
