@@ -46,7 +46,7 @@ SOURCES: Final = ("document", "component", "extension")
 Text = Annotated[str, Meta(max_length=1 << 20)]
 
 
-class Message(msgspec.Struct, frozen=True):
+class Message(msgspec.Struct, frozen=True, omit_defaults=True):
     """The root of the messages."""
 
 

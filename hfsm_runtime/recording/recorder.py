@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from ..automaton import Automaton, Event, Transition
 from ..tree import ChangeKind, Run, Tree
@@ -26,8 +26,8 @@ from .messages import (
     Variables,
 )
 from .turns import Turns
-from .values import readable
-from .writer import Entry, RecordingWriter
+from .values import readable, without_addresses
+from .writer import Entry
 
 __all__ = ["LogRecorder", "Recorder", "VariableWatch", "automaton_context", "describe_error", "topics_of"]
 
@@ -41,15 +41,26 @@ def automaton_context(id: int) -> str:
     return f"automaton {id}"
 
 
+class Sink(Protocol):
+    """Where messages go: a file, or in a replay whoever compares them."""
+
+    @property
+    def crowded(self) -> bool:
+        """Whether so much waits that large things should stay away."""
+
+    def put(self, entry: Entry) -> None:
+        """Take a message; never waits."""
+
+
 class Recorder:
     """What everything that records goes through: the order of things, their time, and their context.
 
     It is an `Observer` of the component's tree. `start` is the wall time of the start in ns.
     """
 
-    def __init__(self, writer: RecordingWriter, start: int) -> None:
+    def __init__(self, writer: Sink, start: int, turns: Turns | None = None) -> None:
         self.writer = writer
-        self.turns = Turns(self._overlap)
+        self.turns = turns or Turns(self._overlap)
         self.component_time: Callable[[], int] = lambda: 0
         """Returns the component time in ns; set as soon as there is one."""
         self._start = start
@@ -200,7 +211,8 @@ def describe_error(error: BaseException) -> str:
         text = str(error)
     except Exception:  # noqa: BLE001
         text = "its text cannot be had"
-    return f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE].encode("utf-8", "backslashreplace").decode()
+    shown = without_addresses(f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE])
+    return shown.encode("utf-8", "backslashreplace").decode()
 
 
 def topics_of(tree: Tree) -> dict[int, str]:

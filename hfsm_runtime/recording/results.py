@@ -122,7 +122,7 @@ def take_bytes(value: Any, path: list[str | int], found: list[tuple[Missing, byt
     return value
 
 
-def put_bytes(value: Any, missing: Missing, data: bytes) -> None:  # noqa: ANN401
+def put_bytes(value: Any, missing: Missing, data: bytes | str) -> None:  # noqa: ANN401
     """Put bytes back into plain data from which `take_bytes` took them; raises LookupError or TypeError."""
     *way, last = missing.path
     for step in way:
@@ -136,6 +136,8 @@ def _message(outcome: Outcome, context: str, packed: bytes | None, missing: list
     shown: Any = None
     if packed is not None:
         plain = msgspec.msgpack.decode(packed)
+        for each in missing:
+            put_bytes(plain, each, f"<{each.size} bytes>")
         shown = readable(plain.get("returnValue") if list(plain) == ["returnValue"] else plain)
         size = len(packed)
         if size > _LARGEST:

@@ -27,7 +27,7 @@ from ..supervision import OnError
 from ..timeline import Timeline
 from ..tree import Run, Tree
 from .clocks import RecordingClock, RecordingTimeline, record_time
-from .messages import SOURCES
+from .messages import SOURCES, Action
 from .proxies import record_proxies
 from .recorder import LogRecorder, Recorder, automaton_context, wall_time
 from .results import digest
@@ -144,7 +144,7 @@ class RecordedRuntime(Runtime):
             super().__init__(component, RecordingClock(clock, recorder), on_error, servers_present)
         periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
         policy = (on_error or component._hfsm_on_error).value
-        recorder.action("made", on_error=policy, periods=periods)
+        recorder.put("/actions", Action("made", {"on_error": policy, "periods": periods}))
 
     def start(self) -> None:
         """Start the automata."""

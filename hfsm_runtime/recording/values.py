@@ -13,7 +13,7 @@ from zenoh_ice import Sample
 
 from ..variables import short_repr
 
-__all__ = ["readable"]
+__all__ = ["readable", "without_addresses"]
 
 _MOST_NODES: Final = 256
 _LONGEST_TEXT: Final = 1024
@@ -38,6 +38,11 @@ def readable(value: object) -> Any:  # noqa: ANN401 - JSON
     if kind is int and -_LARGEST_INTEGER <= value <= _LARGEST_INTEGER:  # type: ignore[operator]
         return value
     return _Walk().convert(value, 0)
+
+
+def without_addresses(text: str) -> str:
+    """Return a text without the addresses of objects, which are others in each process."""
+    return _ADDRESS.sub("", text)
 
 
 class _Walk:
@@ -79,7 +84,7 @@ class _Walk:
             return self._array(sorted(value, key=_rank) if len(value) <= _MOST_NODES else ["..."], depth)
         if isinstance(value, Sample):
             return {"sequence": value.sequence, "value": self.convert(value.value, depth)}
-        return _ADDRESS.sub("", short_repr(value))
+        return without_addresses(short_repr(value))
 
     def _object(self, items: Any, depth: int) -> dict[str, Any]:  # noqa: ANN401
         found: dict[str, Any] = {}

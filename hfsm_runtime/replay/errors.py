@@ -1,0 +1,27 @@
+"""Exceptions of replays."""
+
+from __future__ import annotations
+
+from ..errors import ComponentError
+
+__all__ = ["MissingImageError", "NothingRecordedError", "RecordingError", "ReplayEndedError", "ReplayError"]
+
+
+class ReplayError(ComponentError):
+    """A replay cannot go on."""
+
+
+class RecordingError(ReplayError):
+    """A recording cannot be read: it is none, is damaged at its beginning, or holds what it must not."""
+
+
+class MissingImageError(ReplayError):
+    """The code looks at an image that the recording only has the size of."""
+
+
+class NothingRecordedError(ReplayError):
+    """The edited document reads what nobody had read until then, so the recording has no value for it."""
+
+
+class ReplayEndedError(BaseException):
+    """The recording is over: ends code that waits for more, and is no Exception so that it gets through."""
