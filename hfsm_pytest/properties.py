@@ -32,16 +32,21 @@ def check_properties(
     document: str | Path,
     *invariants: Invariant,
     abstract: bool = True,
+    guards: bool | None = None,
+    balls: Sequence[str] = (),
     examples: int = 100,
     steps: int = 30,
     **options: Any,  # noqa: ANN401 - those of Behavior
 ) -> None:
-    """Run a document with random guards, events and times, and check what must hold after every cycle.
+    """Run a document at random, and check what must hold after every cycle.
 
     That are the `invariants` and the properties in the document: `always` and `never`, and `eventually` with
-    a time. With `abstract` there is no code, only states, timers and guards; otherwise the code runs, with
-    the `options` of the fixture `behavior` such as `robot`, and of its guards those that a step has set are
-    random. Raises BehaviorFailed with the shortest steps found that break one.
+    a time. Random are the time that passes, events, the places of `balls` (`red`, `green`), and the `guards`.
+
+    With `abstract`, the default, there is no code: only states, timers and guards, which are random.
+    Otherwise the code runs, with the `options` of the fixture `behavior` such as `robot`, and its guards say
+    what they say unless `guards` is set. Raises BehaviorFailed with the shortest steps found that break
+    something, or at which the code fails.
     """
     path = Path(document).resolve()
     model = read_model(read(path), path)
@@ -55,7 +60,7 @@ def check_properties(
         phases=(Phase.generate, Phase.shrink),  # to explain takes longer than all the rest
         suppress_health_check=list(HealthCheck),
     )
-    @given(stimuli(path, max_size=steps))
+    @given(stimuli(path, guards=abstract if guards is None else guards, balls=tuple(balls), max_size=steps))
     def run(taken: list[Step]) -> None:
         b = Behavior(component(), document=path, **options)
         try:
@@ -83,7 +88,10 @@ class _Examination(Watcher):
         self._look()
         self._tell([])
         for number, step in enumerate(steps, 1):
-            step.apply(self._b)
+            try:
+                step.apply(self._b)
+            except BehaviorFailed as failure:
+                raise BehaviorFailed(f"{failure}\nsteps:{_listed(steps[:number])}") from failure
             self._tell(steps[:number])
 
     def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
@@ -105,10 +113,12 @@ class _Examination(Watcher):
     def _tell(self, steps: Sequence[Step]) -> None:
         if self._broken is not None:
             name, time, where = self._broken
-            taken = "".join(f"\n    {step!r}" for step in steps) or "\n    (none)"
-            raise BehaviorFailed(
-                f"{name} does not hold at {time:g} s, in {where}; steps:{taken}\n{self._b.timeline}"
-            )
+            what = f"{name} does not hold at {time:g} s, in {where}"
+            raise BehaviorFailed(f"{what}; steps:{_listed(steps)}\n{self._b.timeline}")
+
+
+def _listed(steps: Sequence[Step]) -> str:
+    return "".join(f"\n    {step!r}" for step in steps) or "\n    (none)"
 
 
 def _named(invariants: Sequence[Invariant]) -> Iterator[_Check]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .behavior import Behavior
 
-__all__ = ["Advance", "Send", "SetGuard", "Step"]
+__all__ = ["Advance", "HideBall", "PlaceBall", "Send", "SetGuard", "Step"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,4 +52,36 @@ class Send:
         return f"b.send({self.event!r})"
 
 
-Step = Advance | SetGuard | Send
+@dataclass(frozen=True, slots=True)
+class PlaceBall:
+    """Put a ball somewhere: bearing in rad, distance and height in m."""
+
+    ball: str
+    pan: float
+    distance: float
+    height: float
+
+    def apply(self, b: Behavior) -> None:
+        """Do it."""
+        b.robot.ball(self.ball).place(self.pan, self.distance, self.height)
+
+    def __repr__(self) -> str:
+        place = f"{self.pan:g}, {self.distance:g}, {self.height:g}"
+        return f"b.robot.ball({self.ball!r}).place({place})"
+
+
+@dataclass(frozen=True, slots=True)
+class HideBall:
+    """Put a ball out of sight."""
+
+    ball: str
+
+    def apply(self, b: Behavior) -> None:
+        """Do it."""
+        b.robot.ball(self.ball).hide()
+
+    def __repr__(self) -> str:
+        return f"b.robot.ball({self.ball!r}).hide()"
+
+
+Step = Advance | SetGuard | Send | PlaceBall | HideBall

@@ -1,13 +1,14 @@
-"""Hypothesis strategies that drive a behavior at random: its guards, its events, and the time that passes.
+"""Hypothesis strategies that drive a behavior at random: its guards, its events, the balls, and the time.
 
 All of them shrink towards few steps, short times and guards that are false.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
@@ -17,11 +18,12 @@ from hfsm_runtime.automaton import Automaton
 from .abstraction import abstract_component
 from .behavior import Behavior
 from .loading import read
-from .steps import Advance, Send, SetGuard, Step
+from .steps import Advance, HideBall, PlaceBall, Send, SetGuard, Step
 
-__all__ = ["advances", "events", "guard_scripts", "guards", "stimuli"]
+__all__ = ["advances", "balls", "events", "guard_scripts", "guards", "stimuli"]
 
-_PERIODS = 20
+_PERIODS: Final = 20
+_BALLS: Final = ("red", "green")
 
 
 class _Facts(NamedTuple):
@@ -60,15 +62,41 @@ def events(document: str | Path) -> SearchStrategy[Send]:
     return st.sampled_from([Send(name) for name in _facts(document).events])
 
 
-def stimuli(document: str | Path, *, max_size: int = 30) -> SearchStrategy[list[Step]]:
-    """Return sequences of steps: time passes, guards become true or false, events come."""
+def balls(*names: str) -> SearchStrategy[PlaceBall | HideBall]:
+    """Return steps that put balls in front of the robot, where the head can turn to them, or behind it."""
+    place = st.builds(
+        PlaceBall,
+        st.sampled_from(names or _BALLS),
+        _tenths(-12, 12),
+        _tenths(6, 20),
+        _tenths(2, 9),
+    )
+    return place | st.builds(HideBall, st.sampled_from(names or _BALLS))
+
+
+def stimuli(
+    document: str | Path, *, guards: bool = True, balls: Sequence[str] = (), max_size: int = 30
+) -> SearchStrategy[list[Step]]:
+    """Return sequences of steps: time passes and events come.
+
+    With `guards` the guards of the document become true or false; `balls` names those that are moved.
+    """
     facts = _facts(document)
     kinds: list[SearchStrategy[Step]] = [advances(document)]
-    if facts.guards:
+    if guards and facts.guards:
         kinds.append(st.builds(SetGuard, st.sampled_from(facts.guards), st.booleans()))
     if facts.events:
         kinds.append(events(document))
+    if balls:
+        kinds.append(_balls(*balls))
     return st.lists(st.one_of(kinds), max_size=max_size)
+
+
+_balls = balls  # which is also the name of a parameter
+
+
+def _tenths(least: int, most: int) -> SearchStrategy[float]:
+    return st.integers(least, most).map(lambda tenths: tenths / 10)
 
 
 def _facts(document: str | Path) -> _Facts:
