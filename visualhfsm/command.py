@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from visualhfsm.steer.commands import register as register_steering
 from zenoh_ice.command import finite, with_settings
 from zenoh_ice.settings import Settings
 
@@ -21,6 +22,9 @@ visualhfsm watch
 visualhfsm watch dance_and_follow --seconds 60 --report report.html
 
 visualhfsm watch follow_ball --plain > log.txt"""
+
+
+register_steering(app)
 
 
 @app.callback()

@@ -1,0 +1,1 @@
+"""Steer a running component from the command line."""

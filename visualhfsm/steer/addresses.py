@@ -1,0 +1,154 @@
+"""Find automata, states and transitions of a component by what people call them.
+
+An automaton is called by the names of the states above it (`followBall/green`), or by that of the component
+for the root; a state or a transition by its automaton and its own name (`followBall/green/search`), or by its
+name alone where only one has it. Ids do as well: `4`, `4/2`. A transition without a name is called by its
+states: `follow -> search`.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from interfaces.hfsm import AutomatonStructure, ComponentStructure, TransitionStructure
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.watch.automata import printable
+
+__all__ = ["Address", "Addresses", "did_you_mean"]
+
+_SHOWN: Final = 12
+"""Addresses that an error names at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """An automaton (`state` and `transition` are 0), a state or a transition, and its full name."""
+
+    name: str
+    automaton: int
+    state: int = 0
+    transition: int = 0
+
+    @property
+    def ids(self) -> str:
+        """Its ids, which are unique: `4`, or `4/2`."""
+        return (
+            f"{self.automaton}/{self.state or self.transition}"
+            if self.state or self.transition
+            else str(self.automaton)
+        )
+
+
+class Addresses:
+    """What can be called in one component."""
+
+    def __init__(self, structure: ComponentStructure) -> None:
+        self._automata: dict[Address, set[str]] = {}
+        self._states: dict[Address, set[str]] = {}
+        self._transitions: dict[Address, set[str]] = {}
+        by_id = {automaton.id: automaton for automaton in structure.automata}
+        self._paths = {automaton.id: _path(automaton, by_id) for automaton in structure.automata}
+        for automaton in structure.automata:
+            self._add(automaton)
+
+    def automaton(self, text: str) -> Address:
+        """Return an automaton; raises VisualHfsmError when none or several are called so."""
+        return _find(text, self._automata, "automaton")
+
+    def state(self, text: str) -> Address:
+        """Return a state; raises VisualHfsmError when none or several are called so."""
+        return _find(text, self._states, "state")
+
+    def transition(self, text: str) -> Address:
+        """Return a transition; raises VisualHfsmError when none or several are called so."""
+        return _find(text, self._transitions, "transition")
+
+    def element(self, text: str) -> Address:
+        """Return a state or a transition; raises VisualHfsmError when none or several are called so."""
+        return _find(text, {**self._states, **self._transitions}, "state or transition")
+
+    def named(self, automaton: int, state: int = 0, transition: int = 0) -> str:
+        """Return the full name of what has these ids."""
+        wanted = Address("", automaton, state, transition).ids
+        among = self._states if state else self._transitions if transition else self._automata
+        return next((address.name for address in among if address.ids == wanted), wanted)
+
+    def _add(self, automaton: AutomatonStructure) -> None:
+        path, name = self._paths[automaton.id], printable(automaton.name)
+        prefixes = {str(automaton.id), path, name}
+        root = automaton.parent == 0
+        self._automata[Address(path, automaton.id)] = prefixes
+        for state in automaton.states:
+            own = printable(state.name)
+            address = Address(own if root else f"{path}/{own}", automaton.id, state=state.id)
+            self._states[address] = _spellings(prefixes, {own, str(state.id)}) | {own}
+        for transition in automaton.transitions:
+            own_names = _names(automaton, transition)
+            first = own_names[0]
+            address = Address(first if root else f"{path}/{first}", automaton.id, transition=transition.id)
+            self._transitions[address] = _spellings(prefixes, {*own_names, str(transition.id)}) | set(
+                own_names
+            )
+
+
+def did_you_mean(text: str, known: Iterable[str]) -> str:
+    """Return `; did you mean ...?`, or which there are."""
+    names = sorted(set(known))
+    close = difflib.get_close_matches(text[:200], names, 3, 0.5)
+    if close:
+        return f"; did you mean {' or '.join(close)}?"
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return f"; there are {', '.join(names[:_SHOWN])}{more}" if names else "; there are none"
+
+
+def _find(text: str, among: dict[Address, set[str]], kind: str) -> Address:
+    found = _matches(text, among)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        choices = ", ".join(f"{address.name} ({address.ids})" for address in found[:_SHOWN])
+        raise VisualHfsmError(f"{printable(text)} may be {choices}: name one in full, or by its ids")
+    names = [address.name for address in among] + [name for names in among.values() for name in names]
+    hint = did_you_mean(text, names if _close(text, names) else [address.name for address in among])
+    raise VisualHfsmError(f"there is no {kind} {printable(text)}{hint}")
+
+
+def _close(text: str, names: Sequence[str]) -> bool:
+    return bool(difflib.get_close_matches(text[:200], names, 1, 0.5))
+
+
+def _matches(text: str, among: dict[Address, set[str]]) -> list[Address]:
+    """Return what is called so: by its full name, or else by any of its names."""
+    exact = [address for address in among if address.name == text]
+    if len(exact) == 1:
+        return exact
+    return [address for address, names in among.items() if text in names]
+
+
+def _spellings(prefixes: set[str], names: set[str]) -> set[str]:
+    return {f"{prefix}/{name}" for prefix in prefixes for name in names}
+
+
+def _names(automaton: AutomatonStructure, transition: TransitionStructure) -> list[str]:
+    states = {state.id: printable(state.name) for state in automaton.states}
+    origin, destination = (
+        states.get(transition.origin, str(transition.origin)),
+        states.get(transition.destination, str(transition.destination)),
+    )
+    names = [f"{origin} -> {destination}", f"{origin}->{destination}"]
+    return [printable(transition.name), *names] if transition.name.strip() else names
+
+
+def _path(automaton: AutomatonStructure, by_id: dict[int, AutomatonStructure]) -> str:
+    """Return the names of the states that own an automaton from the root down, or the root's own name."""
+    names: list[str] = []
+    seen = {automaton.id}
+    current = automaton
+    while (parent := by_id.get(current.parent)) is not None and parent.id not in seen:
+        seen.add(parent.id)
+        names.insert(0, next((s.name for s in parent.states if s.id == current.owner), str(current.owner)))
+        current = parent
+    return printable("/".join(names) if names else automaton.name)

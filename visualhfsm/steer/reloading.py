@@ -1,0 +1,74 @@
+"""What the command `reload` does: compile a document and let the running component go on in it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import typer
+
+from codegen.diagnostics import Diagnostics
+from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
+from codegen.hfsm import compile_document
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.steer.actions import print_json
+from visualhfsm.steer.target import Target
+from visualhfsm.watch.automata import printable
+
+__all__ = ["reload_document"]
+
+_PATIENCE: Final = 30_000
+"""Milliseconds that a component may take to load its file, with its libraries."""
+_PLACES: Final = (Path(), Path("behaviors"))
+
+
+def reload_document(
+    target: Target, document: Path | None, output: Path | None, include: Sequence[Path], *, as_json: bool
+) -> None:
+    """Compile a document, write the component's file, and reload the component.
+
+    Errors of the document are shown and end the command with exit code 1 before anything is touched. Raises
+    VisualHfsmError.
+    """
+    for file in _compile(document or _find(target), output, include):
+        _write(file)
+        if not as_json:
+            typer.echo(f"{file.path} is written")
+    report = target.monitor.ice_invocationTimeout(_PATIENCE).reload()
+    if as_json:
+        print_json(report)
+        return
+    held = f"it was held for {report.held * 1000:.1f} ms"
+    typer.echo(f"{target.name} goes on in generation {report.generation}; {held}")
+    for sentence in report.notKept:
+        typer.echo(f"not kept: {printable(sentence)}")
+
+
+def _find(target: Target) -> Path:
+    """Return the document of a component; its file name is known."""
+    name = Path(target.structure.document).name
+    found = [place / name for place in _PLACES if name and (place / name).is_file()]
+    if len(found) == 1:
+        return found[0]
+    places = " and ".join(str(path) for path in found) if found else "not here nor in behaviors/"
+    raise VisualHfsmError(f"which document? {printable(name) or 'it'} is {places}: name it")
+
+
+def _compile(document: Path, output: Path | None, include: Sequence[Path]) -> list[GeneratedFile]:
+    diagnostics = Diagnostics()
+    files = compile_document(document, output, diagnostics, include)
+    if len(diagnostics):
+        rendered = diagnostics.render(color=sys.stderr.isatty(), outcome="nothing was written or reloaded")
+        typer.echo(rendered, err=True, nl=False)
+    if files is None:
+        raise typer.Exit(1)
+    return files
+
+
+def _write(file: GeneratedFile) -> None:
+    try:
+        apply(compare_with_disk([file]))
+    except FilesNotWrittenError as error:
+        raise VisualHfsmError(str(error)) from error
