@@ -1,0 +1,99 @@
+"""Find the Python 2 in a piece of code, and mend it where nothing else is wrong."""
+
+from __future__ import annotations
+
+import ast
+import textwrap
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from .matches import Match, Rule
+from .name_rules import has_keys, modules, names
+from .statement_rules import excepts, execs, prints, raises
+from .word_rules import backquotes, numbers, operators, strings, tabs
+from .words import words_of
+
+__all__ = ["Finding", "find_python2", "is_python", "mend"]
+
+_MAX_ROUNDS: Final = 50
+"""How deep what a rule finds may be nested in what it finds."""
+
+
+_RULES: Final[tuple[Rule, ...]] = (
+    *(operators, numbers, strings, backquotes),
+    *(excepts, raises, execs, prints),
+    *(has_keys, names, modules, tabs),
+)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Finding:
+    """Something of Python 2; `line` and `column` count from 1 in the code."""
+
+    line: int
+    column: int
+    message: str
+
+
+def find_python2(code: str) -> tuple[Finding, ...]:
+    """Return what in a piece of code is Python 2, in the order of its lines.
+
+    Code that is no Python of any age, such as C++, has nothing of the kind: an empty result does not mean
+    that the code is valid.
+    """
+    words = words_of(code)
+    found = [match for rule in _RULES for match in rule(code, words)]
+    findings = {Finding(*_place(code, match.start), match.message) for match in found}
+    return tuple(sorted(findings))
+
+
+def mend(code: str) -> str | None:
+    """Return a piece of code as Python 3, or None when that takes more than the mending of Python 2.
+
+    What has nothing of Python 2 in it comes back as it is.
+    """
+    mended = code
+    for rule in _RULES:
+        for _ in range(_MAX_ROUNDS):
+            matches = list(rule(mended, words_of(mended)))
+            if any(not match.edits for match in matches):
+                return None
+            if not matches:
+                break
+            mended = _edited(mended, matches)
+        else:
+            return None
+    return mended if is_python(mended) else None
+
+
+def is_python(code: str) -> bool:
+    """Return whether a piece of code is valid Python 3: statements, or an expression that may span lines."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for source in (textwrap.dedent(code).strip("\r\n"), f"(\n{code}\n)"):
+            try:
+                ast.parse(source)
+            except (SyntaxError, ValueError, RecursionError, MemoryError):
+                continue
+            return True
+    return False
+
+
+def _edited(code: str, matches: Sequence[Match]) -> str:
+    """Return the code with all edits that are not inside one another, so that those come next."""
+    start = len(code)
+    for match in sorted(matches, key=lambda match: match.start, reverse=True):
+        edits = sorted(match.edits, key=lambda edit: edit.start, reverse=True)
+        if edits[0].end > start:
+            continue
+        for edit in edits:
+            code = code[: edit.start] + edit.text + code[edit.end :]
+        start = edits[-1].start
+    return code
+
+
+def _place(code: str, offset: int) -> tuple[int, int]:
+    before = code[:offset]
+    return before.count("\n") + 1, offset - (before.rfind("\n") + 1) + 1

@@ -1,0 +1,65 @@
+"""Turn a document of any age into the text of one of today, and tell what becomes of it.
+
+Formats go by the extension of a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Final
+
+from codegen.diagnostics import Diagnostics, Location
+from codegen.hfsm import DocumentNotWritableError, read_document, write_document
+from codegen.hfsm.code_pieces import is_foreign, pieces_of
+from codegen.hfsm.document import Document
+from codegen.hfsm.python2 import mend_document, report_python2
+
+__all__ = ["READERS", "WRITERS", "Reader", "Writer", "convert_document"]
+
+Reader = Callable[[Path, Diagnostics], Document | None]
+"""Returns the document in a file, or None after it reported errors."""
+
+Writer = Callable[[Document, Path, Diagnostics], str]
+"""Returns the text of a document that was read from a path, and tells what it cannot carry."""
+
+
+def convert_document(
+    source: Path, read: Reader, write: Writer, diagnostics: Diagnostics, *, mends_python2: bool
+) -> str:
+    """Return the text of the new document; worth nothing after errors were reported."""
+    document = read(source, diagnostics)
+    if document is None:
+        return ""
+    if is_foreign(document):
+        _tell_of_language(document, source, diagnostics)
+    elif mends_python2:
+        document = mend_document(document, source, diagnostics)
+    else:
+        report_python2(document, source, diagnostics)
+    return write(document, source, diagnostics)
+
+
+def _read_xml(path: Path, diagnostics: Diagnostics) -> Document | None:
+    return read_document(path, diagnostics, remarks=diagnostics)
+
+
+def _write_xml(document: Document, source: Path, diagnostics: Diagnostics) -> str:
+    try:
+        return write_document(document)
+    except DocumentNotWritableError as error:
+        diagnostics.error("E508", f"cannot be written: {error}", Location(source))
+        return ""
+
+
+def _tell_of_language(document: Document, source: Path, diagnostics: Diagnostics) -> None:
+    language = document.language.text.strip()
+    first = next(pieces_of(document, source), None)
+    place = (
+        Location(source) if first is None else Location(source, first.text.line, max(1, first.text.column))
+    )
+    diagnostics.note("N502", f"the code is {language}: it is kept, and does not run here", place)
+
+
+READERS: Final[Mapping[str, Reader]] = {".xml": _read_xml}
+WRITERS: Final[Mapping[str, Writer]] = {".xml": _write_xml}

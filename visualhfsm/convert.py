@@ -1,0 +1,79 @@
+"""`visualhfsm convert IN OUT`: write documents of any age in the format of today."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Final, TypeVar
+
+import typer
+
+from codegen.commands.reporting import ErrorFormat, report
+from codegen.diagnostics import Diagnostics
+
+from .errors import VisualHfsmError
+
+__all__ = ["EPILOG", "convert"]
+
+EPILOG: Final = """Examples:
+
+visualhfsm convert old.xml new.xml
+
+visualhfsm convert --mend-python2 --force follow_ball.xml follow_ball.xml
+
+visualhfsm convert --error-format json old.xml - > new.xml"""
+
+_STANDARD_OUTPUT: Final = "-"
+
+_T = TypeVar("_T")
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(metavar="IN", help="A document in any format: .xml.")],
+    target: Annotated[str, typer.Argument(metavar="OUT", help="The file to write: .xml, or - for stdout.")],
+    *,
+    mend_python2: Annotated[
+        bool, typer.Option("--mend-python2", help="Mend Python 2 where nothing else is wrong with the code.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite OUT, which may be IN itself.")] = False,
+    error_format: Annotated[
+        ErrorFormat, typer.Option("--error-format", help="How to write what is found, to stderr.")
+    ] = ErrorFormat.TEXT,
+) -> None:
+    """Write a document of any age in the format of today.
+
+    Read are VisualHFSM's documents of 2013 in Spanish, those of 2013 to 2017,
+    and VisualStates' since 2017. Nothing is lost: what has no meaning here is
+    kept as it is, and told. Python 2 is told with its line, and mended on
+    request; C++ is kept, and does not run here. OUT is written whole or not
+    at all.
+    """
+    from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
+
+    from .conversion import READERS, WRITERS, convert_document
+
+    read = _format_of(source.suffix, READERS, "IN")
+    path = Path(target)
+    to_file = target != _STANDARD_OUTPUT
+    write = _format_of(path.suffix if to_file else ".xml", WRITERS, "OUT")
+    if to_file and path.exists() and not force:
+        raise typer.BadParameter(f"{path} exists: --force overwrites it", param_hint="OUT")
+    diagnostics = Diagnostics()
+    text = convert_document(source, read, write, diagnostics, mends_python2=mend_python2)
+    report(diagnostics, error_format)
+    if not to_file:
+        typer.echo(text, nl=False)
+        return
+    try:
+        apply(compare_with_disk([GeneratedFile(path, text)]))
+    except FilesNotWrittenError as error:
+        raise VisualHfsmError(str(error)) from error
+
+
+def _format_of(suffix: str, known: Mapping[str, _T], name: str) -> _T:
+    """Return what belongs to an extension, or refuse it as wrong usage."""
+    found = known.get(suffix.lower())
+    if found is None:
+        expected = " or ".join(known)
+        raise typer.BadParameter(f"expected a file that ends with {expected}", param_hint=name)
+    return found
