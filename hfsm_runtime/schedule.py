@@ -5,7 +5,12 @@ Times are integer ns of component time. A slot that was missed is not made up fo
 
 from __future__ import annotations
 
-__all__ = ["slot_after", "slot_at", "slot_from"]
+from typing import Final
+
+__all__ = ["delay_in_slot", "slot_after", "slot_at", "slot_from"]
+
+_APART: Final = 50_000
+"""ns between the wake-ups of two automata whose slots fall together: about what a cycle takes on a thread."""
 
 
 def slot_at(now: int, interval: int) -> int:
@@ -21,3 +26,13 @@ def slot_after(now: int, interval: int) -> int:
 def slot_from(now: int, interval: int) -> int:
     """Return the first slot that is not in the past."""
     return -(-now // interval) * interval
+
+
+def delay_in_slot(index: int, interval: int) -> int:
+    """Return how long after the beginning of its slots the automaton of this number wakes.
+
+    Threads that woke all at once would fight for the interpreter, and a few would win it late. The cycle
+    belongs to the time of its slot nevertheless. Half a period is never exceeded, so that a cycle that begins
+    a little late is still in its own slot.
+    """
+    return index * _APART % max(1, interval // 2)

@@ -10,9 +10,10 @@ from typing import Final
 
 from zenoh_ice.clock import Clock
 
+from .alarm import Alarm
 from .cycle import Supervisor, run_cycle
 from .errors import ComponentStoppedError, CycleCutError
-from .schedule import slot_after, slot_at, slot_from
+from .schedule import delay_in_slot, slot_after, slot_at, slot_from
 from .timeline import Timeline
 from .tree import ChangeKind, Run, Tree
 
@@ -48,13 +49,15 @@ class Threads:
         self._stopping = False
         self._one_step = threading.Lock()
         self._own = threading.local()
-        self._workers = {run: _Worker(self, run) for run in tree.runs}
+        self._workers = {run: _Worker(self, run, index) for index, run in enumerate(tree.runs)}
+        self._alarm = Alarm(timeline)
         tree.on_change.append(self._changed)
 
     def start(self) -> None:
         """Enter the initial states and start the cycles."""
         self._timeline.restart()
         self._tree.start(0)
+        self._alarm.start()
         for worker in self._workers.values():
             worker.thread.start()
 
@@ -67,6 +70,7 @@ class Threads:
             self._tree.held = True
             self._stopping = True
         self.wake()
+        self._alarm.stop()
         deadline = time.monotonic() + timeout
         threads = [worker.thread for worker in self._workers.values() if worker.thread.ident is not None]
         for thread in threads:
@@ -129,7 +133,7 @@ class Threads:
 
     def add(self, runs: tuple[Run, ...]) -> None:
         """Start the threads of automata that are about to join the tree."""
-        workers = {run: _Worker(self, run) for run in runs}
+        workers = {run: _Worker(self, run, index) for index, run in enumerate(runs, len(self._workers))}
         self._workers = {**self._workers, **workers}
         for worker in workers.values():
             worker.thread.start()
@@ -149,16 +153,23 @@ class Threads:
         for worker in self._workers.values():
             worker.wake.set()
 
-    def _changed(self, _now: int, run: Run, _kind: ChangeKind) -> None:
-        self._workers[run].wake.set()  # a ghost's, since its code may sleep
+    def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        worker = self._workers[run]
+        if run.in_cycle:
+            worker.wake.set()  # its code may sleep
+        elif kind in (ChangeKind.ENTERED, ChangeKind.RESUMED):
+            interval = run.automaton.interval
+            slot = slot_from(now, interval) + delay_in_slot(worker.index, interval)
+            self._alarm.set_at(slot, worker.wake)
 
     def run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end; the body of its thread."""
-        run, interval, slot = worker.run, worker.run.automaton.interval, 0
+        run, interval, delay, slot = worker.run, 0, 0, 0
         while not (self._stopping or worker.retired):
             worker.wake.clear()
-            if run.automaton.interval != interval:  # the automaton was replaced
+            if run.automaton.interval != interval:  # at first, and when the automaton was replaced
                 interval, slot = run.automaton.interval, 0
+                delay = delay_in_slot(worker.index, interval)
             if run.stepping:
                 self._cycle(run, self._timeline.now())
                 worker.stepped.set()
@@ -166,13 +177,13 @@ class Threads:
                 worker.wake.wait(_IDLE)
             else:
                 slot = max(slot, slot_from(run.activated, interval))
-                now = self._timeline.now()
+                now = self._timeline.now() - delay
                 if now < slot:
-                    self._timeline.wait_until(slot, worker.wake)
+                    self._timeline.wait_until(slot + delay, worker.wake)
                     continue
                 at = max(slot, slot_at(now, interval))
                 self._cycle(run, at)
-                slot = slot_after(max(at, self._timeline.now()), interval)
+                slot = slot_after(max(at, self._timeline.now() - delay), interval)
 
     def _cycle(self, run: Run, at: int) -> None:
         run_cycle(self._tree, run, at, self._supervisor)
@@ -191,8 +202,9 @@ class Threads:
 class _Worker:
     """An automaton's thread and what wakes it."""
 
-    def __init__(self, threads: Threads, run: Run) -> None:
+    def __init__(self, threads: Threads, run: Run, index: int) -> None:
         self.run = run
+        self.index = index
         self.retired = False
         self.wake = threading.Event()
         self.stepped = threading.Event()

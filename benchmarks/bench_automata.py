@@ -1,0 +1,301 @@
+"""Measure automata: jitter of many on threads, the cost of a cycle, and of a step next to other libraries.
+
+Jitter is how far the time between two cycles of one automaton is from its period, in a process of its own
+for each row. `leaves`: a root and its children, all of them active. `ghosts`: a root and two halves of the
+others that take turns each 0.5 s. A step is a transition whose guard is asked, whose code runs, and that
+enters a state whose code runs.
+
+    pip install 'visualhfsm[bench]'
+    python benchmarks/bench_automata.py [--automata 10,100,1000] [--seconds 10] [--json FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import multiprocessing
+import statistics
+import sys
+import time
+from array import array
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from hfsm_runtime import Automaton, State, Transition, VirtualRun
+from hfsm_runtime.cycle import run_cycle
+from hfsm_runtime.observer import Watcher
+from hfsm_runtime.runtime import Runtime
+from hfsm_runtime.tree import Run
+from tests.support.automata import after, automaton, component, on, when
+from zenoh_ice import WallClock
+
+PERIOD = 0.1
+WARM_UP = 1.0
+ROUNDS = 15
+STEPS = 20_000
+
+
+class Beginnings(Watcher):
+    """Notes when each automaton's cycles begin."""
+
+    def __init__(self, runs: tuple[Run, ...]) -> None:
+        self.times: dict[Run, array[int]] = {run: array("q") for run in runs}
+
+    def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
+        """Note the time."""
+        self.times[run].append(time.perf_counter_ns())
+
+    def jitter(self) -> list[float]:
+        """Return the deviation of each interval from the period in ms; pauses as a ghost do not count."""
+        found: list[float] = []
+        for times in self.times.values():
+            intervals = [b - a for a, b in itertools.pairwise(times)]
+            found += [abs(i / 1e6 - PERIOD * 1e3) for i in intervals if i < 4 * PERIOD * 1e9]
+        return found
+
+
+def leaves(count: int) -> Automaton:
+    children = tuple(leaf(number) for number in range(2, count + 1))
+    return automaton(1, "root", [State(id=1, name="a", children=children)], period=PERIOD)
+
+
+def ghosts(count: int) -> Automaton:
+    below = [leaf(number) for number in range(2, count + 1)]
+    half = len(below) // 2
+    states = [
+        State(id=1, name="a", children=tuple(below[:half])),
+        State(id=2, name="b", children=tuple(below[half:])),
+    ]
+    return automaton(1, "root", states, [after(0.5, 1, 2), after(0.5, 2, 1)], period=PERIOD)
+
+
+def leaf(number: int) -> Automaton:
+    """Return an automaton of two states that change each second."""
+    states = [State(id=1, name="x", code=nothing), State(id=2, name="y", code=nothing)]
+    return automaton(number, f"leaf {number}", states, [after(1, 1, 2), after(1, 2, 1)], period=PERIOD)
+
+
+def nothing() -> None:
+    pass
+
+
+SHAPES: Mapping[str, Callable[[int], Automaton]] = {"leaves": leaves, "ghosts": ghosts}
+
+
+def measure_jitter(shape: str, count: int, seconds: float) -> dict[str, float]:
+    runtime = Runtime(component(SHAPES[shape](count)), WallClock())
+    watcher = Beginnings(runtime.tree.runs)
+    runtime.start()
+    time.sleep(WARM_UP)
+    with runtime.tree.lock:
+        runtime.tree.observers.append(watcher)
+    cpu, wall = time.process_time(), time.perf_counter()
+    cycles = sum(run.cycles for run in runtime.tree.runs)
+    time.sleep(seconds)
+    cycles = sum(run.cycles for run in runtime.tree.runs) - cycles
+    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+    runtime.stop()
+    jitter = sorted(watcher.jitter())
+    active = count if shape == "leaves" else 1 + (count - 1) / 2
+    return {
+        "p50": jitter[len(jitter) // 2],
+        "p99": jitter[len(jitter) * 99 // 100],
+        "max": jitter[-1],
+        "cycles": cycles / (active * wall / PERIOD),
+        "core": cpu / wall,
+    }
+
+
+def measure_cycles() -> dict[str, float]:
+    """Return the cost of one cycle in us for several states."""
+
+    def cost(states: list[State], *transitions: Transition) -> float:
+        virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
+        return per_step(lambda: run_cycle(virtual.tree, virtual.tree.root, 0, virtual._supervision))
+
+    here, there = State(id=1, name="a"), State(id=2, name="b")
+    return {
+        "no transition, no code": cost([here]),
+        "one timed transition": cost([here, there], after(10, 1, 2)),
+        "a timed transition, an event, three guards": cost(
+            [here, there], after(10, 1, 2), on("go", 1, 2), *(when(lambda: False, 1, 2) for _ in range(3))
+        ),
+    }
+
+
+def measure_steps() -> dict[str, float]:
+    """Return the cost of one transition step in us, of each library that is here."""
+    makers = {
+        "VisualHFSM": step_of_ours,
+        "SMACH-like loop": step_of_smach_like,
+        "transitions": step_of_transitions,
+        "python-statemachine": step_of_statemachine,
+    }
+    costs: dict[str, float] = {}
+    for name, make in makers.items():
+        counted = Counted()
+        try:
+            step = make(counted)
+        except ImportError as error:
+            print(f"{name} is left out: {error}", file=sys.stderr)
+            continue
+        step()
+        if (counted.guards, counted.transitions, counted.states) != (1, 1, 1):
+            raise AssertionError(f"{name} does not take the same step: {vars(counted)}")
+        costs[name] = per_step(step)
+    return costs
+
+
+class Counted:
+    """What user code there is in a step, and how often it ran."""
+
+    def __init__(self) -> None:
+        self.guards = self.transitions = self.states = 0
+
+    def guard(self) -> bool:
+        """Hold."""
+        self.guards += 1
+        return True
+
+    def code(self) -> None:
+        """Count a transition."""
+        self.transitions += 1
+
+    def state(self) -> None:
+        """Count the code of a state."""
+        self.states += 1
+
+
+def step_of_ours(counted: Counted) -> Callable[[], object]:
+    states = [State(id=1, name="a", code=counted.state), State(id=2, name="b", code=counted.state)]
+    transitions = [when(counted.guard, 1, 2, counted.code), when(counted.guard, 2, 1, counted.code)]
+    virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
+    virtual.tree.on_change.clear()  # the trace of the virtual driver, which others do not write either
+    return lambda: run_cycle(virtual.tree, virtual.tree.root, 0, virtual._supervision)
+
+
+def step_of_smach_like(counted: Counted) -> Callable[[], object]:
+    """Return a step of states that are objects whose `execute` returns an outcome, as in SMACH."""
+
+    class Machine:
+        def __init__(self) -> None:
+            self.current = "a"
+            self.states = {"a": self.execute, "b": self.execute}
+            self.outcomes = {("a", "done"): "b", ("b", "done"): "a"}
+
+        def execute(self, userdata: dict[str, object]) -> str:  # noqa: ARG002
+            counted.state()
+            return "done" if counted.guard() else "again"
+
+        def step(self) -> None:
+            outcome = self.states[self.current]({})
+            self.current = self.outcomes.get((self.current, outcome), self.current)
+            counted.code()
+
+    return Machine().step
+
+
+def step_of_transitions(counted: Counted) -> Callable[[], object]:
+    from transitions import Machine
+
+    class Model:
+        guard, code, state_code = counted.guard, counted.code, counted.state
+        step: Callable[[], object]
+
+    model: Any = Model()
+    Machine(
+        model,
+        states=[{"name": "a", "on_enter": counted.state}, {"name": "b", "on_enter": counted.state}],
+        transitions=[
+            {
+                "trigger": "step",
+                "source": source,
+                "dest": to,
+                "conditions": counted.guard,
+                "before": counted.code,
+            }
+            for source, to in (("a", "b"), ("b", "a"))
+        ],
+        initial="a",
+    )
+    step: Callable[[], object] = model.step
+    return step
+
+
+def step_of_statemachine(counted: Counted) -> Callable[[], object]:
+    import statemachine
+
+    class Machine(statemachine.StateMachine):  # type: ignore[misc, unused-ignore]
+        a = statemachine.State(initial=True)
+        b = statemachine.State()
+        step = a.to(b, cond="may", on="run") | b.to(a, cond="may", on="run")
+
+        def may(self) -> bool:
+            return counted.guard()
+
+        def run(self) -> None:
+            counted.code()
+
+        def on_enter_a(self) -> None:
+            entered()
+
+        on_enter_b = on_enter_a
+
+    entered = nothing  # the library enters the initial state, too, when the machine is made
+    machine: Any = Machine()
+    entered = counted.state
+    step: Callable[[], object] = machine.step
+    return step
+
+
+def per_step(step: Callable[[], object]) -> float:
+    """Return the median time of a step in us."""
+    rounds: list[float] = []
+    for _ in range(ROUNDS):
+        started = time.perf_counter()
+        for _ in range(STEPS // 10):
+            step()
+        rounds.append((time.perf_counter() - started) / (STEPS // 10) * 1e6)
+    return statistics.median(rounds)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--automata", default="10,100,300,1000,2000", help="how many, by commas")
+    parser.add_argument("--seconds", type=float, default=10.0, help="how long each is measured")
+    parser.add_argument("--json", type=Path, help="write the figures there, too")
+    arguments = parser.parse_args()
+    console = Console()
+    figures: dict[str, Any] = {"jitter": {}, "cycle": measure_cycles(), "step": measure_steps()}
+    for kind, title in (("cycle", "One cycle of one automaton"), ("step", "One transition step")):
+        table = Table("what", "us", title=title)
+        for name, cost in figures[kind].items():
+            table.add_row(name, f"{cost:.2f}")
+        console.print(table)
+    table = Table(
+        "automata", "shape", "p50 ms", "p99 ms", "max ms", "cycles run", "core", title="Jitter at 10 Hz"
+    )
+    spawn = multiprocessing.get_context("spawn")
+    for count in map(int, arguments.automata.split(",")):
+        for shape in SHAPES:
+            with spawn.Pool(1) as pool:
+                found = pool.apply(measure_jitter, (shape, count, arguments.seconds))
+            figures["jitter"][f"{count} {shape}"] = found
+            table.add_row(
+                str(count), shape, *(f"{found[key]:.2f}" for key in ("p50", "p99", "max")),
+                f"{found['cycles']:.1%}", f"{found['core']:.0%}",
+            )  # fmt: skip
+    console.print(table)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(figures, indent=2))
+
+
+if __name__ == "__main__":
+    main()
