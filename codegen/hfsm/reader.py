@@ -56,6 +56,7 @@ def parse_document(
     document = reader.document(root)
     if reader.failed:
         return None
+    reader.tell_remarks()
     document = replace(document, comments=tuple(Comment(text) for text in comments))
     if document.language.is_blank and language_of(document) == CPP:
         document = replace(document, language=Text(CPP))

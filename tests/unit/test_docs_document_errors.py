@@ -13,12 +13,14 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
+from visualhfsm.conversion import READERS, WRITERS, convert_document
 
 SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("document-errors.md")}
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
-    sources = (path.read_text("utf-8") for path in (ROOT / "codegen" / "hfsm").rglob("*.py"))
+    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "conversion.py"]
+    sources = (path.read_text("utf-8") for path in paths)
     codes = {code for source in sources for code in re.findall(r'"([EWN]5\d\d)"', source)}
     assert set(SECTIONS) == codes
 
@@ -26,6 +28,7 @@ def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
 @pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS.keys())
 def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> None:
     path = tmp_path / "main.xml"
+    command: list[str] = []
     for block in section.blocks:
         match block.info.split():
             case ["xml" | "python"]:
@@ -36,7 +39,12 @@ def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> N
                     exec(block.text, {})
                 (tmp_path / name).write_text(output.getvalue())
             case ["console"]:
-                path = tmp_path / block.text.split()[-1]
+                _, *command = block.text.split()
+                path = tmp_path / command[-1]
     diagnostics = Diagnostics()
-    compile_document(path, None, diagnostics)
+    if command[:2] == ["visualhfsm", "convert"]:
+        mends = "--mend-python2" in command
+        convert_document(path, READERS[".xml"], WRITERS[".xml"], diagnostics, mends_python2=mends)
+    else:
+        compile_document(path, None, diagnostics)
     assert {found.code for found in diagnostics} == {section.title.partition(":")[0]}, diagnostics.render()

@@ -26,6 +26,10 @@ class DialectReader(Protocol):
         """Return the document below a root."""
         ...
 
+    def tell_remarks(self) -> None:
+        """Tell what is kept without being used."""
+        ...
+
 
 def reader_of(
     root: XmlElement, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None

@@ -131,6 +131,7 @@ class ElementReader:
         self.diagnostics = diagnostics
         self.remarks = remarks
         self.failed = False
+        self._remarked: dict[str, list[XmlElement]] = {}
 
     def parts(
         self,
@@ -167,7 +168,8 @@ class ElementReader:
                     details[child.tag] = leaf
             else:
                 extras += pending
-                if child.tag not in leaves and child.tag not in containers:
+                says_something = child.text.strip() or child.children or child.attributes
+                if says_something and child.tag not in leaves and child.tag not in containers:
                     self.remark(child, f"`{child.tag}` has no meaning here: it is kept, and not used")
                 kept = kept_element(child)
                 extras.append(Element(KEPT, children=(kept,)) if child.tag in taken else kept)
@@ -277,9 +279,17 @@ class ElementReader:
         self.diagnostics.warning(code, message, self.place(element), notes)
 
     def remark(self, element: XmlElement, message: str) -> None:
-        """Tell what is kept without being used."""
-        if self.remarks is not None:
-            self.remarks.note("N501", message, self.place(element))
+        """Remember what is kept without being used."""
+        self._remarked.setdefault(message, []).append(element)
+
+    def tell_remarks(self) -> None:
+        """Tell what is kept without being used: each kind once, with all its lines."""
+        if self.remarks is None:
+            return
+        for message, (first, *others) in self._remarked.items():
+            lines = sorted({element.line for element in others} - {first.line})
+            where = f"also in line{'s' if len(lines) > 1 else ''} {', '.join(map(str, lines))}"
+            self.remarks.note("N501", message, self.place(first), [Note(where)] if lines else [])
 
 
 def text_of(element: XmlElement | None, default: str = "") -> Text:
