@@ -59,7 +59,7 @@ class Shell:
         if result.exception is not None and not isinstance(result.exception, SystemExit):
             raise result.exception
         assert result.exit_code == 0, result.output
-        return result.stdout
+        return str(result.stdout)
 
     def current(self, automaton: int = 1) -> str:
         return self.runtime.run(automaton).current.name
