@@ -7,6 +7,10 @@ from typing import Annotated
 
 import typer
 
+from visualhfsm.check import EPILOG as CHECK_EPILOG
+from visualhfsm.check import check
+from visualhfsm.convert import EPILOG as CONVERT_EPILOG
+from visualhfsm.convert import convert
 from visualhfsm.steer.commands import register as register_steering
 from zenoh_ice.command import finite, with_settings
 from zenoh_ice.settings import Settings
@@ -25,6 +29,10 @@ visualhfsm watch follow_ball --plain > log.txt"""
 
 
 register_steering(app)
+app.command(epilog=CHECK_EPILOG)(check)
+
+
+app.command(epilog=CONVERT_EPILOG)(convert)
 
 
 @app.callback()
