@@ -1,0 +1,167 @@
+"""The paper's first experiment, `follow_ball`, in virtual time: follow, lose, search, find."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from hfsm_pytest import Behavior, MakeBehavior, check_properties
+
+DOCUMENT = "behaviors/follow_ball.xml"
+CORNERS = [(0.8, 0.0), (-0.8, 0.0), (-0.8, 0.35), (0.8, 0.35)]
+
+
+@pytest.fixture
+def b(behavior: MakeBehavior) -> Behavior:
+    return behavior(DOCUMENT, robot="fake")
+
+
+def bearing_error(b: Behavior) -> float:
+    """Return by how much the head points past the green ball in rad."""
+    return abs(b.robot.head[0] - b.robot.ball("green").position[0])
+
+
+def test_the_head_turns_to_the_ball_and_stays_there(b: Behavior) -> None:
+    b.robot.ball("green").place(pan=0.4, distance=1.0, height=0.6)
+    b.advance(2.0)
+    assert b.active == "follow"
+    assert bearing_error(b) < 0.02
+    seen = b.variables("follow_ball")
+    assert seen["ball_seen"] is True
+    assert (seen["error_u"], seen["error_v"]) == pytest.approx((0, 0), abs=3)
+    b.advance(10.0)
+    assert bearing_error(b) < 0.02
+    assert b.changes("follow_ball") == [(0.0, "follow")]
+
+
+def test_the_head_keeps_up_with_a_ball_that_moves(b: Behavior) -> None:
+    b.advance(2.0)
+    b.robot.ball("green").move(pan=-0.8, height=0.8, speed=0.3)
+    worst = 0.0
+    for _ in range(50):
+        b.advance(0.1)
+        worst = max(worst, bearing_error(b))
+    assert worst < 0.2
+    assert b.robot.head[0] == pytest.approx(-0.8, abs=0.03)
+    assert b.active == "follow"
+
+
+def test_it_searches_half_a_second_after_the_ball_was_last_seen(b: Behavior) -> None:
+    b.advance(2.0)
+    b.robot.ball("green").hide()
+    assert b.run_until("search", limit=2.0) == pytest.approx(2.65, abs=0.1)
+
+
+def test_a_ball_that_is_lost_for_a_moment_is_no_reason_to_search(b: Behavior) -> None:
+    b.advance(2.0)
+    b.robot.ball("green").hide()
+    b.advance(0.4)
+    b.robot.ball("green").place(pan=0.15)
+    b.advance(3.0)
+    assert b.changes("follow_ball") == [(0.0, "follow")]
+
+
+def test_the_search_goes_round_all_corners_in_their_order(b: Behavior) -> None:
+    b.robot.ball("green").hide()
+    b.run_until("search")
+    for corner, (pan, tilt) in enumerate(CORNERS):
+        assert b.variables("follow_ball")["corner"] == corner
+        b.run_until(lambda: b.variables("follow_ball")["corner"] != corner, limit=5.0)  # noqa: B023
+        assert b.robot.head == pytest.approx((pan, tilt), abs=0.1)
+    assert b.variables("follow_ball")["corner"] == 0
+    assert {(call.pan, call.tilt) for call in b.calls("Head.setPose")} == set(CORNERS)
+
+
+def test_it_follows_again_what_the_search_finds(b: Behavior) -> None:
+    b.robot.ball("green").hide()
+    b.run_until("search")
+    b.robot.ball("green").place(pan=-0.9)
+    found = b.run_until("follow", limit=5.0)
+    b.advance(2.0)
+    assert b.active == "follow"
+    assert bearing_error(b) < 0.02
+    b.robot.ball("green").hide()
+    assert b.run_until("search") - found > 2.5, "the time since the last loss has not begun anew"
+
+
+def test_the_red_ball_is_none_of_its_business(b: Behavior) -> None:
+    b.robot.ball("green").hide()
+    b.robot.ball("red").place(pan=0.0)
+    assert b.run_until("search", limit=2.0) < 1.0
+
+
+def test_a_camera_that_fails_stops_the_head(behavior: MakeBehavior) -> None:
+    b = behavior(DOCUMENT, robot="fake", camera_failure="no lens", on_error="stop")
+    b.advance(1.0)
+    assert b.halted
+    assert "HardwareFailedException" in b.errors[0].message
+    assert b.errors[0].location.endswith("(follow_ball.xml:56)")
+    assert [call.target for call in b.calls("Head")] == ["Head.stop"]
+
+
+def test_a_server_that_goes_away_is_waited_for(b: Behavior) -> None:
+    b.advance(2.0)
+    with b.server_away():
+        b.advance(3.0)
+    b.robot.ball("green").place(pan=-0.3)
+    b.advance(2.0)
+    assert b.active == "follow"
+    assert bearing_error(b) < 0.02
+
+
+def test_a_head_that_nobody_commands_any_longer_stops(b: Behavior) -> None:
+    b.robot.ball("green").move(pan=1.2, speed=1.0)
+    b.advance(0.5)
+    with b.server_away():
+        b.advance(1.0)
+        still = b.robot.head
+        b.advance(1.0)
+        assert b.robot.head == pytest.approx(still, abs=1e-3)
+    assert any("was not renewed" in line for line in b.robot.health)
+
+
+def test_the_head_never_leaves_its_range_whatever_the_ball_does() -> None:
+    def head_in_range(b: Behavior) -> bool:
+        pan, tilt = b.robot.head
+        return abs(pan) <= 2.0857 + 1e-6 and -0.672 - 1e-6 <= tilt <= 0.515 + 1e-6
+
+    def every_call_is_finite(b: Behavior) -> bool:
+        return all(math.isfinite(call.pan + call.tilt) for call in b.calls("Head.setSpeed"))
+
+    check_properties(
+        DOCUMENT,
+        head_in_range,
+        every_call_is_finite,
+        abstract=False,
+        robot="fake",
+        balls=["green"],
+        examples=10,
+        steps=10,
+    )
+
+
+@pytest.mark.sim
+def test_the_simulated_robot_follows_and_searches_too(behavior: MakeBehavior) -> None:
+    b = behavior(DOCUMENT, robot="sim", camera="drawn")
+    b.robot.ball("green").place(pan=0.4)
+    b.advance(3.0)
+    assert b.active == "follow"
+    assert bearing_error(b) < 0.03
+    b.robot.ball("green").hide()
+    b.run_until("search", limit=2.0)
+    b.run_until(lambda: b.robot.head[0] > 0.7, limit=5.0)
+    b.run_until(lambda: b.robot.head[0] < -0.7, limit=5.0)
+    b.robot.ball("green").place(pan=-0.5)
+    b.run_until("follow", limit=5.0)
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.sim
+@pytest.mark.gl
+def test_it_follows_in_rendered_images(behavior: MakeBehavior) -> None:
+    b = behavior(DOCUMENT, robot="sim", camera="rendered")
+    b.robot.ball("green").place(pan=-0.4)
+    b.advance(3.0)
+    assert b.active == "follow"
+    assert bearing_error(b) < 0.03
