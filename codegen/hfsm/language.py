@@ -33,7 +33,7 @@ _CPP: Final = re.compile(
     rf"""^[^\S\n]*\#\s*(?:include|define|ifdef|ifndef|endif|pragma)\b
       | [\w)\]]\s*->\s*[A-Za-z_]                           # a member through a pointer
       | \b[A-Za-z_]\w*::~?[A-Za-z_]                        # a scoped name
-      | (?:^|[;{{}}(])\s*{_TYPE}[\s&*]+[A-Za-z_]\w*\s*(?:[;=({{\[,)]|$)   # a declaration
+      | (?:^[^\S\n]*|[;{{}}(]\s*){_TYPE}[\s&*]+[A-Za-z_]\w*\s*(?:[;=({{\[,)]|$)   # a declaration
       | ;[^\S\n]*$ | [;{{}})]\s*}}                         # the end of a statement, of a block
       | \)\s*\{{ | \belse\s*\{{
       | && | \|\| | !\s*[A-Za-z_(] | \+\+ | \bnew\s+[A-Z]
