@@ -2,7 +2,8 @@
 
 The way of a document: `reader` makes a `document.Document` of the file, `imports` brings in what lies in
 other files, `understanding` makes a `program.Program` of it after `checks` has looked at its structure, and
-`generator` writes the component down. `writer` saves a document.
+`generator` writes the component down. `writer` saves a document; `checking` checks one, and what its automata
+can do, without generating anything.
 """
 
 from __future__ import annotations
@@ -13,17 +14,17 @@ from typing import Final
 
 from ..diagnostics import Diagnostics, Location
 from ..files import GeneratedFile
-from .extension import extension_path, find_extension
+from .checking import check_document
+from .extension import extension_path
 from .generator import GENERATED_BY, generate
 from .imports import resolve
-from .known_interfaces import find_interfaces
-from .names import identifier
+from .loading import component_path, load_document
 from .reader import parse_document, read_document
-from .understanding import understand
 from .writer import DocumentNotWritableError, write_document
 
 __all__ = [
     "DocumentNotWritableError",
+    "check_document",
     "compile_document",
     "component_path",
     "extension_path",
@@ -45,18 +46,10 @@ def compile_document(
     `output` is the directory of the file, by default that of the document. `include` are directories with
     packages of proxies beside the package `interfaces`. Nothing is written.
     """
-    document = read_document(path, diagnostics)
-    if document is None:
-        return None
-    errors = len(diagnostics.errors)
-    document = resolve(document, path, diagnostics, include)
-    if len(diagnostics.errors) > errors:
+    loaded = load_document(path, output, diagnostics, include)
+    if loaded is None:
         return None
     target = component_path(path, output)
-    extension = find_extension(path, target, diagnostics)
-    program = understand(document, path, find_interfaces(include), diagnostics, extension)
-    if program is None or len(diagnostics.errors) > errors:
-        return None
     try:
         if target.is_file() and not _is_generated(target):
             message = f"{target.name} was not made by codegen: move it away, or rename the document"
@@ -65,12 +58,7 @@ def compile_document(
     except OSError as error:
         diagnostics.error("E500", f"{target} cannot be read: {error.strerror or error}", Location(path))
         return None
-    return [GeneratedFile(target, generate(program))]
-
-
-def component_path(document: Path, output: Path | None) -> Path:
-    """Return the file of a document's component, in the directory `output` or beside the document."""
-    return (output or document.parent) / f"{identifier(document.stem, 'component')}.py"
+    return [GeneratedFile(target, generate(loaded.program))]
 
 
 def _is_generated(file: Path) -> bool:

@@ -86,7 +86,7 @@ def _check_code(
     _check_names(document, codes, functions, modules, report)
     for graph, code in zip(graphs, codes, strict=True):
         check_flow(graph, code, report)
-        check_variables(document, code, report)
+        check_variables(code, report)
     pieces = [*functions, *(piece for code in codes for piece in code.sharing())]
     found = [access for piece in pieces for access in accesses(piece)]
     extension = extension_of(path)

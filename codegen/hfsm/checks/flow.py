@@ -9,7 +9,7 @@ variable counts as having been prepared by the code that sets the variable.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Iterator
 
 from ...diagnostics import Note
 from ..document import State, Transition
@@ -77,23 +77,28 @@ class _Flow:
     def _follow(self) -> None:
         initial = self._graph.initial
         assert initial is not None
-        start = self._enter(initial, self._declared)
-        known: dict[int, _Names] = {initial.id: start}
-        pending = [initial.id]
-        while pending:
-            state = self._graph.states[pending.pop()]
-            for target, names in self._one_cycle(state, known[state.id]):
+        # In its first cycle an automaton has not run the code of its state yet.
+        beginnings = list(self._one_cycle(initial, self._enter(initial, self._declared), is_first=True))
+        known: dict[int, _Names] = {}
+        pending: list[State] = []
+        while beginnings or pending:
+            if not beginnings:
+                state = pending.pop()
+                beginnings = list(self._one_cycle(state, known[state.id], is_first=False))
+            for target, names in beginnings:
                 before = known.get(target.id)
                 after = names if before is None else before & names
                 if after != before:
                     known[target.id] = after
-                    pending.append(target.id)
+                    pending.append(target)
+            beginnings = []
 
-    def _one_cycle(self, state: State, names: _Names) -> Iterable[tuple[State, _Names]]:
+    def _one_cycle(self, state: State, names: _Names, *, is_first: bool) -> Iterator[tuple[State, _Names]]:
         """Yield the states in which the next cycle may begin, with the names that are assigned then."""
         for transition in self._graph.outgoing(state):
-            piece = self._code.condition_of(transition)
-            asked = self._run(piece, names)
+            if is_first and transition.type != "condition":
+                continue  # nothing has happened yet, and no time has passed
+            asked = self._run(self._code.condition_of(transition), names)
             if transition.type == "condition":
                 names = asked
             fired = asked | self._prepared(transition)

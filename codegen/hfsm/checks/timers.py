@@ -64,7 +64,8 @@ class _Timers:
                 delay = _delay(transition)
                 if delay is None or self._check_siblings(graph, state, transition, delay):
                     continue
-                if leaving is not None and earliest.get(state.id, 0.0) + delay >= limit:
+                entered = earliest.get(state.id, 0.0)
+                if leaving is not None and entered < limit <= entered + delay:
                     self._tell_of_parent(transition, leaving, is_first=state is graph.initial)
 
     def _check_siblings(self, graph: Graph, state: State, transition: Transition, delay: float) -> bool:

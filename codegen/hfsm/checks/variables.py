@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Iterator
 from typing import Final
 
-from ..document import Document
 from ..names import RESERVED
 from .assignments import own_nodes
 from .pieces import AutomatonCode, Piece
@@ -15,20 +13,18 @@ from .report import Report
 
 __all__ = ["check_variables"]
 
-_WORD: Final = re.compile(r"[A-Za-z_]\w*")
 _READERS: Final = frozenset({"dir", "eval", "exec", "locals", "vars"})
 """Builtins that may read any variable."""
 
 
-def check_variables(document: Document, code: AutomatonCode, report: Report) -> None:
+def check_variables(code: AutomatonCode, report: Report) -> None:
     """Check the variables and inputs of one automaton; a name that begins with _ is meant to be unused."""
     if code.broken:
         return
-    read = {word for item in document.properties for word in _WORD.findall(item.expression.text)}
+    read = set(RESERVED)  # who assigns one of these is told when the component is generated
     for piece in code.sharing():
         read.update(_reads(piece))
-    read |= RESERVED  # who assigns one of these is told when the component is generated
-    if read & _READERS:
+    if not read.isdisjoint(_READERS):
         return
     for declared in code.automaton.inputs:
         name = declared.name.strip()

@@ -1,0 +1,56 @@
+"""Load a document as far as a program: with all that it imports and extends, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..diagnostics import Diagnostics
+from .document import Document
+from .extension import find_extension
+from .imports import resolve
+from .known_interfaces import KnownInterfaces, find_interfaces
+from .names import identifier
+from .program import Program
+from .reader import read_document
+from .understanding import understand
+
+__all__ = ["LoadedDocument", "component_path", "load_document"]
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedDocument:
+    """A document whose imports are resolved, the interfaces that it may name, and its program."""
+
+    document: Document
+    interfaces: KnownInterfaces
+    program: Program
+
+
+def load_document(
+    path: Path, output: Path | None, diagnostics: Diagnostics, include: Sequence[Path] = ()
+) -> LoadedDocument | None:
+    """Return what a document says, or None after errors were reported.
+
+    `output` is the directory of its component, by default that of the document. `include` are directories
+    with packages of proxies, and with files to import.
+    """
+    errors = len(diagnostics.errors)
+    document = read_document(path, diagnostics)
+    if document is None:
+        return None
+    document = resolve(document, path, diagnostics, include)
+    if len(diagnostics.errors) > errors:
+        return None
+    extension = find_extension(path, component_path(path, output), diagnostics)
+    interfaces = find_interfaces(include)
+    program = understand(document, path, interfaces, diagnostics, extension)
+    if program is None or len(diagnostics.errors) > errors:
+        return None
+    return LoadedDocument(document, interfaces, program)
+
+
+def component_path(document: Path, output: Path | None) -> Path:
+    """Return the file of a document's component, in the directory `output` or beside the document."""
+    return (output or document.parent) / f"{identifier(document.stem, 'component')}.py"

@@ -1,0 +1,54 @@
+"""Documents with one planted fault each are found out, at the right line; documents without any are left alone."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import check_document
+from tests.support.codegen_command import ROOT
+
+DOCUMENTS = ROOT / "tests" / "data" / "documents"
+FAULTY = sorted((DOCUMENTS / "faulty").glob("*.xml"))
+CLEAN = sorted((DOCUMENTS / "clean").glob("*.xml"))
+BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))
+
+_EXPECTED = re.compile(r"Brings (?P<code>[EWN]\d{3}) in line (?P<line>\d+)\.")
+
+
+def found_in(path: Path) -> Diagnostics:
+    diagnostics = Diagnostics()
+    check_document(path, diagnostics)
+    return diagnostics
+
+
+def test_there_are_enough_documents_to_trust_the_checks() -> None:
+    assert len(FAULTY) >= 60
+    assert len(CLEAN) >= 60
+
+
+@pytest.mark.parametrize("path", FAULTY, ids=lambda path: path.stem)
+def test_a_planted_fault_is_found_at_its_line_and_nothing_else(path: Path) -> None:
+    expected = _EXPECTED.search(path.read_text("utf-8"))
+    assert expected is not None, "the comment says what the document brings"
+    found = found_in(path)
+    assert [(one.code, one.location.line) for one in found] == [(expected["code"], int(expected["line"]))], (
+        found.render()
+    )
+
+
+@pytest.mark.parametrize("path", [*CLEAN, *BEHAVIORS], ids=lambda path: path.stem)
+def test_a_clean_document_brings_nothing(path: Path) -> None:
+    found = found_in(path)
+    assert not len(found), found.render()
+
+
+def test_every_check_has_a_planted_fault() -> None:
+    sources = (path.read_text("utf-8") for path in (ROOT / "codegen" / "hfsm" / "checks").glob("*.py"))
+    codes = {code for source in sources for code in re.findall(r'"([EWN]5\d\d)"', source)}
+    planted = Counter(path.name[:4].upper() for path in FAULTY)
+    assert codes <= planted.keys()

@@ -1,0 +1,118 @@
+"""`visualhfsm check FILES...`: find what is wrong or doubtful in documents before they run."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from codegen.commands.options import DOCUMENTS, require_directories, require_extensions
+from codegen.commands.reporting import ErrorFormat, show
+from codegen.diagnostics import Diagnostics, Severity
+from codegen.hfsm import check_document
+from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport, Verdict
+
+__all__ = ["EPILOG", "check"]
+
+EPILOG: Final = """Examples:
+
+visualhfsm check behaviors
+
+visualhfsm check follow_ball.xml dance.xml --strict
+
+visualhfsm check --error-format github --no-model behaviors
+
+Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage."""
+
+_HEAD: Final = 4096
+_DOCUMENT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")
+_MARKS: Final = {Verdict.HOLDS: "holds", Verdict.VIOLATED: "is violated", Verdict.UNDECIDED: "is undecided"}
+
+
+def check(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILES", help="Documents (.xml), and directories with some.")
+    ],
+    include: Annotated[
+        list[Path] | None,
+        typer.Option("-I", "--include", metavar="DIR", help="Find proxies and imported files in DIR, too."),
+    ] = None,
+    *,
+    strict: Annotated[bool, typer.Option("--strict", help="Fail on warnings, too.")] = False,
+    model: Annotated[
+        bool, typer.Option("--model/--no-model", help="Check what the automata can do, and properties.")
+    ] = True,
+    error_format: Annotated[
+        ErrorFormat, typer.Option("--error-format", help="How to write what is found, to stderr.")
+    ] = ErrorFormat.TEXT,
+) -> None:
+    """Check documents before they run: structure, code, and what automata can do.
+
+    Everything is told that generation would tell; nothing is generated and no
+    code is run. The model checker takes conditions for true or false as they
+    come, and proves properties or shows how they are violated.
+    """
+    documents = list(_documents(files))
+    directories = require_directories(include)
+    diagnostics = Diagnostics()
+    reports = [
+        check_document(path, diagnostics, directories, limit=DEFAULT_LIMIT if model else 0)
+        for path in documents
+    ]
+    show(diagnostics, error_format, outcome="")
+    counts = Counter(found.severity for found in diagnostics)
+    if error_format is ErrorFormat.TEXT:
+        for path, report in zip(documents, reports, strict=True):
+            for line in _properties(report):
+                typer.echo(f"{path}: {line}")
+        typer.echo(_summary(len(documents), counts))
+    if counts[Severity.ERROR] or (strict and counts[Severity.WARNING]):
+        raise typer.Exit(1)
+
+
+def _documents(paths: Iterable[Path]) -> Iterator[Path]:
+    """Yield the documents that are named, and those in directories; refuse others as wrong usage."""
+    found = False
+    for path in paths:
+        if not path.is_dir():
+            require_extensions([path], DOCUMENTS)
+            found = True
+            yield path
+            continue
+        for file in sorted(path.rglob("*.xml")):
+            if file.is_file() and _is_document(file):
+                found = True
+                yield file
+    if not found:
+        raise typer.BadParameter("there is no document", param_hint="FILES")
+
+
+def _is_document(file: Path) -> bool:
+    """Return whether a file looks like a document; one that cannot be read counts, and is told."""
+    try:
+        with file.open("rb") as stream:
+            return _DOCUMENT.search(stream.read(_HEAD)) is not None
+    except OSError:
+        return True
+
+
+def _properties(report: ModelReport | None) -> Iterator[str]:
+    for result in report.properties if report else ():
+        if result.verdict in _MARKS:
+            stated = result.property
+            name = stated.name.strip() or " ".join(stated.expression.text.split())
+            yield f"`{name}` {_MARKS[result.verdict]}"
+
+
+def _summary(documents: int, counts: Counter[Severity]) -> str:
+    parts = [
+        f"{counts[severity]} {severity}{'' if counts[severity] == 1 else 's'}"
+        for severity in Severity
+        if counts[severity]
+    ]
+    files = f"{documents} document{'' if documents == 1 else 's'}"
+    return f"{files}: {', '.join(parts) or 'nothing to report'}"
