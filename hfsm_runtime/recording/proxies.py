@@ -24,12 +24,12 @@ __all__ = ["record_proxies"]
 V = TypeVar("V")
 
 
-def record_proxies(component: Component, recorder: Recorder, *, with_images: bool) -> None:
+def record_proxies(component: Component, recorder: Recorder) -> None:
     """Let a component see recorded proxies in place of those that it is connected by."""
     for name in proxies_of(component):
         proxy = vars(component).get(name)
         if isinstance(proxy, ObjectPrx) and not isinstance(proxy, _Recorded):
-            results = Results(recorder, name, with_images=with_images)
+            results = Results(recorder, name)
             members = {"_recorder": recorder, "_results": results}
             recorded: Any = type(type(proxy).__name__, (_Recorded, type(proxy)), members)
             vars(component)[name] = recorded.uncheckedCast(proxy)

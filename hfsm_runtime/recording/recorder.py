@@ -58,7 +58,10 @@ class Recorder:
     It is an `Observer` of the component's tree. `start` is the wall time of the start in ns.
     """
 
-    def __init__(self, writer: Sink, start: int, turns: Turns | None = None) -> None:
+    def __init__(
+        self, writer: Sink, start: int, turns: Turns | None = None, *, with_images: bool = False
+    ) -> None:
+        self.with_images = with_images
         self.writer = writer
         self.turns = turns or Turns(self._overlap)
         self.component_time: Callable[[], int] = lambda: 0
@@ -88,7 +91,7 @@ class Recorder:
 
     def action(self, kind: str, **arguments: Any) -> None:  # noqa: ANN401 - JSON
         """Record that somebody steers the component."""
-        self.put("/actions", Action(kind, {name: readable(value) for name, value in arguments.items()}))
+        self.put("/actions", Action(kind, arguments))
 
     def failure(self, run: Run, message: str, location: str) -> None:
         """Record an error."""

@@ -67,14 +67,13 @@ class AgedSample(Sample[V]):
 class Results:
     """Record the outcomes of the operations of one proxy.
 
-    Images, and whatever else is many bytes, are written only `with_images`; otherwise their size and hash
-    are, so that a replay can say what is missing.
+    Images, and whatever else is many bytes, are written only where the recorder is to; otherwise their size
+    and hash are, so that a replay can say what is missing.
     """
 
-    def __init__(self, recorder: Recorder, attribute: str, *, with_images: bool) -> None:
+    def __init__(self, recorder: Recorder, attribute: str) -> None:
         self._recorder = recorder
         self._attribute = attribute
-        self._with_images = with_images
         self.newest: dict[str, AgedSample[Any]] = {}
         """The sample that was recorded last, by operation."""
         self._written: OrderedDict[str, None] = OrderedDict()
@@ -90,7 +89,7 @@ class Results:
         bulk: list[tuple[Missing, bytes]] = []
         packed = msgspec.msgpack.encode(take_bytes(plain, [], bulk))
         outcome.packed = None
-        if self._with_images and not self._recorder.writer.crowded:
+        if self._recorder.with_images and not self._recorder.writer.crowded:
             for missing, data in bulk:
                 if missing.hash not in self._written:
                     self._remember(missing.hash)

@@ -72,11 +72,11 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         f"hash {name}": digest(text.encode("utf-8", "surrogateescape")) for name, text in sources.items()
     }
     writer = RecordingWriter(path, metadata, sources, start)
-    recorder = Recorder(writer, start)
+    recorder = Recorder(writer, start, with_images=with_images)
     log = LogRecorder(recorder)
     try:
         seed_random(seed)
-        record_proxies(component, recorder, with_images=with_images)
+        record_proxies(component, recorder)
         record_time(type(component), recorder)
         logging.getLogger().addHandler(log)
         yield recorder
@@ -174,7 +174,7 @@ class RecordedRuntime(Runtime):
 
     def set_variable(self, automaton: int, name: str, value: object) -> None:
         """Set a variable of an automaton, or with 0 a parameter of the component."""
-        with self.action("set", automaton=automaton, name=name, value=value):
+        with self.action("set", automaton=automaton, name=name, json=_json(value)):
             super().set_variable(automaton, name, value)
 
     def replace(self, replacement: Replacement, first: Mapping[int, FirstValues]) -> float:  # noqa: ARG002
@@ -185,7 +185,7 @@ class RecordedRuntime(Runtime):
 
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active."""
-        with self.action("send", name=name, data=data):
+        with self.action("send", name=name, json=_json(data)):
             super().send(name, data)
 
     @contextlib.contextmanager
@@ -222,6 +222,14 @@ class RecordedRuntime(Runtime):
         if stops:
             self._recorder.reading("break", True)
         return stops
+
+
+def _json(value: object) -> str:
+    """Return a value exactly; one that JSON lacks is refused by whoever gets it, and may be null here."""
+    try:
+        return msgspec.json.encode(value).decode()
+    except (TypeError, ValueError, RecursionError):
+        return "null"
 
 
 def _sources(component: Component) -> dict[str, str]:

@@ -51,12 +51,15 @@ class Divergence(msgspec.Struct, frozen=True):
 
 
 class Difference(msgspec.Struct, frozen=True):
-    """A guard or a variable that has another value after a cycle, at first; a missing one has none."""
+    """A guard or a variable that has another value after a cycle, or a call with other arguments.
+
+    Of each there is the first. What is missing has no value.
+    """
 
     time: float
     automaton: int
     name: str
-    kind: Literal["guard", "variable"]
+    kind: Literal["guard", "variable", "call"]
     what: str
     recorded: Any = None
     replayed: Any = None
@@ -96,10 +99,12 @@ class _Half:
     state: str = ""
     variables: dict[str, Any] = field(default_factory=dict)
 
-    def side(self, at: int) -> Side:
+    def side(self, at: int, steps: list[Step]) -> Side:
         frame = self.frames.get(at)
-        if frame is None:
-            return Side(self.state, {}, [], [], self.state, False)
+        if frame is None:  # no cycle, or none that the comparison still has
+            before = [step.state for step in steps if step.time < at / _SECOND]
+            after = [step.state for step in steps if step.time <= at / _SECOND]
+            return Side(before[-1] if before else "", {}, [], [], after[-1] if after else "", False)
         return Side(frame.state, frame.guards, frame.fired, frame.errors, frame.state_after, True)
 
 
@@ -127,11 +132,12 @@ class Comparison:
         self.cycles = 0
         """Cycles that were replayed."""
         self.unmatched = 0
-        """Cycles that only one of the two has."""
+        """Cycles that only the recording has."""
         self.recorded_steps: list[Step] = []
         self.replayed_steps: list[Step] = []
         self._pairs: dict[object, _Pair] = {}
         self._encoder = msgspec.json.Encoder()
+        self._recorded_cycles = 0
         self._told: set[tuple[int, str, str]] = set()
 
     @property
@@ -147,6 +153,14 @@ class Comparison:
         """Take what the replay would have recorded."""
         self._take(time, message, self._encoder.encode(message), recorded=False)
 
+    def called(self, time: int, context: str, what: str, recorded: object, replayed: object) -> None:
+        """Take the arguments of a call."""
+        if self._encoder.encode(recorded) != self._encoder.encode(replayed):
+            number = context.removeprefix("automaton ")
+            pair = self._pairs.get(int(number)) if number.isdigit() else None
+            automaton, name = (pair.automaton, pair.name) if pair else (0, context)
+            self._tell(Difference(time / _SECOND, automaton, name, "call", what, recorded, replayed))
+
     def finish(self) -> None:
         """Take notice that both are over: an act that only the recording has is a difference."""
         for pair in self._pairs.values():
@@ -154,11 +168,11 @@ class Comparison:
                 pair.parted_at = pair.recorded.acts[0][0]
             at = pair.parted_at
             if at is not None:
-                sides = pair.recorded.side(at), pair.replayed.side(at)
+                recorded = [step for step in self.recorded_steps if step.automaton == pair.automaton]
+                replayed = [step for step in self.replayed_steps if step.automaton == pair.automaton]
+                sides = pair.recorded.side(at, recorded), pair.replayed.side(at, replayed)
                 self.divergences.append(Divergence(at / _SECOND, pair.automaton, pair.name, *sides))
-            else:
-                # What the replay has begun when the recording ends is no difference.
-                self.unmatched += sum(frame.done for frame in pair.recorded.frames.values())
+        self.unmatched = max(0, self._recorded_cycles - self.cycles)
         self.divergences.sort(key=lambda divergence: divergence.time)
 
     def _take(self, time: int, message: Message, data: bytes, *, recorded: bool) -> None:
@@ -193,6 +207,7 @@ class Comparison:
                 half.at = at
                 half.frames[at] = _Frame(half.state, state_after=half.state)
                 self.cycles += not recorded
+                self._recorded_cycles += recorded
             case Cycle():
                 half.at = None
                 if frame is not None:
@@ -229,22 +244,27 @@ class Comparison:
         ours, theirs = pair.recorded.frames.get(at), pair.replayed.frames.get(at)
         if ours is None or theirs is None or not (ours.done and theirs.done):
             return
-        for kind, mine, other in (
+        kinds: tuple[tuple[Literal["guard", "variable"], dict[str, Any], dict[str, Any]], ...] = (
             ("guard", ours.guards, theirs.guards),
             ("variable", ours.variables, theirs.variables),
-        ):
+        )
+        for kind, mine, other in kinds:
             names = mine.keys() & other.keys() if kind == "guard" else mine.keys() | other.keys()
             for name in sorted(names):
                 if self._encoder.encode(mine.get(name)) != self._encoder.encode(other.get(name)):
-                    self._tell(pair, at, kind, name, mine.get(name), other.get(name))
-        if pair.parted_at != at:
-            del pair.recorded.frames[at], pair.replayed.frames[at]
+                    values = mine.get(name), other.get(name)
+                    self._tell(Difference(at / _SECOND, pair.automaton, pair.name, kind, name, *values))
+        waiting = [half.acts[0][0] for half in (pair.recorded, pair.replayed) if half.acts]
+        if waiting and waiting[0] <= at:  # what one has done the other would have done by now
+            pair.parted_at = waiting[0]
+        for half in (pair.recorded, pair.replayed):
+            for old in [each for each in half.frames if each < at]:
+                del half.frames[old]
 
-    def _tell(self, pair: _Pair, at: int, kind: Any, name: str, ours: object, theirs: object) -> None:  # noqa: ANN401
-        key = (pair.automaton, kind, name)
+    def _tell(self, found: Difference) -> None:
+        key = (found.automaton, found.kind, found.what)
         if key not in self._told and len(self._told) < _MOST_DIFFERENCES:
             self._told.add(key)
-            found = Difference(at / _SECOND, pair.automaton, pair.name, kind, name, ours, theirs)
             self.differences.append(found)
 
 

@@ -11,6 +11,7 @@ from typing import Any, Final, NoReturn
 import msgspec
 
 from ..automaton import Transition
+from ..carrying import take_attributes
 from ..component import Component, make_automata, parameters_of, source_of
 from ..cycle import run_cycle
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError
@@ -20,7 +21,9 @@ from ..recording.messages import Action, Change, Cycle, Gap, Overlap, Reading, R
 from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, seed_random
 from ..recording.turns import Turns
+from ..recording.values import readable
 from ..recording.writer import Entry
+from ..replacement import Replacement, first_values_of
 from ..schedule import slot_after, slot_from
 from ..supervision import OnError, Supervision
 from ..tree import ChangeKind, Run, Tree
@@ -30,7 +33,7 @@ from .errors import ReplayEndedError, ReplayError
 from .knowledge import Knowledge
 from .reader import Record, Recording
 from .script import Script, Want, context_of
-from .stand_ins import ReplayClock, ReplayedSample, ReplayTimeline, connect, shown_arguments, time_function
+from .stand_ins import ReplayClock, ReplayedSample, ReplayTimeline, connect, time_function
 from .strands import Strand, Strands
 
 __all__ = ["Replay"]
@@ -43,19 +46,28 @@ _MOST_GUESSES: Final = 100_000
 class Replay:
     """One replay of one component, which is made here. Use it in a `with` block; `run` it once.
 
-    `until` is a component time in ns. `make` returns the component.
+    `until` is a component time in ns. `make` returns the component, and `edited` another version of it that
+    takes its place at the time `since`: silently, as a reload does, with states, timers and variables kept.
     """
 
-    def __init__(self, recording: Recording, make: Callable[[], Component], until: int) -> None:
+    def __init__(
+        self,
+        recording: Recording,
+        make: Callable[[], Component],
+        until: int,
+        *,
+        edited: Callable[[], Component] | None = None,
+        since: int = 0,
+    ) -> None:
         self.recording = recording
         self.comparison = Comparison()
         self.knowledge = Knowledge()
         self.newest_samples: dict[tuple[str, str], ReplayedSample[Any]] = {}
         self.notes: list[str] = []
-        self.other_calls = 0
-        """Calls with other arguments than those recorded."""
         self.ended = threading.Event()
         self._make = make
+        self._edited = edited
+        self._since = since
         self._script = Script(recording, until, self._passed)
         self._strands = Strands()
         self._recorder = Recorder(_Sink(self), 0, _Here(self._strands))
@@ -86,6 +98,9 @@ class Replay:
         self._begin()
         while (record := self._script.peek_input()) is not None:
             self._run_unrecorded(record.time)
+            if self._edited is not None and record.time >= self._since and self._resting:
+                self._exchange(self._edited)
+                self._edited = None
             self._step(record)
             if self._fatal is not None:
                 raise self._fatal
@@ -115,7 +130,10 @@ class Replay:
             if self._guesses_in_cycle > _MOST_GUESSES:
                 self.give_up(ReplayError(f"a cycle of {strand.context} does not end: it asks for {want}"))
         elif arguments is not None and isinstance(record.message, Result):
-            self.other_calls += not _alike(record.message.arguments, shown_arguments(arguments))
+            message = record.message
+            shown = readable(arguments)
+            what = f"{want.attribute}.{want.operation}"
+            self.comparison.called(self.now(), strand.context, what, message.arguments, shown)
         return record
 
     def read(self, kind: str, waits: float = 0.0) -> Any:  # noqa: ANN401 - what the recording says
@@ -179,15 +197,11 @@ class Replay:
     def _make_component(self) -> None:
         component = self._make()
         self.component = component
-        _set_parameters(component, self.recording)
-        connect(component, self)
-        replace_time_of(component, self)
-        component.clock = ReplayClock(self)
-        vars(component)["sleep"] = self._sleep
-        vars(component)["send"] = self._send
+        self._equip(component)
         self.tree = ReplayTree(make_automata(component), self)
         self._recorder.watch(self.tree)
         self.tree.on_change.append(self._changed)
+        self._first = first_values_of(self.tree.runs)
         self._timeline = ReplayTimeline(self)
 
     def _start(self) -> None:
@@ -203,6 +217,49 @@ class Replay:
             entered=self._entered,
         )
         self.tree.start(0)
+
+    @property
+    def _resting(self) -> bool:
+        """Whether no code is under way: the moment to exchange it."""
+        started = hasattr(self, "tree") and self.tree.root.entered is not None
+        return started and not any(run.in_cycle for run in self.tree.runs)
+
+    def _exchange(self, make: Callable[[], Component]) -> None:
+        """Let another version of the component take the place of this one."""
+        at = self._own_time = self.now()
+        strand = self._strands["exchange"]
+        try:
+            strand.run(partial(self._exchange_now, make, at))
+        finally:
+            self._own_time = None
+        if strand.failure is not None:
+            raise strand.failure
+
+    def _exchange_now(self, make: Callable[[], Component], at: int) -> None:
+        former, component = self.component, make()
+        told = take_attributes(former, component)
+        self._equip(component)
+        replacement = Replacement(component, tuple(told))
+        with self.tree.lock:
+            replacement.apply(self.tree, former, self._first, at)
+        self.component = component
+        self._supervision.turn_to(
+            component.log,
+            on_error=self._on_error or component._hfsm_on_error,
+            file=source_of(component),
+            document=component._hfsm_document,
+        )
+        self.notes.append(f"the edited document took over at {at / _SECOND:.3f} s")
+        self.notes += [f"it could not keep: {text}" for text in replacement.not_kept]
+
+    def _equip(self, component: Component) -> None:
+        """Give a component what it sees of the world."""
+        _set_parameters(component, self.recording)
+        connect(component, self)
+        replace_time_of(component, self)
+        component.clock = ReplayClock(self)
+        vars(component)["sleep"] = self._sleep
+        vars(component)["send"] = self._send
 
     def _sleep(self, seconds: float) -> None:
         ending = self.read("sleep", waits=seconds)
@@ -375,12 +432,13 @@ class Replay:
             self._script.stop()
 
     def _send_recorded(self, arguments: dict[str, Any]) -> None:
-        with suppress(ComponentError):
-            self.tree.send(make_event(arguments.get("name", ""), arguments.get("data")), self.now())
+        with suppress(ComponentError, ValueError):
+            data = msgspec.json.decode(str(arguments.get("json")).encode())
+            self.tree.send(make_event(arguments.get("name", ""), data), self.now())
 
     def _set(self, arguments: dict[str, Any]) -> None:
         with suppress(ComponentError, ValueError):
-            value = msgspec.json.decode(str(arguments.get("value")).encode())
+            value = msgspec.json.decode(str(arguments.get("json")).encode())
             name = str(arguments.get("name"))
             run = self.tree.run(arguments.get("automaton", 0))
             if run is not None:
@@ -498,7 +556,3 @@ def _set_parameters(component: Component, recording: Recording) -> None:
         for name, value in values.items():
             if name in declared and type(value) is type(declared[name].default):
                 setattr(component, name, value)
-
-
-def _alike(recorded: object, shown: object) -> bool:
-    return msgspec.json.encode(recorded) == msgspec.json.encode(shown)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from itertools import count
 from pathlib import Path
 
 from ..component import Component
@@ -11,13 +12,15 @@ from .errors import ReplayError
 
 __all__ = ["load"]
 
+_numbers = count(1)
+
 
 def load(file: Path) -> type[Component]:
     """Return the class of the component that a file defines; raises ReplayError.
 
     Its imports run, as they do when it is started.
     """
-    name = file.stem
+    name = f"{file.stem}_{next(_numbers)}"  # two versions of a component must not be one module
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
         raise ReplayError(f"{file} is no Python file")

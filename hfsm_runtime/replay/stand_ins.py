@@ -21,7 +21,6 @@ from zenoh_ice.wire_errors import decode_error
 from ..component import Component, proxies_of
 from ..recording.messages import Reading, Result
 from ..recording.results import put_bytes
-from ..recording.values import readable
 from ..timeline import Timeline
 from .errors import MissingImageError, NothingRecordedError, RecordingError, ReplayError
 from .reader import Record
@@ -40,6 +39,8 @@ _TIMEOUT: Final = 2.0
 def connect(component: Component, replay: Replay) -> None:
     """Give a component proxies that answer from a recording."""
     for name, declared in proxies_of(component).items():
+        if isinstance(vars(component).get(name), _Replayed):  # another version of the component had it
+            continue
         if not issubclass(declared.type, ObjectPrx):
             raise ReplayError(f"self.{name} is no proxy that can be replayed")
         members = {"_replay": replay, "_attribute": name}
@@ -324,11 +325,6 @@ class _ReplayedSubscription:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def shown_arguments(arguments: tuple[object, ...]) -> Any:  # noqa: ANN401 - JSON
-    """Return arguments as a recording shows them."""
-    return readable(arguments)
 
 
 def _result(record: Record) -> Result:

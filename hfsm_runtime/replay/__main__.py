@@ -1,0 +1,107 @@
+"""Replay a recording in a process of its own, and tell what happens as lines of JSON.
+
+This is what `visualhfsm replay` starts: it runs the code of documents, which the command itself never does.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any, Final, NoReturn
+
+import msgspec
+import typer
+
+from zenoh_ice.command import finite
+from zenoh_ice.command import run as run_command
+
+from ..errors import ComponentError
+from .comparison import Comparison
+from .engine import Replay
+from .errors import ReplayError
+from .loading import load
+from .reader import Recording
+
+__all__ = ["main"]
+
+_SECOND: Final = 1e9
+_MOST_STEPS: Final = 20_000
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def replay(
+    recording: Annotated[Path, typer.Argument(metavar="RECORDING", help="The recording.")],
+    component: Annotated[Path, typer.Argument(metavar="PYTHON", help="The component to run.")],
+    edited: Annotated[
+        Path | None, typer.Option(metavar="PYTHON", help="Another version, which takes over at --from.")
+    ] = None,
+    since: Annotated[
+        float, typer.Option("--from", metavar="SECONDS", callback=finite, help="When that is.")
+    ] = 0.0,
+    until: Annotated[
+        float | None, typer.Option(metavar="SECONDS", callback=finite, help="Where the replay ends.")
+    ] = None,
+) -> None:
+    """Run a generated component against a recording, and compare.
+
+    The output are lines of JSON: `begin`, then `end`. What user code prints goes to stderr.
+    """
+    output = _take_output()
+    logging.disable(logging.CRITICAL)
+    with Recording(recording) as recorded:
+        end = recorded.duration if until is None else round(until * _SECOND)
+        _tell(output, "begin", recording_seconds=recorded.duration / _SECOND, truncated=recorded.truncated)
+        made = load(component)
+        other = None if edited is None else load(edited)
+        with Replay(recorded, made, end, edited=other, since=round(since * _SECOND)) as run:
+            error = ""
+            try:
+                comparison = run.run()
+            except ReplayError as problem:
+                error, comparison = str(problem), run.comparison
+                comparison.finish()
+            _tell(output, "end", error=error, **_outcome(run, comparison))
+
+
+def main() -> NoReturn:
+    """Run the command."""
+    run_command(app, expected=(ComponentError,))
+
+
+def _outcome(run: Replay, comparison: Comparison) -> dict[str, Any]:
+    return {
+        "seconds": run.now() / _SECOND,
+        "cycles": comparison.cycles,
+        "identical": comparison.identical,
+        "missing_cycles": comparison.unmatched,
+        "divergences": comparison.divergences,
+        "differences": comparison.differences,
+        "recorded": comparison.recorded_steps[:_MOST_STEPS],
+        "replayed": comparison.replayed_steps[:_MOST_STEPS],
+        "guesses": dict(run.knowledge.guesses),
+        "notes": run.notes,
+        "halted": run.ended.is_set(),
+        "lost": run.recording.lost,
+    }
+
+
+def _take_output() -> int:
+    """Return a descriptor of stdout for ourselves; what user code prints goes to stderr from now on."""
+    own = os.dup(1)
+    os.dup2(2, 1)
+    return own
+
+
+def _tell(output: int, event: str, **facts: Any) -> None:  # noqa: ANN401 - JSON
+    line = msgspec.json.encode({"event": event, **facts}) + b"\n"
+    with suppress(BrokenPipeError):
+        while line:
+            line = line[os.write(output, line) :]
+
+
+if __name__ == "__main__":
+    main()
