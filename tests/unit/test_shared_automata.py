@@ -1,0 +1,106 @@
+"""Documents that people made between 2013 and 2019 load, count and convert without loss.
+
+They are other people's work and no part of the project: the tests are skipped where they are absent.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document, write_document
+from codegen.hfsm.dialects import Dialect, dialect_of
+from codegen.hfsm.language import language_of
+from codegen.hfsm.xml_tree import parse_xml
+from tests.support.codegen_command import ROOT
+from tests.support.document_comparison import counts, differences
+from visualhfsm.conversion import READERS, WRITERS, convert_document
+
+FOLDER = ROOT.parent / "shared" / "automata"
+MANIFEST = FOLDER / "manifest.tsv"
+
+COUNTED = ("automata", "states", "transitions", "time_transitions", "composite_states", "depth")
+LANGUAGES = {"cpp": "C++", "python": "Python", "none": "", "plain": ""}
+DIALECTS = {
+    "spanish2013": Dialect.SPANISH,
+    "visualhfsm": Dialect.NATIVE,
+    "visualstates": Dialect.VISUALSTATES,
+}
+
+
+def _rows() -> list[dict[str, str]]:
+    if not MANIFEST.exists():
+        return []
+    with MANIFEST.open(newline="") as file:
+        return list(csv.DictReader(file, delimiter="\t"))
+
+
+pytestmark = pytest.mark.skipif(not MANIFEST.exists(), reason="the collected documents are not here")
+every_file = pytest.mark.parametrize("row", _rows(), ids=lambda row: row["file"])
+
+
+def _convert(path: Path) -> str:
+    diagnostics = Diagnostics()
+    text = convert_document(path, READERS[".xml"], WRITERS[".xml"], diagnostics, mends_python2=False)
+    assert not diagnostics.has_errors, diagnostics.render()
+    return text
+
+
+@every_file
+def test_counts_are_those_of_the_list(row: dict[str, str]) -> None:
+    found = counts(_convert(FOLDER / row["file"]))
+    assert found == {name: int(row[name]) for name in COUNTED}
+
+
+@every_file
+def test_nothing_is_lost(row: dict[str, str]) -> None:
+    path = FOLDER / row["file"]
+    assert differences(path, _convert(path)) == []
+
+
+@every_file
+def test_the_converted_document_reads_as_the_old_one(row: dict[str, str]) -> None:
+    path = FOLDER / row["file"]
+    old = READERS[".xml"](path, Diagnostics())
+    diagnostics = Diagnostics()
+    text = _convert(path)
+    new = parse_document(text, path, diagnostics)
+    assert new == old
+    assert new is not None
+    assert write_document(new) == text
+    assert not len(diagnostics), diagnostics.render()
+
+
+@every_file
+def test_dialect_and_language_are_recognized(row: dict[str, str]) -> None:
+    path = FOLDER / row["file"]
+    tree = parse_xml(path.read_bytes(), path, Diagnostics())
+    document = READERS[".xml"](path, Diagnostics())
+    assert tree is not None
+    assert document is not None
+    assert dialect_of(tree[0]) is DIALECTS[row["dialect"]]
+    assert language_of(document) == LANGUAGES[row["lang"]]
+    assert document.language.text == ("C++" if row["lang"] == "cpp" else "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("<posx>831</posx>", "<posx>832</posx>"),
+        ('id="7"', 'id="77"'),
+        ("closing_loop = False", "closing_loop  = False"),
+        ("<ip>localhost</ip>", "<ip>there</ip>"),
+        ("<name>land</name>", "<name>Land</name>"),
+        ('<trans type="time">5000', '<trans type="time">500'),
+        ("<serverType>ice", "<serverType>"),
+        ("<name>root</name>", ""),
+    ],
+)
+def test_the_comparison_sees_what_is_lost(old: str, new: str) -> None:
+    path = FOLDER / "visualstates" / "ArDrone-1d893f35.xml"
+    text = _convert(path)
+    assert old in text
+    assert differences(path, text.replace(old, new)) != []
