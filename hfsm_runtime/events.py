@@ -40,12 +40,6 @@ class Inbox:
         self._events.clear()
         return newest
 
-    def give_back(self, events: dict[str, Event]) -> None:
-        """Keep events for the next cycle that were taken for this one."""
-        self._events.extendleft(reversed(events.values()))
-        while len(self._events) > CAPACITY:
-            self._events.popleft()
-
     def clear(self) -> None:
         """Forget all events."""
         self._events.clear()

@@ -61,8 +61,10 @@ class Run:
     """Whether the automata below the current state have not been woken since it was entered."""
     unseen: bool = True
     """Whether the supervisor has not been told yet that the current state was entered."""
+    cut: bool = False
+    """Whether the next cycle only goes on where the last one paused, with the same events."""
     code_first: bool = False
-    """Whether the next cycle begins with the code of the state, since the last one was cut before it."""
+    """Whether that is at the code of the state."""
     waited: int = 0
     """The active time in the current state up to `since`."""
     since: int | None = None
@@ -222,7 +224,7 @@ class Tree:
     def begin_cycle(self, run: Run) -> bool:
         """Claim an automaton for a cycle; false for a ghost, and for all while the tree is held.
 
-        The events that have arrived become present, except in a cycle that only finishes the last one.
+        The events that have arrived become present, except in a cycle that only goes on with the last one.
         """
         with self.lock:
             stepping, run.stepping = run.stepping, False
@@ -230,8 +232,9 @@ class Tree:
                 return False
             run.in_cycle, run.in_step = True, stepping
             run.claimed = run.activations
-            if not run.code_first:
+            if not run.cut:
                 run.present = run.inbox.take()
+            run.cut = False
             return True
 
     def end_cycle(self, run: Run) -> None:
@@ -294,18 +297,12 @@ class Tree:
         with self.lock:
             if run.on_duty and not run.finished:
                 run.finished = True
-                run.inbox.clear()
                 self._changed(now, run, ChangeKind.FINISHED)
 
     def suspend(self, run: Run, *, code_first: bool) -> None:
-        """Let the next cycle go on where this one is cut.
-
-        With `code_first` that is the code of the state, otherwise the transitions with the same events.
-        """
+        """Let the next cycle go on where this one pauses: at the code of the state, or at the transitions."""
         with self.lock:
-            run.code_first = code_first
-            if not code_first:
-                run.inbox.give_back(run.present)
+            run.cut, run.code_first = True, code_first
 
     def wait_for_gap(self, timeout: float) -> bool:
         """Wait, under the lock, for a moment without any cycle, which lasts as long as the lock is kept.
@@ -400,7 +397,7 @@ class Tree:
             return
         for child in run.below:
             self._deactivate(child, now)
-        run.active = False
+        run.active = run.cut = run.code_first = False
         run.inbox.clear()
         run.waited = run.active_time(now)
         run.since = None
@@ -411,7 +408,7 @@ class Tree:
         run.entered = now
         run.owed = _owes(state)
         run.waking = run.unseen = True
-        run.code_first = False
+        run.cut = run.code_first = False
         run.waited = 0
         run.since = None
         run.guards = {}

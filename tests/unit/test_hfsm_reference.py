@@ -13,11 +13,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import count, groupby
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Event, Input, State, Transition, VirtualRun
-from hfsm_runtime.tree import ChangeKind
+from hfsm_runtime.cycle import Supervisor, run_cycle
+from hfsm_runtime.supervision import Supervision
+from hfsm_runtime.tree import ChangeKind, Run, Tree
 from tests.support.automata import component
 
 TREES = int(os.environ.get("VISUALHFSM_RANDOM_AUTOMATA", "300"))
@@ -406,3 +409,30 @@ def in_order(trace: list[Line]) -> list[Line]:
 @given(plans(), OUTSIDE)
 def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Mapping[int, str]) -> None:
     assert in_order(Recorder(plan).run(outside)) == in_order(reference(plan, outside))
+
+
+@settings(max_examples=TREES // 3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(plans(), OUTSIDE, SCRIPTS)
+def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
+    plan: Plan, outside: Mapping[int, str], pauses: tuple[bool, ...]
+) -> None:
+    entries, paused = count(), False
+
+    def entered(run: Run, transition: Transition | None) -> bool:
+        nonlocal paused
+        paused = pauses[next(entries) % len(pauses)]
+        return paused
+
+    def run_to_its_end(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
+        nonlocal paused
+        ran = run_cycle(tree, run, now, supervisor)
+        while paused:
+            paused = False
+            run_cycle(tree, run, now, supervisor)
+        return ran
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Supervision, "entered", lambda self, run, transition: entered(run, transition))
+        patch.setattr("hfsm_runtime.virtual.run_cycle", run_to_its_end)
+        trace = Recorder(plan).run(outside)
+    assert in_order(trace) == in_order(reference(plan, outside))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import pytest
 
@@ -250,9 +250,10 @@ def test_an_automaton_that_has_finished_runs_no_more_cycles() -> None:
     assert (child.finished, child.cycles, virtual.active) == (True, 3, "a/end")
 
 
-def test_an_initial_state_may_be_final() -> None:
-    virtual = run(component(automaton(1, "root", [final(1, "end")])), 0)
-    assert virtual.finished
+def test_an_initial_state_may_be_final_and_then_no_transition_leaves_it() -> None:
+    root = automaton(1, "root", [final(1, "end"), State(id=2, name="b")], [when(lambda: True, 1, 2)])
+    virtual = run(component(root), 0)
+    assert (virtual.finished, virtual.active) == (True, "end")
 
 
 def test_the_root_that_finishes_ends_the_component(log: Log) -> None:
@@ -274,11 +275,16 @@ def test_a_finish_is_told_as_a_change() -> None:
     ]
 
 
-def test_children_of_a_final_state_never_wake(log: Log) -> None:
-    child = automaton(2, "child", [log.state(1, "x")])
-    root = automaton(1, "root", [State(id=1, name="end", final=True, children=(child,))])
-    virtual = run(component(root), 1)
-    assert (virtual.active, log.lines) == ("end", [])
+def test_children_of_a_final_state_never_wake_and_are_handed_nothing(log: Log) -> None:
+    def arguments() -> Mapping[int, Mapping[str, object]]:
+        log.says("arguments")()
+        return {}
+
+    below = automaton(3, "below", [log.state(1, "x")])
+    end = State(id=1, name="end", final=True, children=(below,), arguments=arguments)
+    child = automaton(2, "child", [end])
+    virtual = run(component(automaton(1, "root", [State(id=1, name="a", children=(child,))])), 1)
+    assert (virtual.active, log.lines) == ("a/end", [])
 
 
 @pytest.mark.parametrize("restart", [False, True])

@@ -1,0 +1,77 @@
+"""Observers: what they are told, and when."""
+
+from __future__ import annotations
+
+from hfsm_runtime import Event, State, Transition, VirtualRun
+from hfsm_runtime.observer import Watcher
+from hfsm_runtime.tree import ChangeKind, Run
+from tests.support.automata import automaton, component, on, when
+
+
+class Notes:
+    """Writes down all that it is told, in the words of the protocol."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def cycle_began(self, run: Run, at: int) -> None:
+        self.lines.append(f"cycle began {at // 1_000_000} {','.join(run.present)}".strip())
+
+    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
+        self.lines.append(f"guard {transition.event or 'plain'} {value} in {run.current.name}")
+
+    def fired(self, run: Run, transition: Transition, at: int) -> None:
+        self.lines.append(f"fired {transition.event} in {run.current.name}")
+
+    def cycle_ended(self, run: Run, at: int) -> None:
+        self.lines.append(f"cycle ended {at // 1_000_000}")
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        self.lines.append(f"{kind} {run.current.name}")
+
+    def event_sent(self, event: Event, now: int) -> None:
+        self.lines.append(f"sent {event.name} {event.data}")
+
+    def code_failed(self, run: Run, error: Exception) -> None:
+        self.lines.append(f"failed {error}")
+
+
+def test_an_observer_is_told_all_that_happens_in_its_order() -> None:
+    notes = Notes()
+    child = automaton(2, "child", [State(id=1, name="x", final=True)], period=60)
+    states = [
+        State(id=1, name="a", exit=lambda: notes.lines.append("exit")),
+        State(id=2, name="b", code=lambda: 1 / 0, children=(child,)),
+    ]
+    transitions = [when(lambda: False, 1, 2), on("go", 1, 2, guard=lambda event: True)]
+    virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
+    virtual.tree.observers += [notes, Watcher()]
+    virtual.advance(0)
+    virtual.send("go", 7)
+    virtual.advance(0.1)
+    assert notes.lines == [
+        "cycle began 0",
+        "guard plain False in a",
+        "cycle ended 0",
+        "sent go 7",
+        "cycle began 100 go",
+        "guard plain False in a",
+        "guard go True in a",
+        "fired go in a",
+        "exit",
+        "entered b",
+        "entered x",
+        "failed division by zero",
+        "cycle ended 100",
+    ]
+
+
+def test_an_observer_is_told_of_ghosts_and_of_those_that_have_finished() -> None:
+    notes = Notes()
+    child = automaton(2, "child", [State(id=1, name="x", final=True)])
+    states = [State(id=1, name="a", children=(child,)), State(id=2, name="b")]
+    virtual = VirtualRun(component(automaton(1, "root", states, [when(lambda: virtual.time == 0.1, 1, 2)])))
+    virtual.tree.observers.append(notes)
+    virtual.advance(0.1)
+    changes = [line for line in notes.lines if line.split()[0] in set(ChangeKind)]
+    assert changes == ["finished x", "ghost x", "entered b"]
