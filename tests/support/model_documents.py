@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from hypothesis import strategies as st
 
 import hfsm_runtime as runtime
-from codegen.hfsm.document import Automaton, Document, Property, State, Text, Transition
+from codegen.hfsm.document import Automaton, Document, Event, Property, State, Text, Transition
 from codegen.hfsm.model_checker import Counterexample, StepKind
 from codegen.hfsm.model_checker.expressions import parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
@@ -51,29 +51,29 @@ def state(id: int, name: str = "", *, children: Iterable[int] = (), entry: str =
 
 def after(ms: float, origin: int, destination: int, guard: str = "", **others: Any) -> Transition:
     """Return a timed transition."""
-    return _transition("time", f"{ms:g}", origin, destination, guard, others)
+    return _transition("time", f"{ms:g}", origin, destination, guard=guard, others=others)
 
 
 def when(guard: str, origin: int, destination: int, **others: Any) -> Transition:
     """Return a transition with a guard."""
-    return _transition("condition", guard, origin, destination, "", others)
+    return _transition("condition", guard, origin, destination, guard="", others=others)
 
 
 def on(event: str, origin: int, destination: int, guard: str = "", **others: Any) -> Transition:
     """Return a transition that waits for an event."""
-    return _transition("event", event, origin, destination, guard, others)
+    return _transition("event", event, origin, destination, guard=guard, others=others)
 
 
 def finished(origin: int, destination: int, guard: str = "", **others: Any) -> Transition:
     """Return a transition that waits for the end of the children."""
-    return _transition("finished", "", origin, destination, guard, others)
+    return _transition("finished", "", origin, destination, guard=guard, others=others)
 
 
 _numbers = count(1)
 
 
 def _transition(
-    kind: str, trigger: str, origin: int, destination: int, guard: str, others: dict[str, Any]
+    kind: str, trigger: str, origin: int, destination: int, *, guard: str, others: dict[str, Any]
 ) -> Transition:
     priority = str(others.pop("priority", ""))
     code = str(others.pop("code", ""))
@@ -122,61 +122,66 @@ def stated(kind: str, expression: str, within: str = "", name: str = "") -> Prop
     return Property(name=name, kind=kind, expression=Text(expression), within=Text(within))
 
 
-GUARDS = ("a", "b", "a", "not a", "a and b", "not (a or b)", "True", "False")
+GUARDS = ("a", "b", "a", "b", "not a", "a and b", "not (a or b)", "True", "False")
 EVENTS = ("go", "halt")
+
+
+class _Drawing:
+    """Draws the automata of a document one below the other."""
+
+    def __init__(self, draw: st.DrawFn) -> None:
+        self._draw = draw
+        self.automata: list[Automaton] = []
+
+    def automaton(self, father: int, depth: int) -> int:
+        """Draw an automaton with all below it; return its id."""
+        place = len(self.automata)
+        number = place + 1
+        self.automata.append(Automaton(id=number))
+        size = self._draw(st.sampled_from([1, 2, 2, 3, 3]))
+        states = [self._state(number, each, depth) for each in range(1, size + 1)]
+        wanted = self._draw(st.integers(size - 1, size + 3))
+        transitions = [self._leaving(each, states) for each in range(1, wanted + 1)]
+        period = self._draw(st.sampled_from([50, 100, 100, 100, 130]))
+        self.automata[place] = automaton(number, states, transitions, father=father, period=period)
+        return number
+
+    def _state(self, automaton: int, number: int, depth: int) -> State:
+        final = number > 1 and self._draw(st.integers(0, 3)) == 0
+        most = 2 if depth < 2 and len(self.automata) < 5 and not final else 0
+        below = self._draw(st.integers(0, most))
+        return state(
+            number,
+            children=[self.automaton(automaton, depth + 1) for _ in range(below)],
+            entry=self._draw(st.sampled_from(["", "", "", "pass"])),
+            history=self._draw(st.sampled_from(["", "", "restart"])),
+            final=final,
+        )
+
+    def _leaving(self, number: int, states: list[State]) -> Transition:
+        origin = states[(number - 1) % len(states)]
+        kinds = ["time", "time", "time", "condition", "condition", "event"]
+        kind = self._draw(st.sampled_from(kinds + (["finished"] * 4 if origin.children else [])))
+        trigger = {
+            "time": str(self._draw(st.sampled_from([1, 70, 100, 150, 200, 260, 300, 500, 800]))),
+            "condition": self._draw(st.sampled_from(GUARDS)),
+            "event": self._draw(st.sampled_from(EVENTS)),
+            "finished": "",
+        }[kind]
+        guard = "" if kind == "condition" else self._draw(st.sampled_from(["", "", "", *GUARDS]))
+        destination = self._draw(st.integers(1, len(states)))
+        priority = self._draw(st.sampled_from(["", "", "1", "2"]))
+        others = {"id": number, "priority": priority}
+        return _transition(kind, trigger, origin.id, destination, guard=guard, others=others)
 
 
 @st.composite
 def documents(draw: st.DrawFn) -> Document:
     """Draw a small document with everything that the language has."""
-    ids = count(1)
-    found: list[Automaton] = []
-
-    def grow(father: int, depth: int) -> int:
-        number = next(ids)
-        count_of_states = draw(st.integers(1, 3))
-        places = st.integers(1, count_of_states)
-        place = len(found)
-        found.append(Automaton(id=number))
-        states = []
-        for id in range(1, count_of_states + 1):
-            below = draw(st.integers(0, 2 - depth)) if depth < 2 else 0
-            if len(found) > 4:
-                below = 0
-            final = draw(st.integers(0, 5)) == 0
-            states.append(
-                state(
-                    id,
-                    f"s{id}",
-                    children=[grow(number, depth + 1) for _ in range(0 if final else below)],
-                    entry=draw(st.sampled_from(["", "", "", "pass"])),
-                    history=draw(st.sampled_from(["", "", "restart"])),
-                    final=final,
-                )
-            )
-        transitions = []
-        for id in range(1, draw(st.integers(0, 5)) + 1):
-            kind = draw(st.sampled_from(["time", "time", "condition", "condition", "event", "finished"]))
-            guard = draw(st.sampled_from(["", "", *GUARDS]))
-            trigger = {
-                "time": str(draw(st.integers(1, 700))),
-                "condition": draw(st.sampled_from(GUARDS)),
-                "event": draw(st.sampled_from(EVENTS)),
-                "finished": "",
-            }[kind]
-            origin, destination = draw(places), draw(places)
-            others = {"id": id, "priority": draw(st.sampled_from(["", "", "1", "2"]))}
-            guard = "" if kind == "condition" else guard
-            transitions.append(_transition(kind, trigger, origin, destination, guard, others))
-        period = draw(st.sampled_from([50, 100, 100, 100, 130]))
-        found[place] = automaton(number, states, transitions, father=father, period=period)
-        return number
-
-    grow(0, 0)
-    from codegen.hfsm.document import Event
-
-    sent = draw(st.sampled_from([(), ("go",), EVENTS]))
-    return document(*found, events=tuple(Event(name=name) for name in sent))
+    drawing = _Drawing(draw)
+    drawing.automaton(0, 0)
+    outside = draw(st.sampled_from([(), ("go",), EVENTS, EVENTS]))
+    return document(*drawing.automata, events=tuple(Event(name=name) for name in outside))
 
 
 class Fired(NamedTuple):

@@ -131,7 +131,8 @@ def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: i
                 t for t in expected if within is None or t <= within
             ]
         elif within is not None:
-            assert times and times[0] <= within
+            assert times
+            assert times[0] <= within
 
 
 def assert_violated(result: PropertyResult, player: Player) -> None:
