@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
-from .checks import milliseconds
+from .checks import delay, milliseconds
 from .code_pieces import CodeReader
 from .code_text import Code
 from .document import NO_CHILD, Argument, Automaton, Parameter, State, Text, Transition
@@ -113,7 +113,7 @@ class AutomatonAnalysis:
         digits = transition.priority.text.strip()
         return TransitionProgram(
             transition=transition,
-            seconds=(milliseconds(transition.trigger) or 0.0) / 1000 if kind == "time" else None,
+            seconds=(delay(transition.trigger) or 0.0) / 1000 if kind == "time" else None,
             event=transition.trigger.text.strip() if kind == "event" else "",
             finished=kind == "finished",
             guard=guard,

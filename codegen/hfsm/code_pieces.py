@@ -10,8 +10,9 @@ from typing import Final, NamedTuple, TypeVar
 from ..diagnostics import Diagnostics, Location, Note
 from .code_text import CodeError, ForeignCodeError
 from .document import Automaton, Document, Text
+from .language import looks_like_cpp
 
-__all__ = ["CodeReader", "Piece", "is_foreign", "pieces_of", "report_foreign"]
+__all__ = ["CodeReader", "Piece", "first_foreign", "is_foreign", "pieces_of", "report_foreign"]
 
 _T = TypeVar("_T")
 
@@ -29,6 +30,15 @@ class Piece(NamedTuple):
 def is_foreign(document: Document) -> bool:
     """Return whether a document says that its code is in another language than Python."""
     return document.language.text.strip().lower() not in _PYTHON
+
+
+def first_foreign(document: Document, path: Path) -> Piece | None:
+    """Return the first piece of another language in a document that says to be in one, or None without code.
+
+    `path` is where the document lies.
+    """
+    pieces = list(pieces_of(document, path)) if is_foreign(document) else []
+    return next((piece for piece in pieces if looks_like_cpp(piece.text.text)), pieces[0] if pieces else None)
 
 
 def pieces_of(document: Document, path: Path) -> Iterator[Piece]:

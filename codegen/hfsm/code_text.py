@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import io
-import re
 import tokenize
 import warnings
 from collections.abc import Iterator, Sequence
@@ -17,6 +16,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from .document import Text
+from .language import looks_like_cpp
 
 __all__ = [
     "INDENT",
@@ -30,20 +30,6 @@ __all__ = [
 ]
 
 INDENT: Final = " " * 4
-
-# What C++ has and Python has not, outside strings and comments of either.
-_CPP: Final = re.compile(
-    r"""^[^\S\n]*\#\s*(?:include|define|ifdef|ifndef|endif)\b   # the preprocessor
-      | ->\s*\w+\s*(?:\(|\[|->|;|=[^=]|<|>)              # a member through a pointer
-      | (?<!\[)\b[A-Za-z_]\w*::\w+                       # a scoped name
-      | ^[^\S\n]*//                                        # a comment
-      | /\*
-      | ^[^\S\n]*(?:const\s+)?(?:void|bool|int|float|double|char|auto|unsigned|std::\w+)[\s&*]+\w+\s*[;=(\[]
-      | [;{]\s*$                                           # the end of a statement, or a block
-      | \)\s*\{
-      | &&|\|\||!\w+\s*[()]""",
-    re.VERBOSE | re.MULTILINE,
-)
 
 
 class CodeError(Exception):
@@ -147,7 +133,7 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
         problem = code.error(f"not valid Python: {reason}", line - header, column)
-        if _CPP.search(source):
+        if looks_like_cpp("\n".join(code.lines)):
             problem = ForeignCodeError(str(problem), problem.line, problem.column)
         raise problem from error
     except (RecursionError, MemoryError) as error:

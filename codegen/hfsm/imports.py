@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final, NamedTuple
 
 from ..diagnostics import Diagnostics, Location, Note
-from .code_pieces import is_foreign, pieces_of, report_foreign
+from .code_pieces import first_foreign, report_foreign
 from .document import NO_CHILD, Automaton, Document, Functions, Import, State, Text
 from .merging import merge
 from .reader import read_document
@@ -142,8 +142,8 @@ class _Resolver:
         key = file.resolve()
         if key not in self._documents:
             document = read_document(file, self._diagnostics)
-            piece = None if document is None else next(pieces_of(document, file), None)
-            if document is not None and piece is not None and is_foreign(document):
+            piece = None if document is None else first_foreign(document, file)
+            if document is not None and piece is not None:
                 language = document.language.text.strip()[:20]
                 report_foreign(piece, language, self._diagnostics, Note("imported here", place))
                 document = None

@@ -9,7 +9,7 @@ from ..diagnostics import Diagnostics, Location
 from .attributes import Attributes
 from .automaton_analysis import AutomatonAnalysis
 from .checks import ON_ERROR, check_structure
-from .code_pieces import CodeReader, is_foreign, pieces_of, report_foreign
+from .code_pieces import CodeReader, first_foreign, report_foreign
 from .document import Automaton, Document, Parameter, State, Text
 from .known_interfaces import KnownInterfaces
 from .literals import literal, printable
@@ -41,8 +41,8 @@ def understand(
     """
     errors = len(diagnostics.errors)
     check_structure(document, path, interfaces, diagnostics)
-    piece = next(pieces_of(document, path), None)
-    if is_foreign(document) and piece is not None:
+    piece = first_foreign(document, path)
+    if piece is not None:
         report_foreign(piece, document.language.text.strip()[:20], diagnostics)
         return None
     understanding = _Understanding(document, path, diagnostics, extension)

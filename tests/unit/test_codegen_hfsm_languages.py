@@ -1,0 +1,75 @@
+"""What is not Python: told once for a whole document, by its first piece."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostic, Diagnostics
+from codegen.hfsm import compile_document
+from tests.support.documents import document, state, sub, transition
+
+
+def errors_of(directory: Path, *parts: str, head: str = "") -> list[Diagnostic]:
+    path = directory / "main.xml"
+    path.write_text(document(*parts, head=head))
+    diagnostics = Diagnostics()
+    assert (compile_document(path, None, diagnostics) is None) == bool(diagnostics.errors)
+    return diagnostics.errors
+
+
+CPP = sub(
+    1,
+    0,
+    state(1, "go", "motors->setV(0.2);", initial=True),
+    state(2, "stop", "if (x) {\n  stop();\n}"),
+    transition(1, 1, 2, "x && y", code="int n = 3;"),
+    functions="void stop() {}",
+)
+
+
+def test_a_document_in_cpp_is_one_error(tmp_path: Path) -> None:
+    (error,) = errors_of(tmp_path, CPP)
+    assert error.code == "E525"
+    assert "is C++: it is kept, but only Python runs here" in error.message
+
+
+@pytest.mark.parametrize(
+    ("parts", "what"),
+    [
+        ((state(1, "go", "x = 1", initial=True), state(2, "b", "y->z();")), "the code of state `b` is C++"),
+        (
+            (state(1, "go", "y->z();", initial=True), state(2, "b", "y->z();")),
+            "the code of state `go` is C++",
+        ),
+        (
+            (state(1, "go", "x = 1", initial=True), transition(3, 1, 1, "x && y")),
+            "the condition of transition 3 is C++",
+        ),
+    ],
+)
+def test_the_first_piece_is_named(tmp_path: Path, parts: tuple[str, ...], what: str) -> None:
+    (error,) = errors_of(tmp_path, sub(1, 0, *parts))
+    assert error.code == "E525"
+    assert error.message.startswith(what)
+
+
+def test_a_document_may_say_its_language(tmp_path: Path) -> None:
+    code = sub(1, 0, state(1, "go", "x = 1", initial=True))
+    (error,) = errors_of(tmp_path, code, head="<language>Java</language>")
+    assert (error.code, error.message) == (
+        "E525",
+        "the code of state `go` is Java: it is kept, but only Python runs here",
+    )
+    assert errors_of(tmp_path, code, head="<language>Python</language>") == []
+
+
+def test_a_document_without_code_runs_whatever_its_language(tmp_path: Path) -> None:
+    code = sub(1, 0, state(1, "go", initial=True))
+    assert errors_of(tmp_path, code, head="<language>C++</language>") == []
+
+
+def test_faults_of_python_are_told_one_by_one(tmp_path: Path) -> None:
+    errors = errors_of(tmp_path, sub(1, 0, state(1, "a", "x = = 1", initial=True), state(2, "b", "y = = 1")))
+    assert [error.code for error in errors] == ["E520", "E520"]
