@@ -1,0 +1,75 @@
+"""Edit, steer and reload dance_and_follow while it drives the robot: every part a process of its own."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from interfaces.hfsm import ComponentSnapshot, HfsmMonitorPrx
+from tests.integration.test_hfsm_monitor import until
+from tests.support.documents import generate
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from zenoh_ice import initialize
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    stack.enter_context(ComponentProcess(module("naoserver.fake", "--listen", endpoint))).wait_for("ready")
+    source = (REPOSITORY / "behaviors" / "dance_and_follow.xml").read_text(encoding="utf-8")
+    path = tmp_path / "dance_and_follow.xml"
+    path.write_text(source, encoding="utf-8")
+    file = generate(path, tmp_path)
+    command = [sys.executable, str(file), "--connect", endpoint, "--clock", "wall"]
+    component = stack.enter_context(ComponentProcess(command, {"PYTHONPATH": str(REPOSITORY)}))
+    communicator = stack.enter_context(initialize(connect=[endpoint], clock="wall"))
+    monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
+    monitor.getSnapshot.wait(timeout=30)
+
+    def steer(*arguments: str, code: int = 0) -> str:
+        with ComponentProcess(module("visualhfsm", *arguments, "--connect", endpoint)) as process:
+            assert process.wait() == code, process.output
+            return process.output
+
+    def dancing(snapshot: ComponentSnapshot) -> bool:
+        root, follow, _, _, dance = snapshot.automata
+        return root.state == 2 and follow.ghost and not dance.ghost
+
+    assert "followBall is in red" in steer("why", "dance_and_follow")
+    assert "enough fires" in steer("force", "dance_and_follow", "enough")
+    before = until(monitor, dancing)
+    assert before.automata[0].timers[0].remaining <= 10.0
+
+    assert source.count('<trans type="time">10000</trans>') == 2
+    path.write_text(source.replace(">10000<", ">3600000<"), encoding="utf-8")
+    assert "generation 1" in steer("reload", "dance_and_follow", str(path))
+    after = until(monitor, lambda snapshot: snapshot.generation == 1)
+    assert dancing(after)
+    assert after.automata[0].enteredAt == before.automata[0].enteredAt
+    spent = after.time - after.automata[0].enteredAt
+    assert after.automata[0].timers[0].remaining == pytest.approx(3600.0 - spent, abs=0.5)
+    assert after.automata[1].state == before.automata[1].state
+    until(monitor, lambda snapshot: snapshot.automata[4].cycles > after.automata[4].cycles + 3)
+
+    path.write_text(source.replace("self.Head.stop()", "self.Head.stopp("), encoding="utf-8")
+    assert "nothing was written or reloaded" in steer("reload", "dance_and_follow", str(path), code=1)
+
+    assert "followBall" in steer("break", "dance_and_follow", "followBall", "--state")
+    steer("force", "dance_and_follow", "tired")
+    stopped = until(monitor, lambda snapshot: bool(snapshot.stoppedAt))
+    assert stopped.automata[0].state == 1
+    assert json.loads(steer("resume", "dance_and_follow", "--json"))["status"] == "running"
+    steer("stop", "dance_and_follow")
+    assert component.wait() == 0, component.output
