@@ -130,7 +130,7 @@ def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: S
 
 
 def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
-    """Fire a transition; false when the new state is not entered yet, since the automaton became a ghost."""
+    """Fire a transition; false when the new state is not entered, since the automaton became a ghost."""
     if not tree.leave(run, now):
         return False
     for observer in tree.observers:
@@ -143,7 +143,9 @@ def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Su
             if state.exit is not None:
                 _call(tree, left, state.exit, supervisor)
     finally:  # once the automata below have let go, the state changes whatever its exit code comes to
-        tree.change(run, transition, now)
+        changed = tree.change(run, transition, now)
+    if not changed:
+        return False
     try:
         if transition.code is not None:
             _call(tree, run, _bound(run, transition, transition.code), supervisor)

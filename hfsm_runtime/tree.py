@@ -271,15 +271,17 @@ class Tree:
             self._cycle_ended.wait_for(lambda: not any(run.in_cycle for run in below), timeout)
             return [run for run in below if run.in_cycle]
 
-    def change(self, run: Run, transition: Transition, now: int) -> None:
+    def change(self, run: Run, transition: Transition, now: int) -> bool:
         """Change the state; its timers do not run and the automata below sleep until `enter`.
 
-        A cycle that ends so late that the automaton is active anew changes nothing any more.
+        False, and no change, in a cycle that ends so late that the automaton is active anew.
         """
         with self.lock:
-            if run.claimed == run.activations:
-                run.last_transition = transition.id
-                self._set(run, run.automaton.state(transition.destination), now)
+            if run.claimed != run.activations:
+                return False
+            run.last_transition = transition.id
+            self._set(run, run.automaton.state(transition.destination), now)
+            return True
 
     def enter(self, run: Run, now: int) -> None:
         """Start the timers of the current state, whose entry is complete, and wake the automata below it.

@@ -1,42 +1,19 @@
-"""Components on threads and a real clock: hand-over, pausing, stepping, ending."""
+"""Components on threads and a real clock: the schedule, pausing, stepping, ending."""
 
 from __future__ import annotations
 
-import random
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
-from hfsm_runtime.runtime import Runtime, Status, UnknownElementError
-from hfsm_runtime.supervision import OnError
-from tests.support.automata import after, automaton, component, when
-from zenoh_ice import WallClock
-
-LIMIT = 10.0
-
-
-@contextmanager
-def running(
-    root: Automaton | Callable[[Component], Automaton], on_error: OnError | None = None
-) -> Iterator[Runtime]:
-    runtime = Runtime(component(root), WallClock(), on_error)
-    runtime.start()
-    try:
-        yield runtime
-    finally:
-        runtime.stop()
-
-
-def eventually(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + LIMIT
-    while not condition():
-        assert time.monotonic() < deadline, "it did not come true in time"
-        time.sleep(0.005)
+from hfsm_runtime.errors import ComponentStoppedError, UnknownElementError
+from hfsm_runtime.runtime import Status
+from tests.support.automata import after, automaton, finished, on, when
+from tests.support.running import LIMIT, eventually, running
 
 
 def test_cycles_keep_to_their_schedule() -> None:
@@ -45,126 +22,6 @@ def test_cycles_keep_to_their_schedule() -> None:
     run = runtime.tree.root
     # Each slot is run at most once, whatever the load of the machine.
     assert 1 < run.cycles <= runtime.timeline.now() // 20_000_000 + 1
-
-
-def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old() -> None:
-    inside: list[str] = []
-    faults: list[list[str]] = []
-    turns = {"left": 0, "right": 0}
-
-    def work(name: str) -> Callable[[], None]:
-        def code() -> None:
-            inside.append(name)
-            time.sleep(random.uniform(0.001, 0.02))
-            if any(other != name for other in inside):
-                faults.append(list(inside))
-            turns[name] += 1
-            inside.remove(name)
-
-        return code
-
-    def arrive(allowed: str) -> Callable[[], None]:
-        def code() -> None:
-            if any(not name.startswith(allowed) for name in inside):
-                faults.append([allowed, *inside])
-
-        return code
-
-    def child(id: int, name: str) -> Automaton:
-        below = automaton(id + 10, name, [State(id=1, name="x", code=work(name))], period=0.003)
-        return automaton(id, name, [State(id=1, name="x", code=work(name), children=(below,))], period=0.005)
-
-    root = automaton(
-        1,
-        "root",
-        [
-            State(id=1, name="left", code=arrive("left"), children=(child(2, "left"),)),
-            State(id=2, name="right", code=arrive("right"), children=(child(3, "right"),)),
-        ],
-        [after(0.03, 1, 2), after(0.03, 2, 1)],
-        period=0.01,
-    )
-    with running(root) as runtime:
-        eventually(lambda: min(turns.values()) > 30)
-    assert faults == []
-    assert runtime.errors == ()
-
-
-def slow_hand_over(order: list[str], release: threading.Event) -> Automaton:
-    def slow() -> None:
-        order.append("child begins")
-        release.wait(LIMIT)
-        order.append("child ends")
-
-    child = automaton(2, "child", [State(id=1, name="x", code=slow)])
-    return automaton(
-        1,
-        "root",
-        [
-            State(id=1, name="a", children=(child,)),
-            State(id=2, name="b", code=lambda: order.append("new state")),
-        ],
-        [when(lambda: "child begins" in order, 1, 2, code=lambda: order.append("transition"))],
-        period=0.02,
-    )
-
-
-def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_has_ended() -> None:
-    order: list[str] = []
-    release = threading.Event()
-    with running(slow_hand_over(order, release)) as runtime:
-        eventually(lambda: not runtime.tree.runs[1].active)
-        assert (order, runtime.tree.root.current.name) == (["child begins"], "a")
-        release.set()
-        eventually(lambda: len(order) > 3)
-    assert order[:4] == ["child begins", "child ends", "transition", "new state"]
-    assert runtime.errors == ()
-
-
-def test_a_childs_cycle_that_does_not_end_is_told_as_an_error_after_a_second() -> None:
-    order: list[str] = []
-    release = threading.Event()
-    with running(slow_hand_over(order, release)) as runtime:
-        eventually(lambda: "new state" in order)
-        release.set()
-    assert order[:3] == ["child begins", "transition", "new state"]
-    (error,) = runtime.errors
-    assert (error.automaton, error.state) == (2, 1)
-    assert "still in a cycle 1 s after root left the state a" in error.message
-    assert not runtime.failed
-
-
-def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_code() -> None:
-    asked, left = threading.Event(), threading.Event()
-    ran: list[str] = []
-
-    def guard() -> bool:
-        asked.set()
-        left.wait(LIMIT)
-        return True
-
-    child = automaton(
-        2,
-        "child",
-        [
-            State(id=1, name="x", code=lambda: ran.append("x")),
-            State(id=2, name="y", code=lambda: ran.append("y")),
-        ],
-        [when(guard, 1, 2)],
-    )
-    root = automaton(
-        1,
-        "root",
-        [State(id=1, name="a", children=(child,)), State(id=2, name="b")],
-        [when(asked.is_set, 1, 2)],
-        period=0.02,
-    )
-    with running(root) as runtime:
-        eventually(lambda: runtime.tree.root.current.name == "b")
-        left.set()
-        eventually(lambda: not runtime.tree.runs[1].in_cycle)
-    assert runtime.tree.runs[1].current.name == "x"
-    assert ran == []
 
 
 def test_paused_nothing_runs_and_timers_stand_still() -> None:
@@ -317,3 +174,114 @@ def test_a_component_that_halts_stays_halted() -> None:
         cycles = runtime.tree.root.cycles
         time.sleep(0.1)
         assert runtime.tree.root.cycles == cycles
+
+
+def test_the_root_that_finishes_ends_the_component_and_nothing_has_failed() -> None:
+    child = automaton(2, "child", [State(id=1, name="x", final=True)], period=0.01)
+    states = [State(id=1, name="a", children=(child,)), State(id=2, name="end", final=True)]
+    with running(automaton(1, "root", states, [finished(1, 2)], period=0.01)) as runtime:
+        assert runtime.ended.wait(LIMIT)
+    assert (runtime.status, runtime.failed, runtime.errors) == (Status.HALTED, False, ())
+
+
+def test_events_reach_automata_from_other_threads_and_from_each_other() -> None:
+    def root(c: Component) -> Automaton:
+        sender = automaton(2, "sender", [State(id=1, name="x"), State(id=2, name="y")],
+                           [on("go", 1, 2, code=lambda event: c.send("back", event.data))], period=0.01)  # fmt: skip
+        states = [State(id=1, name="a", children=(sender,)), State(id=2, name="b")]
+        return automaton(
+            1, "root", states, [on("back", 1, 2, guard=lambda event: event.data == 7)], period=0.01
+        )
+
+    with running(root) as runtime:
+        eventually(lambda: runtime.tree.runs[1].active)
+        runtime.send("go", 7)
+        eventually(lambda: runtime.tree.active == "b")
+
+
+def test_a_sleep_of_user_code_ends_with_a_pause_and_the_cycle_runs_again_when_it_goes_on() -> None:
+    sleeping = threading.Event()
+    after_sleep: list[str] = []
+
+    def root(c: Component) -> Automaton:
+        def code() -> None:
+            sleeping.set()
+            c.sleep(3600)
+            after_sleep.append("went on")
+
+        return automaton(1, "root", [State(id=1, name="a", code=code)], period=0.02)
+
+    with running(root) as runtime:
+        assert sleeping.wait(LIMIT)
+        runtime.pause()
+        eventually(lambda: not runtime.in_cycle)
+        sleeping.clear()
+        runtime.resume()
+        assert sleeping.wait(LIMIT)
+    assert (after_sleep, runtime.errors) == ([], ())
+
+
+def test_an_entry_that_a_pause_cuts_short_is_run_again() -> None:
+    sleeping, paused = threading.Event(), threading.Event()
+
+    def root(c: Component) -> Automaton:
+        def entry() -> None:
+            sleeping.set()
+            if not paused.is_set():
+                c.sleep(3600)
+
+        return automaton(1, "root", [State(id=1, name="a", entry=entry), State(id=2, name="b")],
+                         [after(0.02, 1, 2)], period=0.02)  # fmt: skip
+
+    with running(root) as runtime:
+        assert sleeping.wait(LIMIT)
+        runtime.pause()
+        eventually(lambda: not runtime.in_cycle)
+        assert runtime.tree.root.owed
+        paused.set()
+        runtime.resume()
+        eventually(lambda: runtime.tree.active == "b")
+
+
+def test_code_may_sleep_in_a_step() -> None:
+    slept: list[str] = []
+
+    def root(c: Component) -> Automaton:
+        def code() -> None:
+            c.sleep(0.01)
+            slept.append("slept")
+
+        return automaton(1, "root", [State(id=1, name="a", code=code)], period=0.02)
+
+    with running(root) as runtime:
+        runtime.pause()
+        eventually(lambda: not runtime.in_cycle)
+        slept.clear()
+        runtime.step(0)
+        assert slept == ["slept"]
+
+
+def test_a_sleep_on_a_thread_of_the_users_own_lasts_until_the_component_ends() -> None:
+    slept, ended = threading.Event(), threading.Event()
+    threads: list[threading.Thread] = []
+
+    def root(c: Component) -> Automaton:
+        def background() -> None:
+            c.sleep(0.001)
+            slept.set()
+            with suppress(ComponentStoppedError):
+                c.sleep(3600)
+            ended.set()
+
+        def entry() -> None:
+            threads.append(threading.Thread(target=background))
+            threads[0].start()
+
+        return automaton(1, "root", [State(id=1, name="a", entry=entry)], period=0.02)
+
+    with running(root) as runtime:
+        assert slept.wait(LIMIT)
+        runtime.pause()
+        assert not ended.is_set()
+    assert ended.wait(LIMIT)
+    threads[0].join(LIMIT)

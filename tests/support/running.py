@@ -1,0 +1,39 @@
+"""Run components on threads in a test, and wait for what is to come of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from hfsm_runtime import Automaton, Component
+from hfsm_runtime.runtime import Runtime
+from hfsm_runtime.supervision import OnError
+from tests.support.automata import component
+from zenoh_ice import WallClock
+
+__all__ = ["LIMIT", "eventually", "running"]
+
+LIMIT = 10.0
+"""The longest wait in s for anything."""
+
+
+@contextmanager
+def running(
+    root: Automaton | Callable[[Component], Automaton], on_error: OnError | None = None
+) -> Iterator[Runtime]:
+    """Run automata by the wall's clock for the time of a `with` block."""
+    runtime = Runtime(component(root), WallClock(), on_error)
+    runtime.start()
+    try:
+        yield runtime
+    finally:
+        runtime.stop()
+
+
+def eventually(condition: Callable[[], bool]) -> None:
+    """Wait until a condition is true."""
+    deadline = time.monotonic() + LIMIT
+    while not condition():
+        assert time.monotonic() < deadline, "it did not come true in time"
+        time.sleep(0.005)
