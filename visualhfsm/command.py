@@ -11,6 +11,8 @@ from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
 from visualhfsm.convert import convert
+from visualhfsm.replay.command import EPILOG as REPLAY_EPILOG
+from visualhfsm.replay.command import replay
 from visualhfsm.steer.commands import register as register_steering
 from zenoh_ice.command import finite, with_settings
 from zenoh_ice.settings import Settings
@@ -33,6 +35,7 @@ app.command(epilog=CHECK_EPILOG)(check)
 
 
 app.command(epilog=CONVERT_EPILOG)(convert)
+app.command(epilog=REPLAY_EPILOG)(replay)
 
 
 @app.callback()

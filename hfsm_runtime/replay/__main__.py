@@ -57,7 +57,12 @@ def replay(
         _tell(output, "begin", recording_seconds=recorded.duration / _SECOND, truncated=recorded.truncated)
         made = load(component)
         other = None if edited is None else load(edited)
-        with Replay(recorded, made, end, edited=other, since=round(since * _SECOND)) as run:
+
+        def progress(seconds: float) -> None:
+            _tell(output, "progress", seconds=seconds)
+
+        at = round(since * _SECOND)
+        with Replay(recorded, made, end, edited=other, since=at, progress=progress) as run:
             error = ""
             try:
                 comparison = run.run()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -39,6 +40,8 @@ from .strands import Strand, Strands
 __all__ = ["Replay"]
 
 _SECOND: Final = 1_000_000_000
+_PROGRESS: Final = 1.0
+"""Wall seconds between words of how far it is."""
 _MOST_GUESSES: Final = 100_000
 """Answers without a record in one cycle: code that asks for more does not end."""
 
@@ -58,6 +61,7 @@ class Replay:
         *,
         edited: Callable[[], Component] | None = None,
         since: int = 0,
+        progress: Callable[[float], None] = lambda _seconds: None,
     ) -> None:
         self.recording = recording
         self.comparison = Comparison()
@@ -68,6 +72,8 @@ class Replay:
         self._make = make
         self._edited = edited
         self._since = since
+        self._progress = progress
+        self._told_at = time.monotonic()
         self._script = Script(recording, until, self._passed)
         self._strands = Strands()
         self._recorder = Recorder(_Sink(self), 0, _Here(self._strands))
@@ -102,11 +108,18 @@ class Replay:
                 self._exchange(self._edited)
                 self._edited = None
             self._step(record)
+            self._tell_progress()
             if self._fatal is not None:
                 raise self._fatal
         self._run_unrecorded(self._script.time)
         self.comparison.finish()
         return self.comparison
+
+    def _tell_progress(self) -> None:
+        now = time.monotonic()
+        if now - self._told_at >= _PROGRESS:
+            self._told_at = now
+            self._progress(self.now() / _SECOND)
 
     # What stand-ins ask for.
 

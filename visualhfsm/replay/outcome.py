@@ -1,0 +1,86 @@
+"""What the process that replays says, line by line of JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+__all__ = ["Begin", "Difference", "Divergence", "Line", "Outcome", "Progress", "Side", "Step"]
+
+
+class Side(msgspec.Struct, frozen=True):
+    """What one of the two did in the cycle in which they part."""
+
+    state: str
+    guards: dict[str, bool]
+    fired: list[str]
+    errors: list[str]
+    state_after: str
+    ran: bool
+
+
+class Divergence(msgspec.Struct, frozen=True):
+    """An automaton that does something else."""
+
+    time: float
+    automaton: int
+    name: str
+    recorded: Side
+    replayed: Side
+
+
+class Difference(msgspec.Struct, frozen=True):
+    """A guard or variable of another value, or a call with other arguments."""
+
+    time: float
+    automaton: int
+    name: str
+    kind: str
+    what: str
+    recorded: Any = None
+    replayed: Any = None
+
+
+class Step(msgspec.Struct, frozen=True):
+    """A change of an automaton."""
+
+    time: float
+    automaton: int
+    name: str
+    state: str
+    kind: str
+
+
+class Begin(msgspec.Struct, frozen=True, tag="begin", tag_field="event"):
+    """The recording was read."""
+
+    recording_seconds: float
+    truncated: bool
+
+
+class Progress(msgspec.Struct, frozen=True, tag="progress", tag_field="event"):
+    """The replay has come to a component time."""
+
+    seconds: float
+
+
+class Outcome(msgspec.Struct, frozen=True, tag="end", tag_field="event"):
+    """The replay is over."""
+
+    error: str
+    seconds: float
+    cycles: int
+    identical: bool
+    missing_cycles: int
+    divergences: list[Divergence]
+    differences: list[Difference]
+    recorded: list[Step]
+    replayed: list[Step]
+    guesses: dict[str, int]
+    notes: list[str]
+    halted: bool
+    lost: int
+
+
+Line = Begin | Progress | Outcome

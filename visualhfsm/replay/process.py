@@ -1,0 +1,110 @@
+"""Run a replay in a process of its own, which is ended on every way out."""
+
+from __future__ import annotations
+
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import IO, Final
+
+import msgspec
+
+from visualhfsm.errors import VisualHfsmError
+
+from .outcome import Line, Outcome
+
+__all__ = ["replay_in_process"]
+
+_SILENCE: Final = 90.0
+"""Seconds without a word after which the process is given up: it tells each second how far it is."""
+_LONGEST_LINE: Final = 64 << 20
+_END: Final = 5.0
+_TAIL: Final = 2000
+
+
+def replay_in_process(
+    arguments: Sequence[str], include: Sequence[Path], told: Callable[[Line], None], *, shows_output: bool
+) -> Outcome:
+    """Run `hfsm_runtime.replay` with these arguments; return how it ended.
+
+    `told` gets each line. `include` are directories in which the component finds packages. Raises
+    VisualHfsmError.
+    """
+    command = [sys.executable, "-m", "hfsm_runtime.replay", *arguments]
+    path = [*map(str, include), *(entry for entry in sys.path if entry)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
+    with tempfile.TemporaryFile() as errors:
+        child = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=None if shows_output else errors,
+            env=environment,
+            start_new_session=True,  # Ctrl-C is ours; the child is ended below
+        )
+        try:
+            outcome = _listen(child, told)
+            if outcome is None:
+                raise VisualHfsmError(_failure(child, errors))
+            return outcome
+        finally:
+            _end(child)
+
+
+def _listen(child: subprocess.Popen[bytes], told: Callable[[Line], None]) -> Outcome | None:
+    assert child.stdout is not None
+    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    reader = threading.Thread(target=_read, args=(child.stdout, lines), name="replay", daemon=True)
+    reader.start()
+    decoder = msgspec.json.Decoder(Line)
+    while True:
+        try:
+            text = lines.get(timeout=_SILENCE)
+        except queue.Empty:
+            raise VisualHfsmError(f"the replay has said nothing for {_SILENCE:g} s and was ended") from None
+        if not text:
+            return None
+        try:
+            line = decoder.decode(text)
+        except msgspec.MsgspecError as error:
+            raise VisualHfsmError(f"the replay said what cannot be understood: {error}") from error
+        told(line)
+        if isinstance(line, Outcome):
+            return line
+
+
+def _read(stream: IO[bytes], lines: queue.SimpleQueue[bytes]) -> None:
+    try:
+        while line := stream.readline(_LONGEST_LINE):
+            lines.put(line)
+    except (OSError, ValueError):  # closed meanwhile
+        pass
+    lines.put(b"")
+
+
+def _failure(child: subprocess.Popen[bytes], errors: IO[bytes]) -> str:
+    try:
+        code = child.wait(_END)
+    except subprocess.TimeoutExpired:
+        return "the replay closed its output and goes on"
+    errors.seek(max(0, errors.seek(0, os.SEEK_END) - _TAIL))
+    text = " ".join(errors.read().decode("utf-8", "replace").split())
+    reason = text.rpartition("error: ")[2] if "error: " in text else text
+    return reason or f"the replay ended with exit code {code}"
+
+
+def _end(child: subprocess.Popen[bytes]) -> None:
+    if child.poll() is None:
+        child.terminate()
+        try:
+            child.wait(_END)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait(_END)
+    if child.stdout is not None:
+        child.stdout.close()
