@@ -13,10 +13,11 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
-from interfaces.hfsm import ComponentSnapshot
+from interfaces.hfsm import ComponentSnapshot, ComponentStructure
 from naoserver.fake import FakeRobot
-from tests.support.component import MonitorStub, snapshot
+from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm.watch.telemetry import Telemetry
@@ -30,9 +31,13 @@ class Monitor(MonitorStub):
 
     def __init__(self) -> None:
         self.began = time.monotonic()
+        self.generation = 0
 
     def now(self) -> ComponentSnapshot:
-        return snapshot(round(time.monotonic() - self.began, 3))
+        return replace(snapshot(round(time.monotonic() - self.began, 3)), generation=self.generation)
+
+    def getStructure(self, current: Current) -> ComponentStructure:
+        return replace(dance_and_follow(), generation=self.generation)
 
     def getSnapshot(self, current: Current) -> ComponentSnapshot:
         return self.now()
@@ -255,3 +260,18 @@ def test_a_component_that_starts_anew_begins_a_new_recording(robot: ServedRobot)
         wait_until(telemetry, longer_than(0.2))
         assert telemetry.recording is not None
         assert telemetry.recording.rows[0].time < 0.8
+
+
+def test_a_component_that_is_reloaded_goes_on_in_the_same_recording(robot: ServedRobot) -> None:
+    with component(robot.endpoint, robot.realm) as monitor, listening(robot) as telemetry:
+        wait_until(
+            telemetry, lambda _: telemetry.recording is not None and telemetry.recording.duration > 0.3
+        )
+        recording = telemetry.recording
+        assert recording is not None
+        before = len(recording.rows)
+        monitor.generation = 1
+        wait_until(telemetry, lambda scene: scene.snapshot and scene.snapshot.value.generation == 1)
+        assert telemetry.recording is recording
+        assert recording.automata.generation == 1
+        wait_until(telemetry, lambda _: len(recording.rows) > before + 3)

@@ -3,7 +3,7 @@
 from msgspec.structs import replace
 
 from interfaces.hfsm import AutomatonStructure
-from tests.support.component import dance_and_follow, snapshot, state_structure
+from tests.support.component import dance_and_follow, snapshot, state_structure, transition_structure
 from visualhfsm.watch.automata import Automata
 
 
@@ -21,6 +21,35 @@ def test_the_path_of_current_states_goes_down_to_the_innermost_running_automaton
     automata = Automata(dance_and_follow())
     assert automata.current_path(snapshot(9.0)) == ["followBall", "green", "follow"]
     assert automata.current_path(snapshot(12.0)) == ["dance", "right"]
+
+
+def test_where_a_state_owns_several_automata_the_path_branches():
+    structure = dance_and_follow()
+    structure.automata[0].states[0].children = [2, 5]
+    structure.automata[4].owner = 1
+    automata = Automata(structure)
+    assert list(automata.current_paths(snapshot(9.0))) == [
+        ["followBall", "green", "follow"], ["followBall", "right"]
+    ]  # fmt: skip
+    assert automata.current_path(snapshot(9.0)) == ["followBall", "green", "follow"]
+
+
+def test_a_final_state_ends_the_path():
+    structure = dance_and_follow()
+    structure.automata[0].states[1].final = True
+    assert list(Automata(structure).current_paths(snapshot(12.0))) == [["dance"]]
+
+
+def test_the_events_that_a_state_waits_for_are_known():
+    structure = dance_and_follow()
+    structure.automata[2].transitions = [
+        transition_structure(1, "", 1, 2, event="lost"),
+        transition_structure(2, "", 1, 2, event="lost"),
+        transition_structure(3, "", 1, 2, event="\x1b[2J"),
+        transition_structure(4, "", 2, 1, event="found"),
+    ]
+    assert Automata(structure).awaited(3, 1) == ["lost", "\N{REPLACEMENT CHARACTER}[2J"]
+    assert Automata(structure).awaited(9, 1) == []
 
 
 def test_an_automaton_is_active_since_the_last_entry_of_those_above_it():

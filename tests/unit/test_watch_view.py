@@ -10,9 +10,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 
-from interfaces.hfsm import ComponentStatus, ErrorReport
+from interfaces.hfsm import Breakpoint, ComponentStatus, ErrorReport
 from interfaces.nao import HeadPose
-from tests.support.component import dance_and_follow
+from tests.support.component import dance_and_follow, transition_structure
 from tests.support.scenes import aged, scene
 from visualhfsm.watch.automata import Automata
 from visualhfsm.watch.recording import Ball
@@ -54,6 +54,45 @@ def test_current_ghost_and_other_states_have_marks_of_their_own():
     assert "● green" in line_with(lines, "● green")
     assert "○ dance" in line_with(lines, "dance ")
     assert "◌ right" in line_with(lines, "right ")
+
+
+def test_final_states_and_what_has_finished_have_marks_of_their_own():
+    structure = dance_and_follow()
+    structure.automata[4].states[1].final = True
+    structure.automata[1].states[0].final = True
+    shown = replace(scene(9.5), automata=Automata(structure))
+    assert shown.snapshot is not None
+    shown.snapshot.value.automata[1].state = 1
+    shown.snapshot.value.automata[1].finished = True
+    lines = draw(shown)
+    assert "■ red" in line_with(lines, "■ red")
+    assert "finished" in line_with(lines, "■ red")
+    assert "□ left" in line_with(lines, "left ")
+
+
+def test_the_events_that_a_state_waits_for_are_shown():
+    structure = dance_and_follow()
+    structure.automata[3].transitions[0] = transition_structure(1, "", 1, 2, event="ball_lost")
+    lines = draw(replace(scene(9.5), automata=Automata(structure)), 140, 40)
+    assert "waits for ball_lost" in line_with(lines, "● follow ")
+
+
+def test_an_event_that_changed_the_state_is_told():
+    structure = dance_and_follow()
+    structure.automata[1].transitions[0] = transition_structure(1, "change", 1, 2, event="now")
+    lines = draw(replace(scene(9.5), automata=Automata(structure)), 140, 40)
+    assert "change at now" in line_with(lines, "red →")
+
+
+def test_a_component_that_stands_at_a_breakpoint_says_where():
+    shown = scene(9.5)
+    assert shown.snapshot is not None
+    shown.snapshot.value.status = ComponentStatus.Paused
+    shown.snapshot.value.stoppedAt = [Breakpoint(2, 2, 0, "")]
+    assert "paused at green" in draw(shown)[0]
+    assert "paused at green" in status_line(shown)
+    shown.snapshot.value.stoppedAt = [Breakpoint(2, 0, 1, "")]
+    assert "paused at to green" in draw(shown)[0]
 
 
 def test_the_bar_of_a_timer_shrinks_with_what_is_left():

@@ -37,6 +37,7 @@ class Automata:
     def __init__(self, structure: ComponentStructure) -> None:
         _clean(structure)
         self.name = structure.name
+        self.generation = structure.generation
         self.all: Sequence[AutomatonStructure] = tuple(structure.automata)
         self._by_id = {automaton.id: automaton for automaton in self.all}
         self._states = {(a.id, state.id): state for a in self.all for state in a.states}
@@ -69,6 +70,12 @@ class Automata:
         """Return the name of the state that a transition enters."""
         found = self.transition(automaton, transition)
         return self.state_name(automaton, found.destination) if found else f"transition {transition}"
+
+    def awaited(self, automaton: int, state: int) -> list[str]:
+        """Return the names of the events that transitions out of a state wait for."""
+        found = self._by_id.get(automaton)
+        events = [t.event for t in found.transitions if t.origin == state and t.event] if found else []
+        return list(dict.fromkeys(events))
 
     def depth(self, automaton: int) -> int:
         """Return how many automata are above one."""
@@ -104,18 +111,41 @@ class Automata:
                     yield from self._rows_below(child, here, visited)
 
     def current_path(self, snapshot: ComponentSnapshot) -> list[str]:
-        """Return the names of the current states from the root down to the innermost running automaton."""
-        states = {automaton.id: automaton for automaton in snapshot.automata}
-        path: list[str] = []
-        found = next((a for a in self.all if a.parent not in self._by_id), None)
-        visited: set[int] = set()
-        while found is not None and found.id in states and found.id not in visited:
-            visited.add(found.id)
-            current = states[found.id].state
-            path.append(self.state_name(found.id, current))
-            state = self._states.get((found.id, current))
-            found = self._by_id.get(state.children[0]) if state and state.children else None
-        return path
+        """Return the names of the current states from the root down to the innermost running automaton.
+
+        Where a state owns several automata it follows the first.
+        """
+        return next(self.current_paths(snapshot), [])
+
+    def current_paths(self, snapshot: ComponentSnapshot) -> Iterator[list[str]]:
+        """Yield such a path for each branch, where states own several automata that run side by side."""
+        states = by_id(snapshot)
+        root = next((a for a in self.all if a.parent not in self._by_id), None)
+        if root is not None:
+            yield from self._paths_below(root, states, [], set())
+
+    def _paths_below(
+        self,
+        automaton: AutomatonStructure,
+        states: dict[int, AutomatonSnapshot],
+        above: list[str],
+        visited: set[int],
+    ) -> Iterator[list[str]]:
+        visited.add(automaton.id)
+        found = states.get(automaton.id)
+        if found is None:
+            if above:
+                yield above
+            return
+        path = [*above, self.state_name(automaton.id, found.state)]
+        state = self._states.get((automaton.id, found.state))
+        below = [self._by_id[child] for child in state.children if child in self._by_id] if state else []
+        below = [child for child in below if child.id not in visited and len(path) < _DEEPEST]
+        if not below or (state is not None and state.final):
+            yield path
+            return
+        for child in below:
+            yield from self._paths_below(child, states, path, visited)
 
     def active_since(self, snapshot: ComponentSnapshot, automaton: int) -> float:
         """Return the component time since which an automaton has run without being a ghost.
@@ -141,6 +171,7 @@ def _clean(structure: ComponentStructure) -> None:
             state.name = printable(state.name)
         for transition in automaton.transitions:
             transition.name = printable(transition.name)
+            transition.event = printable(transition.event)
 
 
 def by_id(snapshot: ComponentSnapshot) -> dict[int, AutomatonSnapshot]:

@@ -98,6 +98,12 @@ class Recording:
         """Seconds of the component's time from the first row to the last."""
         return self.rows[-1].time - self.rows[0].time if self.rows else 0.0
 
+    def continued_by(self, snapshot: ComponentSnapshot) -> bool:
+        """Whether a snapshot is of the same run after a reload of the component."""
+        return snapshot.generation > self.automata.generation and (
+            self.newest is None or snapshot.time >= self.newest.time
+        )
+
     def follows(self, snapshot: ComponentSnapshot) -> bool:
         """Whether a snapshot can be of the same run: it is not older, and knows the same automata."""
         if self.newest is not None and snapshot.time < self.newest.time:
@@ -105,7 +111,12 @@ class Recording:
         return self.knows(snapshot)
 
     def knows(self, snapshot: ComponentSnapshot) -> bool:
-        """Whether every automaton of a snapshot is one of the component's, with times that are numbers."""
+        """Whether every automaton of a snapshot is one of the component's, with times that are numbers.
+
+        After a reload of the component none is, until it has told its new automata.
+        """
+        if snapshot.generation != self.automata.generation:
+            return False
         return math.isfinite(snapshot.time) and all(
             automaton.id in self.automata and math.isfinite(automaton.enteredAt)
             for automaton in snapshot.automata

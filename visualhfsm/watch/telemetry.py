@@ -37,7 +37,7 @@ class Telemetry:
     """What is known of a component and its robot; `update` it about ten times a second.
 
     Nothing needs to be there when it begins, and what goes away is found again. A component that is started
-    anew begins a new recording.
+    anew begins a new recording, one that is reloaded goes on in the same.
     """
 
     def __init__(self, communicator: Communicator, component: str, *, pictures: bool) -> None:
@@ -61,7 +61,7 @@ class Telemetry:
 
         self._lock = threading.Lock()
         self._recording: Recording | None = None
-        self._outdated = False
+        self._outdated = self._reloaded = False
         self._pictures = pictures
         self.camera_album = Album()
         self.outside_album = Album()
@@ -130,8 +130,18 @@ class Telemetry:
             self._structure.forget()
             with self._lock:
                 self._recording = None
+        elif self._reloaded:
+            self._reloaded = False
+            known, recording = self._structure.value, self._recording
+            if known is not None and recording and known.generation == recording.automata.generation:
+                self._structure.forget()  # once: what is on its way is not of before
         structure = self._structure.poll()
-        if structure is not None and self._recording is None:
+        recording = self._recording
+        if structure is not None and recording is not None:
+            if structure.generation != recording.automata.generation:
+                with self._lock:
+                    recording.automata = Automata(structure)
+        elif structure is not None:
             with self._lock:
                 self._recording = Recording(Automata(structure))
                 self.camera_album, self.outside_album = Album(), Album()
@@ -160,7 +170,8 @@ class Telemetry:
             if recording is None:
                 return
             if not recording.follows(snapshot):
-                self._outdated = True
+                self._reloaded = recording.continued_by(snapshot)
+                self._outdated = not self._reloaded
                 return
             recording.add(snapshot, self._read_robot())
             ball = recording.rows[-1].ball

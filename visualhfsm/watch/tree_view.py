@@ -11,7 +11,7 @@ from visualhfsm.watch.bars import level_bar
 
 __all__ = ["legend", "tree_lines"]
 
-CURRENT, GHOST, OTHER = "●", "◌", "○"
+CURRENT, GHOST, OTHER, FINISHED, FINAL = "●", "◌", "○", "■", "□"
 _GUIDE_STYLE = "bright_black"
 _SHORTEST_BAR, _LONGEST_BAR = 6, 24
 
@@ -75,12 +75,14 @@ def _line(
         line.append("└─ " if row.last[-1] else "├─ ", _GUIDE_STYLE)
     current = snapshot is not None and snapshot.state == row.state.id
     ghost = snapshot is None or snapshot.ghost
-    if current and not ghost:
+    if current and snapshot is not None and snapshot.finished:
+        line.append(f"{FINISHED} {row.state.name}", "cyan")
+    elif current and not ghost:
         line.append(f"{CURRENT} {row.state.name}", "bold green")
     elif current:
         line.append(f"{GHOST} {row.state.name}", "italic magenta")
     else:
-        line.append(f"{OTHER} {row.state.name}", "bright_black")
+        line.append(f"{FINAL if row.state.final else OTHER} {row.state.name}", "bright_black")
     if snapshot is None or not current:
         return line
     line.truncate(name_width, overflow="ellipsis", pad=True)
@@ -90,12 +92,18 @@ def _line(
 
 
 def _progress(automata: Automata, snapshot: AutomatonSnapshot, now: float, width: int) -> Text:
-    """Draw the timer that fires next as a shrinking bar; without one, tell the time spent in the state."""
+    """Draw the timer that fires next as a shrinking bar.
+
+    Without one tell the time spent in the state, and the events that it waits for.
+    """
     timers = sorted(snapshot.timers, key=lambda timer: timer.remaining)
+    if snapshot.finished:
+        return Text("finished", "bright_black")
     if not timers:
-        return Text(
-            "ghost" if snapshot.ghost else f"for {max(now - snapshot.enteredAt, 0.0):.1f} s", "bright_black"
-        )
+        spent = "ghost" if snapshot.ghost else f"for {max(now - snapshot.enteredAt, 0.0):.1f} s"
+        events = automata.awaited(snapshot.id, snapshot.state)
+        waits = f", waits for {' or '.join(events)}" if events else ""
+        return Text(f"{spent}{waits}", "bright_black")
     timer = timers[0]
     transition = automata.transition(snapshot.id, timer.transition)
     total = transition.seconds if transition and transition.seconds > 0 else max(timer.remaining, 1.0)
@@ -121,7 +129,11 @@ def legend() -> Text:
         " current  ",
         (GHOST, "magenta"),
         " ghost  ",
+        (FINISHED, "cyan"),
+        " finished  ",
         (OTHER, "bright_black"),
-        " other",
+        " other  ",
+        (FINAL, "bright_black"),
+        " final",
     )
     return Text.assemble(*parts)

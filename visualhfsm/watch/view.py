@@ -10,7 +10,7 @@ from rich.layout import Layout
 from rich.panel import Panel
 from rich.text import Text
 
-from interfaces.hfsm import ComponentStatus
+from interfaces.hfsm import ComponentStatus, TransitionStructure
 from interfaces.nao import Severity
 from visualhfsm.watch.automata import by_id, printable
 from visualhfsm.watch.robot_view import camera_lines, robot_lines
@@ -123,7 +123,7 @@ class View:
                 f"{scene.automata.state_name(change.automaton, change.origin)} → ",
                 (scene.automata.state_name(change.automaton, change.destination), "bold"),
             )
-            name = f"  {transition.name}" if transition and transition.name else ""
+            name = f"  {_cause(transition)}" if transition and _cause(transition) else ""
             if line.cell_len + len(name) <= width:
                 line.append(name, _FAINT)
             lines.append(line)
@@ -171,6 +171,12 @@ class View:
         return _panel("Events and variables", lines, height)
 
 
+def _cause(transition: TransitionStructure) -> str:
+    """Return the name of a transition and the event at which it fired."""
+    event = f"at {transition.event}" if transition.event else ""
+    return f"{transition.name} {event}".strip()
+
+
 def _panel(title: str, lines: Sequence[Text], height: int, style: str = "blue") -> Layout:
     content = Text("\n").join(lines[: height - _BORDERS])
     content.no_wrap = True
@@ -183,13 +189,25 @@ def _header(scene: Scene, width: int) -> Text:
     snapshot = scene.snapshot.value if scene.snapshot else None
     status = snapshot.status.name.lower() if snapshot else "not seen"
     style = {"running": "green", "halted": "bold red"}.get(status, "yellow")
-    left = Text.assemble(" ", (scene.component, "bold"), "  ", (status, style))
+    where = _stopped(scene)
+    left = Text.assemble(" ", (scene.component, "bold"), "  ", (f"{status}{where}", style))
     right = Text(f"{snapshot.time:.1f} s" if snapshot else "")
     if scene.seconds:
         right.append(f"   {min(scene.elapsed, scene.seconds):.0f} of {scene.seconds:g} s watched", _FAINT)
     right.append(" ")
     gap = width - left.cell_len - right.cell_len
     return Text.assemble(left, " " * max(gap, 1), right, style="on grey15", no_wrap=True)
+
+
+def _stopped(scene: Scene) -> str:
+    """Say at which breakpoint a component stands."""
+    if scene.snapshot is None or scene.automata is None or not scene.snapshot.value.stoppedAt:
+        return ""
+    point = scene.snapshot.value.stoppedAt[0]
+    if point.state:
+        return f" at {scene.automata.state_name(point.automaton, point.state)}"
+    found = scene.automata.transition(point.automaton, point.transition)
+    return f" at {(found and found.name) or f'transition {point.transition}'}"
 
 
 def _footer() -> Text:
@@ -203,9 +221,10 @@ def status_line(scene: Scene) -> str:
     assert scene.automata is not None
     assert scene.snapshot is not None
     snapshot = scene.snapshot.value
-    parts = [f"{snapshot.time:7.1f} s", " > ".join(scene.automata.current_path(snapshot))]
+    paths = (" > ".join(path) for path in scene.automata.current_paths(snapshot))
+    parts = [f"{snapshot.time:7.1f} s", " + ".join(paths)]
     if snapshot.status is not ComponentStatus.Running:
-        parts.append(snapshot.status.name.lower())
+        parts.append(f"{snapshot.status.name.lower()}{_stopped(scene)}")
     if scene.ball is not None:
         error = (
             f"{scene.ball.error_u:+.0f} {scene.ball.error_v:+.0f} px" if scene.ball.seen else "out of sight"
