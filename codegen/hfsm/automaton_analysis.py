@@ -22,6 +22,9 @@ __all__ = ["AutomatonAnalysis"]
 
 _T = TypeVar("_T")
 
+_NEVER = Code(lines=("False",), line=0, is_expression=True)
+"""What stands for a condition that is not written yet; the origin's generated code took it so."""
+
 _EVENT = "event"
 """What guard and code of a transition by an event call the event."""
 
@@ -101,7 +104,11 @@ class AutomatonAnalysis:
             f"transition `{transition.name}`" if transition.name.strip() else f"transition {transition.id}"
         )
         kind = transition.type
-        if kind == "condition":
+        if kind == "condition" and transition.trigger.is_blank:
+            message = f"{label} has no condition: it never fires"
+            self._diagnostics.warning("W532", message, self._place(transition))
+            guard = replace(_NEVER, line=transition.trigger.line)
+        elif kind == "condition":
             guard = self._read(self._condition, f"the condition of {label}", transition.trigger)
         elif transition.guard.is_blank:
             guard = None
@@ -201,7 +208,7 @@ class AutomatonAnalysis:
     def _read(self, analyze: Callable[[Text], _T], what: str, text: Text) -> _T | None:
         return self._reader.read(analyze, what, text, self._path)
 
-    def _place(self, item: Parameter | Argument) -> Location:
+    def _place(self, item: Parameter | Argument | Transition) -> Location:
         return Location(item.path or self._path, item.line, max(1, item.column))
 
     def _error(

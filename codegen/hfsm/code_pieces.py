@@ -51,7 +51,7 @@ def pieces_of(document: Document, path: Path) -> Iterator[Piece]:
 
 def report_foreign(piece: Piece, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
     """Report that a document is in another language, by the first piece of it."""
-    message = f"{piece.what} is {language}: it is kept, but only Python runs here"
+    message = f"{language} in {piece.what}: it is kept, but only Python runs here"
     place = Location(piece.path, piece.text.line, max(1, piece.text.column))
     diagnostics.error("E525", message, place, notes)
 

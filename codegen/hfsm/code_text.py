@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import io
+import re
 import tokenize
 import warnings
 from collections.abc import Iterator, Sequence
@@ -30,6 +31,8 @@ __all__ = [
 ]
 
 INDENT: Final = " " * 4
+
+_ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
 
 
 class CodeError(Exception):
@@ -132,8 +135,11 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
     except (SyntaxError, ValueError) as error:
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        problem = code.error(f"not valid Python: {reason}", line - header, column)
-        if looks_like_cpp("\n".join(code.lines)):
+        hint = (
+            "; `<` and `>` were escaped twice when the document was saved" if _ESCAPED.search(source) else ""
+        )
+        problem = code.error(f"not valid Python: {reason}{hint}", line - header, column)
+        if not hint and looks_like_cpp("\n".join(code.lines)):
             problem = ForeignCodeError(str(problem), problem.line, problem.column)
         raise problem from error
     except (RecursionError, MemoryError) as error:

@@ -36,7 +36,7 @@ _CPP: Final = re.compile(
       | (?:^[^\S\n]*|[;{{}}(]\s*){_TYPE}[\s&*]+[A-Za-z_]\w*\s*(?:[;=({{\[,)]|$)   # a declaration
       | ;[^\S\n]*$ | [;{{}})]\s*}}                         # the end of a statement, of a block
       | \)\s*\{{ | \belse\s*\{{
-      | && | \|\| | !\s*[A-Za-z_(] | \+\+ | \bnew\s+[A-Z]
+      | && | \|\| | !\s*[A-Za-z_(] | \+\+ | [=(,]\s*new\s+[A-Z]
       | \b(?:cout|cerr|endl|printf|nullptr|NULL|true|false)\b""",
     re.VERBOSE | re.MULTILINE,
 )

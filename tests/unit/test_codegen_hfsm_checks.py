@@ -100,7 +100,7 @@ def test_faults_of_the_structure(path: Path, parts: tuple[str, ...], expected: s
     assert any(expected in problem for problem in found), found
 
 
-@pytest.mark.parametrize("time", ["", "soon", "0", "-5", "inf", "nan", "1_000", "1e300"])
+@pytest.mark.parametrize("time", ["", "soon", "-5", "inf", "nan", "1_000", "1e300", "-1e-300"])
 def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
     text = document(sub(1, 0, A, B, transition(1, 1, 2, time, type="time", name="tired")))
     assert "E515: the time of transition `tired` is a positive number of milliseconds" in one(
@@ -114,7 +114,7 @@ def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
         ("x = = 1", "3:"),
         ("x = 1\n\ty = 2", "4:"),
         ("print 'x'", "E520: not valid Python: Missing parentheses in call to 'print'"),
-        ("int x = 3;", "E525: the code of state `a` is C++: it is kept, but only Python runs here"),
+        ("int x = 3;", "E525: C++ in the code of state `a`: it is kept, but only Python runs here"),
         ("motors->setV(3);", "E525: "),
         ("std::cout << x;", "E525: "),
         ("// nothing\nx", "E525: "),
@@ -136,7 +136,6 @@ def test_code_of_a_state_that_cannot_run(path: Path, code: str, expected: str) -
 @pytest.mark.parametrize(
     ("condition", "expected"),
     [
-        ("", "E520: the condition is empty"),
         ("x = 1", "E520: not valid Python"),
         ("a, b", "E520: a condition is one expression"),
         ("a) or (b", "E520: a condition is one expression"),

@@ -32,20 +32,20 @@ CPP = sub(
 def test_a_document_in_cpp_is_one_error(tmp_path: Path) -> None:
     (error,) = errors_of(tmp_path, CPP)
     assert error.code == "E525"
-    assert "is C++: it is kept, but only Python runs here" in error.message
+    assert error.message == "C++ in a function of automaton 1: it is kept, but only Python runs here"
 
 
 @pytest.mark.parametrize(
     ("parts", "what"),
     [
-        ((state(1, "go", "x = 1", initial=True), state(2, "b", "y->z();")), "the code of state `b` is C++"),
+        ((state(1, "go", "x = 1", initial=True), state(2, "b", "y->z();")), "C++ in the code of state `b`"),
         (
             (state(1, "go", "y->z();", initial=True), state(2, "b", "y->z();")),
-            "the code of state `go` is C++",
+            "C++ in the code of state `go`",
         ),
         (
             (state(1, "go", "x = 1", initial=True), transition(3, 1, 1, "x && y")),
-            "the condition of transition 3 is C++",
+            "C++ in the condition of transition 3",
         ),
     ],
 )
@@ -60,7 +60,7 @@ def test_a_document_may_say_its_language(tmp_path: Path) -> None:
     (error,) = errors_of(tmp_path, code, head="<language>Java</language>")
     assert (error.code, error.message) == (
         "E525",
-        "the code of state `go` is Java: it is kept, but only Python runs here",
+        "Java in the code of state `go`: it is kept, but only Python runs here",
     )
     assert errors_of(tmp_path, code, head="<language>Python</language>") == []
 
@@ -73,3 +73,10 @@ def test_a_document_without_code_runs_whatever_its_language(tmp_path: Path) -> N
 def test_faults_of_python_are_told_one_by_one(tmp_path: Path) -> None:
     errors = errors_of(tmp_path, sub(1, 0, state(1, "a", "x = = 1", initial=True), state(2, "b", "y = = 1")))
     assert [error.code for error in errors] == ["E520", "E520"]
+
+
+def test_code_that_was_escaped_twice_is_no_cpp(tmp_path: Path) -> None:
+    code = "if x &lt; 3:  # a new Word\n    y = 1"
+    (error,) = errors_of(tmp_path, sub(1, 0, state(1, "a", code, initial=True)))
+    assert (error.code, error.location.line) == ("E520", 3)
+    assert "escaped twice" in error.message
