@@ -1,0 +1,75 @@
+"""docs/automata.md: its documents are checked, compiled and run, and do what the page says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import compile_document
+from hfsm_runtime import VirtualRun
+from hfsm_runtime.tree import ChangeKind
+from tests.support.documents import load
+from tests.support.pages import DOCS, blocks_of
+
+PAGE = (DOCS / "automata.md").read_text("utf-8")
+BLOCKS = blocks_of(PAGE)
+DOCUMENTS = [block.name for block in BLOCKS if block.name is not None]
+TIMELINES = {block.info.split()[1]: block for block in BLOCKS if block.language == "timeline"}
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a directory with all documents of the page and their components."""
+    tmp_path = tmp_path_factory.mktemp("automata")
+    for block in BLOCKS:
+        if block.name is not None:
+            (tmp_path / block.name).write_text(block.text, encoding="utf-8")
+    for name in DOCUMENTS:
+        diagnostics = Diagnostics()
+        files = compile_document(tmp_path / name, None, diagnostics)
+        assert files is not None, diagnostics.render()
+        assert list(diagnostics) == [], diagnostics.render()
+        for file in files:
+            file.path.write_text(file.text, encoding="utf-8")
+    return tmp_path
+
+
+def test_every_block_of_xml_is_a_document_with_a_name_or_marked_as_a_fragment() -> None:
+    assert [
+        block.text
+        for block in BLOCKS
+        if block.language == "xml" and not block.name and "fragment" not in block.info
+    ] == []
+    assert {f"{name}.xml" for name in TIMELINES} <= set(DOCUMENTS)
+
+
+@pytest.mark.parametrize("name", TIMELINES)
+def test_a_document_does_what_the_page_says(name: str, directory: Path) -> None:
+    block = TIMELINES[name]
+    virtual = VirtualRun(load(directory / f"{name}.py"))
+    virtual.advance(float(block.info.split()[2]))
+    entered = [
+        f"{change.time:.1f} {change.automaton} {change.state}"
+        for change in virtual.trace
+        if change.kind is ChangeKind.ENTERED
+    ]
+    assert entered == block.text.splitlines()
+    assert not virtual.halted
+
+
+def test_a_declared_event_from_outside_ends_the_calls(directory: Path) -> None:
+    virtual = VirtualRun(load(directory / "calls.py"))
+    virtual.advance(1)
+    virtual.send("go home")
+    virtual.advance(0.1)
+    assert virtual.finished
+
+
+def test_the_table_of_elements_knows_all_that_the_documents_use() -> None:
+    told = set(re.findall(r"`(\w+)`", PAGE.partition("## Elements")[2].partition("## One cycle")[0]))
+    used = {tag for block in BLOCKS if block.language == "xml" for tag in re.findall(r"<(\w+)", block.text)}
+    parts = {"VisualHFSM", "state", "transition", "name", "event", "parameter", "type", "default"}
+    assert used - told - parts == set()
