@@ -55,8 +55,8 @@ class Behavior:
         **settings: Any,  # noqa: ANN401 - those of the robot
     ) -> None:
         self.document: Final = document
-        self.component: Final = component
-        """What user code sees as `self`."""
+        self.component: Final[Any] = component
+        """What user code sees as `self`: its parameters, proxies and functions."""
         self._strict = on_error is None
         self._clock: Final = TaskClock()
         self._communicator: Final = InProcessCommunicator(self._clock)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import linecache
 import sys
 from collections.abc import Sequence
@@ -44,8 +43,8 @@ def find_document(path: Path, directories: Sequence[Path]) -> Path:
 def document_of(component: type[Component]) -> Path | None:
     """Return the document that stands beside a generated component, or None."""
     name = component._hfsm_document
-    path = Path(inspect.getfile(component)).with_name(name) if name else None
-    return path if path is not None and path.is_file() else None
+    path = Path(component.automaton.__code__.co_filename).resolve().with_name(name or " ")
+    return path if path.is_file() else None
 
 
 def load_component(document: Path, include: Sequence[Path] = ()) -> type[Component]:

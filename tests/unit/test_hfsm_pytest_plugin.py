@@ -1,0 +1,209 @@
+"""The plugin in runs of pytest of its own: timelines of failed tests, coverage, its reports and its gate."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from hfsm_pytest import MakeBehavior
+from tests.support.documents import document, state, sub, transition
+
+pytest_plugins = "pytester"
+
+LAMP = document(
+    sub(
+        1,
+        0,
+        state(1, "off", "n += 1", initial=True),
+        state(2, "on"),
+        state(3, "broken"),
+        transition(1, 1, 2, "n > 3", name="switch"),
+        transition(2, 2, 1, "500", type="time", name="timer"),
+        transition(3, 2, 3, "n > 1000", name="wear"),
+        variables="n = 0",
+    )
+)
+TESTS = """
+    def test_lit(behavior):
+        b = behavior("lamp.xml")
+        b.advance(0.5)
+        assert b.active == "on"
+
+    def test_worn(behavior):
+        b = behavior("lamp.xml")
+        b.set("lamp", n=5000)
+        b.advance(1.0)
+        assert b.active == "broken"
+"""
+COVERAGE = "--hfsm-cov=lamp.xml"
+
+
+@pytest.fixture
+def lamp(pytester: pytest.Pytester) -> pytest.Pytester:
+    """A project with a document and tests."""
+    (pytester.path / "lamp.xml").write_text(LAMP, encoding="utf-8")
+    pytester.makepyfile(TESTS)
+    return pytester
+
+
+def test_a_failed_test_shows_the_timeline(lamp: pytest.Pytester) -> None:
+    lamp.makepyfile(
+        """
+        def test_wrong(behavior):
+            b = behavior("lamp.xml")
+            b.advance(0.5)
+            assert b.active == "off"
+
+        def test_without_a_behavior():
+            assert False
+
+        def test_right(behavior):
+            behavior("lamp.xml").advance(0.5)
+        """
+    )
+    result = lamp.runpytest()
+    result.assert_outcomes(passed=1, failed=2)
+    result.stdout.fnmatch_lines(
+        [
+            "*assert 'on' == 'off'*",
+            "*- behavior -*",
+            "timeline of lamp, 0.500 s, in on",
+            "     0.000 s  lamp: enters off",
+            "     0.400 s  lamp: off -> on  by switch when n > 3",
+        ]
+    )
+    assert result.stdout.str().count("timeline of lamp") == 1
+
+
+def test_a_timeline_is_shown_once(lamp: pytest.Pytester) -> None:
+    lamp.makepyfile('def test_it(behavior): behavior("lamp.xml").run_until("broken", limit=1)')
+    result = lamp.runpytest()
+    assert result.stdout.str().count("timeline of lamp") == 1
+    assert "- behavior -" not in result.stdout.str()
+
+
+def test_the_table_tells_what_is_missing_and_where(lamp: pytest.Pytester) -> None:
+    result = lamp.runpytest(COVERAGE, "-k", "test_lit")
+    result.stdout.fnmatch_lines(
+        [
+            "document * states *transitions *guards *covered",
+            "lamp.xml * 2/3 * 1/3 * 3/4 * 60 %",
+            "missing:",
+            "  lamp.xml:5: state lamp/broken was never entered",
+            "  lamp.xml:7: transition timer of lamp (on -> off): never fired",
+            "  lamp.xml:8: transition wear of lamp (on -> broken): never fired, its guard was never true",
+        ]
+    )
+
+
+def test_the_hits_of_all_tests_count_together(lamp: pytest.Pytester) -> None:
+    result = lamp.runpytest(COVERAGE, "--hfsm-cov-report=json:out/coverage.json")
+    result.assert_outcomes(passed=2)
+    found = json.loads((lamp.path / "out" / "coverage.json").read_text("utf-8"))
+    assert found["percent"] == 90
+    assert found["documents"][0]["missing"] == [
+        "lamp.xml:7: transition timer of lamp (on -> off): never fired",
+    ]
+    (automaton,) = found["documents"][0]["automata"]
+    assert [state["entered"] for state in automaton["states"]] == [2, 2, 1]
+    assert automaton["transitions"][0]["guard"] == {"true": 2, "false": 4}
+    assert automaton["transitions"][1]["guard"] is None
+
+
+def test_a_test_that_fails_counts_too(lamp: pytest.Pytester) -> None:
+    lamp.makepyfile('def test_it(behavior): b = behavior("lamp.xml"); b.advance(0.5); assert 0')
+    lamp.runpytest(COVERAGE).stdout.fnmatch_lines(["lamp.xml * 2/3 *"])
+
+
+def test_what_no_test_runs_counts_as_missing(lamp: pytest.Pytester) -> None:
+    (lamp.path / "more").mkdir()
+    (lamp.path / "more" / "other.xml").write_text(LAMP, encoding="utf-8")
+    result = lamp.runpytest("--hfsm-cov=more", "--hfsm-cov=lamp.xml")
+    result.stdout.fnmatch_lines(
+        ["more/other.xml * 0/3 * 0/3 * 0/4 * 0 %", "lamp.xml * 3/3 *", "total * 3/6 *"]
+    )
+
+
+def test_the_workers_of_xdist_count_together(lamp: pytest.Pytester) -> None:
+    result = lamp.runpytest(COVERAGE, "--hfsm-cov-report=json:here.json", "-n2", "--dist=load")
+    result.assert_outcomes(passed=2)
+    (automaton,) = json.loads((lamp.path / "here.json").read_text("utf-8"))["documents"][0]["automata"]
+    assert [state["entered"] for state in automaton["states"]] == [2, 2, 1]
+
+
+@pytest.mark.parametrize(("least", "code"), [(90, 0), (90.1, 1)])
+def test_too_little_coverage_fails_the_run(lamp: pytest.Pytester, least: float, code: int) -> None:
+    result = lamp.runpytest(COVERAGE, f"--hfsm-cov-fail-under={least}")
+    assert result.ret == code
+    told = "FAIL: 90.0 % of the automata is covered, less than the required 90.1 %" in result.stdout.str()
+    assert told == bool(code)
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (["--hfsm-cov=nowhere.xml"], "*--hfsm-cov: there is no *nowhere.xml*"),
+        (["--hfsm-cov=bad.xml"], "*bad.xml*cannot be read*"),
+        ([COVERAGE, "--hfsm-cov-report=pdf"], "*--hfsm-cov-report=pdf: it is term, html:DIR or json:FILE*"),
+        ([COVERAGE, "--hfsm-cov-report=html"], "*--hfsm-cov-report=html: it is *"),
+    ],
+)
+def test_wrong_options_are_told(lamp: pytest.Pytester, options: list[str], problem: str) -> None:
+    (lamp.path / "bad.xml").write_text("<VisualHFSM>", encoding="utf-8")
+    result = lamp.runpytest(*options)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([problem])
+
+
+def test_a_document_beside_the_test_comes_first(lamp: pytest.Pytester) -> None:
+    folder = lamp.path / "folder"
+    folder.mkdir()
+    (folder / "lamp.xml").write_text(LAMP.replace(">off<", ">dark<"), encoding="utf-8")
+    (folder / "test_inner.py").write_text(
+        'def test_it(behavior): assert behavior("lamp.xml").active == "dark"', encoding="utf-8"
+    )
+    lamp.runpytest("folder").assert_outcomes(passed=1)
+
+
+def test_a_component_may_be_given_instead_of_its_document(behavior: MakeBehavior) -> None:
+    from behaviors.dance import Dance
+
+    b = behavior(Dance, robot="fake")
+    assert b.active == "up"
+    assert b.document == Path("behaviors/dance.xml").resolve()
+
+
+def test_the_page_draws_every_automaton_in_the_color_of_its_coverage(lamp: pytest.Pytester) -> None:
+    text = LAMP.replace("<name>broken<", "<name>&lt;b&gt;roken<")
+    (lamp.path / "lamp.xml").write_text(text, encoding="utf-8")
+    lamp.runpytest(COVERAGE, "--hfsm-cov-report=html:page", "-k", "test_lit")
+    page = (lamp.path / "page" / "index.html").read_text("utf-8")
+    assert page.count('<g class="state hit">') == 2
+    assert page.count('<g class="state miss">') == 1
+    assert page.count('<g class="transition hit">') == 1
+    assert page.count('<g class="transition miss">') == 2
+    assert "&lt;b&gt;roken" in page
+    assert "<b>roken" not in page
+    assert "line 6, fired once; its guard was true once, false 4 times" in page
+    assert "http" not in page.replace("http-equiv", ""), "it needs nothing from elsewhere"
+
+
+def test_nothing_is_loaded_for_tests_without_behaviors(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import sys
+
+        def test_it():
+            assert not {"zenoh", "numpy", "codegen", "hypothesis.strategies", "mujoco"} & sys.modules.keys()
+        """
+    )
+    pytester.runpytest_subprocess("-p", "no:hypothesispytest").assert_outcomes(passed=1)
+
+
+def test_the_plugin_comes_with_the_package() -> None:
+    import tomllib
+
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]
+    assert project["entry-points"]["pytest11"] == {"hfsm": "hfsm_pytest.plugin"}
