@@ -108,14 +108,14 @@ def _native(root: ET.Element) -> Facts:
         for tag in ("functions", "variables"):
             _add_code(facts, tag, _text(automaton, tag))
         for state in automaton.findall("state"):
-            child = automata.get((state.findtext("idSubautomataSon") or "0").strip())
+            owned = automata.get((state.findtext("idSubautomataSon") or "0").strip())
             facts.states[
                 here,
                 _key(state.get("id"), state.findtext("name")),
                 state.get("initial", "").lower() == "true",
                 _position(state, "posx", "posy"),
                 _text(state, "code"),
-                0 if child is None else len(child.findall("state")),
+                0 if owned is None else len(owned.findall("state")),
             ] += 1
         for transition in automaton.findall("transition"):
             trigger = transition.find("trans")
@@ -165,14 +165,14 @@ def _spanish(root: ET.Element) -> Facts:
         _add_code(facts, "functions", _text(automaton, "funciones_aux"))
         _add_code(facts, "variables", _text(automaton, "variables_aux"))
         for state in automaton.findall("Estado"):
-            child = automata.get(_text(state, "hijo"))
+            owned = automata.get(_text(state, "hijo"))
             facts.states[
                 here,
                 _key(_text(state, "id"), _text(state, "nombre")),
                 state.get("estado_inicial") == "true",
                 _position(state, "origenX", "origenY"),
                 _text(state, "codigo"),
-                0 if child is None else len(child.findall("Estado")),
+                0 if owned is None else len(owned.findall("Estado")),
             ] += 1
             for transition in state.iterfind("transiciones/transicion"):
                 box = transition.find("box")

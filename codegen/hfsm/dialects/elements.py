@@ -33,6 +33,13 @@ __all__ = [
 KEPT: Final = "kept"
 """Holds an unknown element of an old dialect whose name means something in the native one."""
 
+# Leaves that hold a number or a truth value: how it was written is not kept, only what else is in them.
+_VALUES: Final = frozenset(
+    (
+        *("posx", "posy", "origin", "destiny", "idSubautomataSon", "final"),
+        *("origenX", "origenY", "destino", "hijo", "originid", "destinationid"),
+    )
+)
 _MAX_ID: Final = 2**31 - 1
 
 
@@ -196,6 +203,8 @@ class ElementReader:
         )
         if not content or not child.children:
             return Leaf(child.tag, comments, attributes)
+        if child.tag in _VALUES:
+            return Leaf(child.tag, comments, attributes, "", kept_children(child, mixed=False))
         return Leaf(child.tag, comments, attributes, child.head, kept_children(child, mixed=True))
 
     def ids(
