@@ -98,6 +98,7 @@ def did_you_mean(text: str, known: Iterable[str]) -> str:
     """Return `; did you mean ...?`, or which there are."""
     names = sorted(set(known))
     close = difflib.get_close_matches(text[:200], names, 3, 0.5)
+    close = [name for name in close if not any(name.endswith(f"/{other}") for other in close)]
     if close:
         return f"; did you mean {' or '.join(close)}?"
     more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
@@ -111,8 +112,9 @@ def _find(text: str, among: dict[Address, set[str]], kind: str) -> Address:
     if found:
         choices = ", ".join(f"{address.name} ({address.ids})" for address in found[:_SHOWN])
         raise VisualHfsmError(f"{printable(text)} may be {choices}: name one in full, or by its ids")
-    names = [address.name for address in among] + [name for names in among.values() for name in names]
-    hint = did_you_mean(text, names if _close(text, names) else [address.name for address in among])
+    full = [address.name for address in among]
+    names = [name for names in among.values() for name in names if not name.partition("/")[0].isdigit()]
+    hint = did_you_mean(text, [*full, *names] if _close(text, names) else full)
     raise VisualHfsmError(f"there is no {kind} {printable(text)}{hint}")
 
 

@@ -61,7 +61,7 @@ def _compile(document: Path, output: Path | None, include: Sequence[Path]) -> li
     files = compile_document(document, output, diagnostics, include)
     if len(diagnostics):
         rendered = diagnostics.render(color=sys.stderr.isatty(), outcome="nothing was written or reloaded")
-        typer.echo(rendered, err=True, nl=False)
+        typer.echo(rendered, err=True)
     if files is None:
         raise typer.Exit(1)
     return files
