@@ -24,6 +24,21 @@ def test_cycles_keep_to_their_schedule() -> None:
     assert 1 < run.cycles <= runtime.timeline.now() // 20_000_000 + 1
 
 
+def test_automata_that_wake_later_in_their_slots_keep_the_times_of_the_slots() -> None:
+    def child(number: int) -> Automaton:
+        states = [State(id=1, name="x"), State(id=2, name="y", final=True)]
+        return automaton(number, f"child {number}", states, [after(0.02, 1, 2)], period=0.02)
+
+    states = [
+        State(id=1, name="a", children=tuple(map(child, range(2, 12)))),
+        State(id=2, name="b", final=True),
+    ]
+    with running(automaton(1, "root", states, [finished(1, 2)], period=0.02)) as runtime:
+        assert runtime.ended.wait(LIMIT)
+    entered = [run.entered for run in runtime.tree.runs]
+    assert all(time is not None and time > 0 and time % 20_000_000 == 0 for time in entered)
+
+
 def test_paused_nothing_runs_and_timers_stand_still() -> None:
     ran: list[float] = []
     root = automaton(
