@@ -36,6 +36,7 @@ def check_properties(
     balls: Sequence[str] = (),
     examples: int = 100,
     steps: int = 30,
+    random: bool = False,
     **options: Any,  # noqa: ANN401 - those of Behavior
 ) -> None:
     """Run a document at random, and check what must hold after every cycle.
@@ -45,8 +46,10 @@ def check_properties(
 
     With `abstract`, the default, there is no code: only states, timers and guards, which are random.
     Otherwise the code runs, with the `options` of the fixture `behavior` such as `robot`, and its guards say
-    what they say unless `guards` is set. Raises BehaviorFailed with the shortest steps found that break
-    something, or at which the code fails.
+    what they say unless `guards` is set.
+
+    There are `examples` runs of at most so many `steps`: the same ones each time, or, with `random`, others.
+    Raises BehaviorFailed with the shortest steps found that break something, or at which the code fails.
     """
     path = Path(document).resolve()
     model = read_model(read(path), path)
@@ -57,6 +60,7 @@ def check_properties(
         max_examples=examples,
         deadline=None,
         database=None,
+        derandomize=not random,
         phases=(Phase.generate, Phase.shrink),  # to explain takes longer than all the rest
         suppress_health_check=list(HealthCheck),
     )

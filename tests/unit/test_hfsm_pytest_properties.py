@@ -153,6 +153,7 @@ class TestCheckProperties:
             stated("never", "open/ringing", within="1900"),
             stated("eventually", "closed", within="100"),
         ],
+        ids=["never", "always", "never within", "eventually within"],
     )
     def test_properties_of_the_document_that_hold(self, tmp_path: Path, holding: str) -> None:
         check_properties(write(tmp_path / "door.xml", holding), examples=30)
@@ -167,6 +168,7 @@ class TestCheckProperties:
                 r"property 'p' \(eventually open\) does not hold at 0.3 s",
             ),
         ],
+        ids=["never", "always", "eventually"],
     )
     def test_properties_of_the_document_that_do_not_hold(
         self, tmp_path: Path, broken: str, text: str
