@@ -14,9 +14,7 @@ from codegen.hfsm.document import Text
 from codegen.hfsm.python_code import CodeError, analyze_block, analyze_condition
 from hfsm_runtime import Component, ComponentError, VirtualRun, run
 from hfsm_runtime.variables import variables_of
-from tests.support.documents import compile_to, document, generate, load, state, sub, transition
-
-REAL_DOCUMENTS = Path(__file__).resolve().parents[3] / "shared" / "automata" / "visualhfsm"
+from tests.support.documents import compile_to, document, load, state, sub, transition
 
 
 def component(tmp_path: Path, text: str, name: str = "behavior") -> Component:
@@ -331,51 +329,6 @@ def test_proxies_are_attributes_once_they_are_connected(tmp_path: Path) -> None:
     assert head.stopped == 11
 
 
-# The documents of the original's users run as they are.
-
-
-class Stub:
-    """Stand for any proxy: every operation returns another stub that compares and counts like 0."""
-
-    def __getattr__(self, name: str) -> Stub:
-        return Stub()
-
-    def __call__(self, *arguments: object) -> Stub:
-        return Stub()
-
-    def __getitem__(self, index: object) -> float:
-        return 0.0
-
-    def __index__(self) -> int:
-        return 10
-
-    def __len__(self) -> int:
-        return 10
-
-    def __sub__(self, other: int) -> int:
-        return 10 - other
-
-
-@pytest.mark.skipif(not REAL_DOCUMENTS.is_dir(), reason="the documents of the original's users are not here")
-@pytest.mark.parametrize("name", ["goforward-50ec978c", "goforward2-3a090f23", "goforward3-566b786a", "goforward4-aaf43654", "wallFollower-27831ff1"])  # fmt: skip
-def test_real_documents_run_for_ten_seconds(
-    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lab = tmp_path / "lab_proxies"
-    lab.mkdir()
-    (lab / "__init__.py").write_text("class LaserPrx(object):\n    pass\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    made = load(generate(REAL_DOCUMENTS / f"{name}.xml", tmp_path, include=(tmp_path,)))
-    from hfsm_runtime.component import proxies_of
-
-    for attribute in proxies_of(made):
-        vars(made)[attribute] = Stub()
-    virtual = VirtualRun(made)
-    virtual.advance(10)
-    assert virtual.errors == ()
-    assert virtual.tree.root.cycles == 101
-
-
 # Whatever Python a person types means the same in the component.
 
 _lines = st.sampled_from(
@@ -442,3 +395,55 @@ def test_the_name_of_a_file_cannot_break_out_of_a_comment(tmp_path: Path) -> Non
     file = compile_to(tmp_path, text, 'a\nraise SystemExit\n"""')
     (error,) = run(load(file), 0).errors
     assert error.location.endswith("""(a_raise SystemExit_\"\"\".xml:3)""")
+
+
+# What documents of before meant, they mean now.
+
+
+def test_old_documents_may_use_the_names_of_newer_features(tmp_path: Path) -> None:
+    code = "object = Event()\nMapping = Input = Parameter = event = values = set_inputs = object\nseen = str is not None"
+    text = document(sub(1, 0, state(1, "a", code, initial=True)), libraries=("from threading import Event",))
+    assert run(component(tmp_path, text), 0.1).errors == ()
+
+
+@pytest.mark.parametrize("name", ["interfaces", "rosNode", "globalNamespace", "namespace"])
+def test_the_names_of_visual_states_are_the_component_unless_a_document_takes_them(
+    tmp_path: Path, name: str
+) -> None:
+    plain = component(tmp_path, document(sub(1, 0, state(1, "a", initial=True))), "plain")
+    assert getattr(plain, name) is plain
+    assigned = document(sub(1, 0, state(1, "a", initial=True), variables=f"self.{name} = 3"))
+    made = component(tmp_path, assigned, "assigned")
+    assert run(made, 0).errors == ()
+    assert getattr(made, name) == 3
+    defined = document(sub(1, 0, state(1, "a", initial=True), functions=f"def {name}(self):\n    return 4"))
+    assert getattr(component(tmp_path, defined, "defined"), name)() == 4
+
+
+# What the first editor let pass runs, as it ran then.
+
+
+def test_without_an_initial_state_the_first_is_taken(tmp_path: Path) -> None:
+    text = document(sub(1, 0, state(3, "a"), state(1, "b")))
+    assert run(component(tmp_path, text), 0).active == "a"
+
+
+def test_of_two_initial_states_the_first_counts(tmp_path: Path) -> None:
+    text = document(sub(1, 0, state(1, "a"), state(2, "b", initial=True), state(3, "c", initial=True)))
+    assert run(component(tmp_path, text), 0).active == "b"
+
+
+def test_an_automaton_that_is_not_there_is_none(tmp_path: Path) -> None:
+    text = document(sub(1, 0, state(1, "a", initial=True, child=9)))
+    assert run(component(tmp_path, text), 0).active == "a"
+
+
+def test_a_transition_without_a_condition_never_fires(tmp_path: Path) -> None:
+    parts = (state(1, "a", initial=True), state(2, "b"), transition(1, 1, 2, ""))
+    virtual = run(component(tmp_path, document(sub(1, 0, *parts))), 1)
+    assert (virtual.active, virtual.errors) == ("a", ())
+
+
+def test_a_timer_of_no_time_fires_in_the_next_cycle(tmp_path: Path) -> None:
+    parts = (state(1, "a", initial=True), state(2, "b"), transition(1, 1, 2, "0", type="time"))
+    assert run(component(tmp_path, document(sub(1, 0, *parts))), 0.1).active == "b"
