@@ -13,7 +13,7 @@ from codegen.diagnostics import Diagnostics, Location
 from codegen.hfsm import read_document, write_document
 from codegen.hfsm.code_pieces import is_foreign, pieces_of
 from codegen.hfsm.document import Document
-from codegen.hfsm.python2 import mend_document, report_python2
+from codegen.hfsm.python2.documents import mend_document, report_python2
 
 __all__ = ["READERS", "WRITERS", "Reader", "Writer", "convert_document"]
 

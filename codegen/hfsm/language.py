@@ -25,13 +25,16 @@ _CPP_NOISE: Final = re.compile(
     r"""//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""", re.DOTALL
 )
 _CPP_COMMENT: Final = re.compile(r"^[^\S\n]*//|/\*", re.MULTILINE)
+_PREPROCESSOR: Final = re.compile(
+    r'^[^\S\n]*#[^\S\n]*(?:include[^\S\n]*[<"]|define[^\S\n]+[A-Z_][A-Z_\d]*\b|(?:ifdef|ifndef|endif|pragma)\b)',
+    re.MULTILINE,
+)
 _TYPE: Final = r"""(?:(?:const|static|unsigned|signed|long|short)\s+)*
     (?:void|bool|char|int|long|short|unsigned|float|double|auto|size_t|std::\w+|string|[A-Za-z_]\w*::\w+)
     (?:\s*<[^;{}()]*>)?"""
 # What C++ has and Python has not, outside strings and comments of either.
 _CPP: Final = re.compile(
-    rf"""^[^\S\n]*\#\s*(?:include|define|ifdef|ifndef|endif|pragma)\b
-      | [\w)\]]\s*->\s*[A-Za-z_]                           # a member through a pointer
+    rf"""[\w)\]]\s*->\s*[A-Za-z_]                           # a member through a pointer
       | \b[A-Za-z_]\w*::~?[A-Za-z_]                        # a scoped name
       | (?:^[^\S\n]*|[;{{}}(]\s*){_TYPE}[\s&*]+[A-Za-z_]\w*\s*(?:[;=({{\[,)]|$)   # a declaration
       | ;[^\S\n]*$ | [;{{}})]\s*}}                         # the end of a statement, of a block
@@ -95,6 +98,8 @@ def _pieces(document: Document) -> Iterator[tuple[str, bool]]:
 def _evidence(code: str, *, is_condition: bool = False) -> _Evidence:
     if not code.strip():
         return _Evidence.NONE
+    if _PREPROCESSOR.search(code):
+        return _Evidence.CPP  # to Python it is a comment
     tree = _parsed(code)
     if tree is None and (mended := mend(code)) is not None:
         tree = _parsed(mended)

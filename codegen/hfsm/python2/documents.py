@@ -7,8 +7,9 @@ from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
+from ..code_pieces import pieces_of
 from ..document import Automaton, Document, Library, State, Text, Transition
-from .mending import find_python2, mend
+from .mending import find_python2, mend, names_in
 
 __all__ = ["mend_document", "report_python2"]
 
@@ -17,7 +18,7 @@ _IMPORT = "import "
 
 def report_python2(document: Document, path: Path, diagnostics: Diagnostics) -> None:
     """Warn of each thing in the code of a document that is Python 2."""
-    _Mender(path, diagnostics, mends=False).document(document)
+    _Mender(document, path, diagnostics, mends=False).document()
 
 
 def mend_document(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
@@ -25,16 +26,20 @@ def mend_document(document: Document, path: Path, diagnostics: Diagnostics) -> D
 
     A piece of code that is not valid after that stays as it is, with warnings.
     """
-    return _Mender(path, diagnostics, mends=True).document(document)
+    return _Mender(document, path, diagnostics, mends=True).document()
 
 
 class _Mender:
-    def __init__(self, path: Path, diagnostics: Diagnostics, *, mends: bool) -> None:
+    def __init__(self, document: Document, path: Path, diagnostics: Diagnostics, *, mends: bool) -> None:
+        self._document = document
         self._path = path
         self._diagnostics = diagnostics
         self._mends = mends
+        pieces = (names_in(piece.text.text) for piece in pieces_of(document, path))
+        self._bound = frozenset[str]().union(*pieces)
 
-    def document(self, document: Document) -> Document:
+    def document(self) -> Document:
+        document = self._document
         return replace(
             document,
             automata=tuple(self._automaton(automaton) for automaton in document.automata),
@@ -74,10 +79,10 @@ class _Mender:
 
     def _code(self, text: Text) -> Text:
         """Return a piece of code mended, if it is to be and can be, after telling what is wrong with it."""
-        findings = () if text.is_blank else find_python2(text.text)
+        findings = () if text.is_blank else find_python2(text.text, self._bound)
         if not findings:
             return text
-        mended = mend(text.text)
+        mended = mend(text.text, self._bound)
         for finding in findings:
             left = text.column - 1 if finding.line == 1 else 0
             place = Location(self._path, text.line + finding.line - 1, max(1, left + finding.column))

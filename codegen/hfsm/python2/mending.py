@@ -7,15 +7,16 @@ import textwrap
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from .matches import Match, Rule
-from .name_rules import has_keys, modules, names
+from .name_rules import bound_names, has_keys, modules, names
 from .statement_rules import excepts, execs, prints, raises
 from .word_rules import backquotes, numbers, operators, strings, tabs
 from .words import words_of
 
-__all__ = ["Finding", "find_python2", "is_python", "mend"]
+__all__ = ["Finding", "find_python2", "is_python", "mend", "names_in"]
 
 _MAX_ROUNDS: Final = 50
 """How deep what a rule finds may be nested in what it finds."""
@@ -24,7 +25,7 @@ _MAX_ROUNDS: Final = 50
 _RULES: Final[tuple[Rule, ...]] = (
     *(operators, numbers, strings, backquotes),
     *(excepts, raises, execs, prints),
-    *(has_keys, names, modules, tabs),
+    *(has_keys, modules, tabs),
 )
 
 
@@ -37,25 +38,27 @@ class Finding:
     message: str
 
 
-def find_python2(code: str) -> tuple[Finding, ...]:
+def find_python2(code: str, bound: frozenset[str] = frozenset()) -> tuple[Finding, ...]:
     """Return what in a piece of code is Python 2, in the order of its lines.
+
+    `bound` are names to which other code gives a meaning, such as `long`.
 
     Code that is no Python of any age, such as C++, has nothing of the kind: an empty result does not mean
     that the code is valid.
     """
     words = words_of(code)
-    found = [match for rule in _RULES for match in rule(code, words)]
+    found = [match for rule in _rules(bound) for match in rule(code, words)]
     findings = {Finding(*_place(code, match.start), match.message) for match in found}
     return tuple(sorted(findings))
 
 
-def mend(code: str) -> str | None:
+def mend(code: str, bound: frozenset[str] = frozenset()) -> str | None:
     """Return a piece of code as Python 3, or None when that takes more than the mending of Python 2.
 
-    What has nothing of Python 2 in it comes back as it is.
+    What has nothing of Python 2 in it comes back as it is. `bound` is that of `find_python2`.
     """
     mended = code
-    for rule in _RULES:
+    for rule in _rules(bound):
         for _ in range(_MAX_ROUNDS):
             matches = list(rule(mended, words_of(mended)))
             if any(not match.edits for match in matches):
@@ -79,6 +82,15 @@ def is_python(code: str) -> bool:
                 continue
             return True
     return False
+
+
+def _rules(bound: frozenset[str]) -> tuple[Rule, ...]:
+    return (*_RULES, partial(names, bound=bound))
+
+
+def names_in(code: str) -> frozenset[str]:
+    """Return the names to which a piece of code gives a meaning of its own."""
+    return bound_names(words_of(code))
 
 
 def _edited(code: str, matches: Sequence[Match]) -> str:

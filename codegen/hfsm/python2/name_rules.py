@@ -9,7 +9,7 @@ from typing import Final
 from .matches import Edit, Match
 from .words import Word, closing_bracket, statements_of
 
-__all__ = ["has_keys", "modules", "names"]
+__all__ = ["bound_names", "has_keys", "modules", "names"]
 
 _RENAMED: Final = {
     "xrange": "range",
@@ -33,9 +33,12 @@ _RENAMED_MODULES: Final = {
 }
 
 
-def names(_code: str, words: Sequence[Word]) -> Iterator[Match]:
-    """Find functions and methods that have another name, where the code gives it no meaning of its own."""
-    bound = set(_bound_names(words))
+def names(_code: str, words: Sequence[Word], *, bound: frozenset[str]) -> Iterator[Match]:
+    """Find functions and methods that have another name, where the name has no meaning of its own.
+
+    `bound` are the names to which other code gives one.
+    """
+    bound |= bound_names(words)
     for before, word, after in zip([Word("end", "", 0), *words], words, words[1:], strict=False):
         if word.kind != "name" or after.text == "=":
             continue
@@ -62,8 +65,12 @@ def modules(_code: str, words: Sequence[Word]) -> Iterator[Match]:
         yield Match(module.start, f"the module `{module.text}` is `{new}` in Python 3", (edit,))
 
 
+def bound_names(words: Sequence[Word]) -> frozenset[str]:
+    """Return the names to which code seems to give a meaning of its own."""
+    return frozenset(_bound_names(words))
+
+
 def _bound_names(words: Sequence[Word]) -> Iterator[str]:
-    """Yield names that the code seems to give a meaning of its own."""
     introducing = ("def", "class", "as", "import", "global", "lambda")
     for index, (word, after) in enumerate(pairwise(words)):
         if word.kind == "name" and (after.text == "=" or (index and words[index - 1].text in introducing)):
@@ -73,6 +80,9 @@ def _bound_names(words: Sequence[Word]) -> Iterator[str]:
         if word.text == "def" and index + 2 < len(words):
             closing = closing_bracket(words, index + 2) or index
             yield from (each.text for each in words[index + 2 : closing])
+    for statement in statements_of(words):
+        assigns = [index for index, word in enumerate(statement) if word.text == "=" and word.depth == 0]
+        yield from (word.text for word in statement[: max(assigns, default=0)] if word.kind == "name")
 
 
 def has_keys(code: str, words: Sequence[Word]) -> Iterator[Match]:

@@ -1,0 +1,247 @@
+"""Python 2 is found with its line, and mended where nothing else is wrong; all else stays byte for byte."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document
+from codegen.hfsm.language import language_of
+from codegen.hfsm.python2 import find_python2, is_python, mend
+from codegen.hfsm.python2.documents import mend_document
+
+MENDED = [
+    ("print x", "print(x)"),
+    ("print", "print()"),
+    ('print"a"', 'print("a")'),
+    ("print x, y  # both", "print(x, y)  # both"),
+    ('print "a",', 'print("a", end=" ")'),
+    ('print ("a %s") % b', 'print(("a %s") % b)'),
+    ("print (1, 2), 3", "print((1, 2), 3)"),
+    ("print not x", "print(not x)"),
+    ("print -x", "print(-x)"),
+    ("print lambda a: a", "print(lambda a: a)"),
+    ("print >>f", "print(file=f)"),
+    ("print >>sys.stderr, 'a', b,", "print('a', b, file=sys.stderr, end=\" \")"),
+    ("print '%d' % (a,\n  b)", "print('%d' % (a,\n  b))"),
+    ("print '''a\nb''', c", "print('''a\nb''', c)"),
+    ("if a: print b; print c\nelse: print {1: 2}[1:]", "if a: print(b); print(c)\nelse: print({1: 2}[1:])"),
+    ("    print 1\n    print 2\n", "    print(1)\n    print(2)\n"),
+    (
+        "try:\n  f()\nexcept (A, B), e:\n  raise\nexcept C, d: pass",
+        "try:\n  f()\nexcept (A, B) as e:\n  raise\nexcept C as d: pass",
+    ),
+    ('raise X, "no"', 'raise X("no")'),
+    ("raise X, (1, 2)", "raise X(1, 2)"),
+    ("raise a.X, b, c", "raise a.X(b).with_traceback(c)"),
+    ('exec "a = 1"', 'exec("a = 1")'),
+    ("exec code in a, b", "exec(code, a, b)"),
+    ("exec (code) in a", "exec((code), a)"),
+    ("x = `a` + `b + c`", "x = repr(a) + repr(b + c)"),
+    ("print `a`", "print(repr(a))"),
+    ("a <> b", "a != b"),
+    ("return self.x <> None", "return self.x != None"),
+    ("x = 0777 + 10L + 0xFFL + 0", "x = 0o777 + 10 + 0xFF + 0"),
+    (r"x = ur'\d'", r"x = r'\d'"),
+    ("d.has_key(k)", "(k in d)"),
+    ("if not self.a[1].f(x).has_key(k + 1): pass", "if not (k + 1 in self.a[1].f(x)): pass"),
+    ("for i in xrange(3): pass", "for i in range(3): pass"),
+    ("isinstance(x, (unicode, long))", "isinstance(x, (str, int))"),
+    ("for k, v in d.iteritems(): pass", "for k, v in d.items(): pass"),
+    ("import Queue\nfrom StringIO import StringIO", "import queue as Queue\nfrom io import StringIO"),
+    ("if x:\n        a = 1\n\tb = 2\n", "if x:\n        a = 1\n        b = 2\n"),
+    ("print x\r\nprint y\r\n", "print(x)\r\nprint(y)\r\n"),
+]
+
+KEPT = [
+    "",
+    "  \n",
+    "print(x)",
+    "print(x) if x else None",
+    "print (x, y)",
+    "f(print)",
+    "self.print_it(1)",
+    "x = 'print y'  # print z",
+    "'''\nprint x\n'''",
+    "long = 3\nx = long",
+    "def f(unicode):\n    return unicode",
+    "for long in x: long()",
+    "f(long=1)",
+    "x.unicode()",
+    "x = 1 if a <= b else 0.5e10",
+    "a[1:2] = {x: lambda: 3}",
+    "exec('x')",
+    "raise X('a, b')",
+    "if x:\n\ta = 1\nelse:\n\tb = 2",
+    "x = 0o777 + 0x10 + 0b1 + 00",
+    "print_function = 1",
+]
+
+BROKEN = [
+    "print hello world",
+    "x = ur'\\u00e9'",
+    "if x print y",
+    "`a",
+    "print x y",
+    "def f(a, (b, c)): print a",
+    "raise X, ",
+    "(" * 200 + "print x",
+]
+
+
+@pytest.mark.parametrize(("old", "new"), MENDED)
+def test_python_2_is_mended(old: str, new: str) -> None:
+    assert mend(old) == new
+    assert find_python2(old) != ()
+    assert find_python2(new) == ()
+    assert mend(new) == new
+    assert is_python(new)
+
+
+@pytest.mark.parametrize("code", KEPT)
+def test_python_3_stays_as_it_is(code: str) -> None:
+    assert find_python2(code) == ()
+    assert mend(code) == code
+
+
+@pytest.mark.parametrize("code", BROKEN)
+def test_what_more_is_wrong_with_is_not_mended(code: str) -> None:
+    assert mend(code) is None
+
+
+def test_findings_stand_where_they_are() -> None:
+    found = find_python2("a = 1\nif a <> 2:\n    print `a`\n")
+    assert [(each.line, each.column) for each in found] == [(2, 6), (3, 5), (3, 11)]
+    assert found[0].message == "`<>` is `!=` in Python 3"
+
+
+# Statements of Python 3 that say the same in Python 2, and how Python 2 may write them.
+_names = st.sampled_from(["a", "b", "self.x", "f(1)", "d['k']", '"text, more"', "(1, 2)", "[x for x in y]"])
+_lines = st.one_of(
+    st.builds(lambda a: (f"print {a}", f"print({a})"), _names.filter(lambda name: not name.startswith("("))),
+    st.builds(lambda a, b: (f"x = {a} <> {b}", f"x = {a} != {b}"), _names, _names),
+    st.builds(lambda a: (f"x = `{a}`", f"x = repr({a})"), _names),
+    st.builds(lambda a, b: (f"y = {a}; z = {b}  # print it",) * 2, _names, _names),
+    st.builds(lambda a: (f"raise E, {a}", f"raise E({a})"), _names.filter(lambda name: name != "(1, 2)")),
+    st.just(("if a: pass\nelse:\n\tb = 1\n",) * 2),
+    st.just(("s = '''\nprint a <> b\n'''",) * 2),
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(_lines, max_size=6))
+def test_any_mixture_is_mended_and_the_rest_stays(lines: list[tuple[str, str]]) -> None:
+    old, new = ("\n".join(side) for side in (zip(*lines, strict=True) if lines else ((), ())))
+    assert mend(old) == new
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.text(st.sampled_from("print exec raise `<>(),'\"\n\t:;#\\ulrL07x%$"), max_size=60)
+    | st.text(max_size=60)
+)
+def test_no_code_does_more_than_stay_unmended(code: str) -> None:
+    find_python2(code)
+    mended = mend(code)
+    assert mended is None or is_python(mended)
+    if not find_python2(code) and is_python(code):
+        assert mended == code
+
+
+def test_a_name_that_other_code_of_the_document_gives_a_meaning_stays() -> None:
+    text = _document("x = long", condition="unicode(x)").replace(
+        "</SubAutomata>", "<variables>long = 3</variables></SubAutomata>"
+    )
+    document = parse_document(text, Path("old.xml"), Diagnostics())
+    assert document is not None
+    (automaton,) = mend_document(document, Path("old.xml"), Diagnostics()).automata
+    assert automaton.states[0].code.text == "x = long"
+    assert automaton.transitions[0].trigger.text == "str(x)"
+
+
+def test_the_projects_own_code_is_python_3() -> None:
+    for path in Path("codegen").rglob("*.py"):
+        code = path.read_text("utf-8")
+        assert mend(code) == code, path
+
+
+def _document(code: str, condition: str = "True") -> str:
+    return textwrap.dedent(f"""\
+        <VisualHFSM><SubAutomata id="1" idFather="0">
+        <state id="1"><name>s</name>
+        <code>{code}</code></state>
+        <transition id="1"><origin>1</origin><destiny>1</destiny>
+        <trans type="condition">{condition}</trans></transition>
+        </SubAutomata><libraries><lib>Queue</lib><lib>math</lib></libraries></VisualHFSM>
+        """)
+
+
+def test_a_document_is_mended_piece_by_piece() -> None:
+    path = Path("old.xml")
+    diagnostics = Diagnostics()
+    document = parse_document(_document("print 1", "a &lt;&gt; b or print x"), path, diagnostics)
+    assert document is not None
+    mended = mend_document(document, path, diagnostics)
+    assert mended.automata[0].states[0].code.text == "print(1)"
+    # More is wrong with the condition: it stays, and what is wrong is told.
+    assert mended.automata[0].transitions[0].trigger.text == "a <> b or print x"
+    assert [library.name.text for library in mended.libraries] == ["queue as Queue", "math"]
+    assert [(found.code, found.location.line, found.location.column) for found in diagnostics] == [
+        ("N503", 3, 7),
+        ("W506", 5, 27),
+        ("N503", 6, 31),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("code", "language"),
+    [
+        ("", ""),
+        ("walk to the ball", ""),
+        ("ball", ""),
+        ("a &lt; b", ""),
+        ("self.motors.setV(0)", "Python"),
+        ("print 'a'", "Python"),
+        ("for i in range(3): print i", "Python"),
+        ("stop()", "Python"),
+        ("stop();", "C++"),
+        ("int i;", "C++"),
+        ("control-&gt;mprx-&gt;setW(20);", "C++"),
+        ("#include &lt;math.h&gt;", "C++"),
+        ("// nothing yet", "C++"),
+        ("/* nothing yet */", "C++"),
+        ("std::cout &lt;&lt; 1 &lt;&lt; std::endl;", "C++"),
+        ("if (x) {\n  y();\n}", "C++"),
+        ("x = 1  # int y; { }", "Python"),
+        ("x = 'a-&gt;b();'", "Python"),
+        ("def f(x) -&gt; int: return x", "Python"),
+        ("if x:\n  y = `z", ""),
+    ],
+)
+def test_the_language_is_told_by_the_code(code: str, language: str) -> None:
+    document = parse_document(_document(code, condition="a"), Path("old.xml"), Diagnostics())
+    assert document is not None
+    assert language_of(document) == language
+
+
+def test_the_more_of_two_languages_counts() -> None:
+    text = _document("int i;\nfloat f;\nbool b;", "not self.near()")
+    document = parse_document(text, Path("old.xml"), Diagnostics())
+    assert document is not None
+    assert document.language.text == "C++"
+    text = _document("int i;", "not self.near() \\\n or self.far() \\\n or self.lost()")
+    document = parse_document(text, Path("old.xml"), Diagnostics())
+    assert document is not None
+    assert document.language.text == ""
+
+
+def test_a_document_that_says_its_language_keeps_it() -> None:
+    text = _document("int i;").replace("<SubAutomata id", "<language>Java</language><SubAutomata id")
+    document = parse_document(text, Path("old.xml"), Diagnostics())
+    assert document is not None
+    assert document.language.text == "Java"
