@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
 from .checks import delay, milliseconds
-from .code_pieces import CodeReader
+from .code_reader import CodeReader
 from .code_text import Code
 from .document import NO_CHILD, Argument, Automaton, Parameter, State, Text, Transition
 from .literals import literal
@@ -104,15 +104,14 @@ class AutomatonAnalysis:
             f"transition `{transition.name}`" if transition.name.strip() else f"transition {transition.id}"
         )
         kind = transition.type
+        guard: Code | None = None
         if kind == "condition" and transition.trigger.is_blank:
             message = f"{label} has no condition: it never fires"
             self._diagnostics.warning("W532", message, self._place(transition))
             guard = replace(_NEVER, line=transition.trigger.line)
         elif kind == "condition":
             guard = self._read(self._condition, f"the condition of {label}", transition.trigger)
-        elif transition.guard.is_blank:
-            guard = None
-        else:
+        elif not transition.guard.is_blank:
             guard = self._read(self._condition, f"the guard of {label}", transition.guard)
         code = self._block(f"the code of {label}", transition.code)
         if kind == "event":  # a parameter of both, which they do not share with anybody

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final, NamedTuple
 
 from ..diagnostics import Diagnostics, Location, Note
-from .code_pieces import first_foreign, report_foreign
+from .code_reader import first_foreign, report_foreign
 from .document import NO_CHILD, Automaton, Document, Functions, Import, State, Text
 from .merging import merge
 from .reader import read_document

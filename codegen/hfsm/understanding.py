@@ -9,7 +9,7 @@ from ..diagnostics import Diagnostics, Location
 from .attributes import Attributes
 from .automaton_analysis import AutomatonAnalysis
 from .checks import ON_ERROR, check_structure
-from .code_pieces import CodeReader, first_foreign, report_foreign
+from .code_reader import CodeReader, first_foreign, report_foreign
 from .document import Automaton, Document, Parameter, State, Text
 from .known_interfaces import KnownInterfaces
 from .literals import literal, printable
