@@ -1,0 +1,83 @@
+"""`codegen` with documents that import others and are extended by hand, in processes of its own."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.codegen_command import ROOT, codegen
+from tests.support.documents import document, state, sub
+from tests.support.processes import ComponentProcess
+
+PARAMETERS = """<parameters>
+  <parameter><name>top_speed</name><type>float</type><default>0.5</default><description>In m/s.</description></parameter>
+  <parameter><name>loud</name><type>bool</type><default>False</default></parameter>
+</parameters>"""
+LIBRARY = document(sub(1, 0, state(1, "look", "x = 1", initial=True)))
+MAIN = document(
+    sub(1, 0, state(1, "search", initial=True, child=2)),
+    '<SubAutomata id="2" idFather="1"><import>parts/library.xml</import></SubAutomata>',
+    head=PARAMETERS,
+)
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "library.xml").write_text(LIBRARY)
+    (tmp_path / "main.xml").write_text(MAIN)
+    return tmp_path
+
+
+def test_a_change_of_an_imported_file_makes_the_component_stale(home: Path) -> None:
+    assert codegen("main.xml", cwd=home).returncode == 0
+    assert codegen("--check", "main.xml", cwd=home).returncode == 0
+    (home / "parts" / "library.xml").write_text(LIBRARY.replace("x = 1", "x = 2"))
+    done = codegen("--check", "main.xml", cwd=home)
+    assert done.returncode == 1
+    assert "+            x = 2\n" in done.stdout
+
+
+def test_an_imported_file_may_lie_in_a_directory_that_is_searched(home: Path) -> None:
+    (home / "parts").rename(home / "elsewhere")
+    assert codegen("main.xml", cwd=home).returncode == 1
+    (home / "include").mkdir()
+    (home / "elsewhere").rename(home / "include" / "parts")
+    assert codegen("-I", "include", "main.xml", cwd=home).returncode == 0
+
+
+def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:
+    environment = {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
+    command = [sys.executable, "-m", "codegen", "--watch", str(home / "main.xml")]
+    with ComponentProcess(command, environment) as watching:
+        watching.wait_for(r"wrote .*main\.py")
+        (home / "parts" / "library.xml").write_text(LIBRARY.replace("x = 1", "x = 22"))
+        watching.wait_for(r"wrote .*main\.py")
+        (home / "main_ext.py").write_text("class MainExtension:\n    pass\n")
+        watching.wait_for(r"wrote .*main\.py")
+        (home / "main_ext.py").write_text("class Other:\n    pass\n")
+        watching.wait_for(r"there is no class `MainExtension`")
+        watching.process.send_signal(2)
+        assert watching.wait(5.0) == 130
+
+
+def test_the_component_tells_its_parameters_and_checks_them(home: Path) -> None:
+    assert codegen("main.xml", cwd=home).returncode == 0
+
+    def call(*arguments: str) -> subprocess.CompletedProcess[str]:
+        environment = {"PYTHONPATH": str(ROOT), "COLUMNS": "140", "NO_COLOR": "1"}
+        command = [sys.executable, str(home / "main.py"), *arguments]
+        return subprocess.run(
+            command, env=environment, capture_output=True, text=True, timeout=60, check=False
+        )
+
+    shown = call("--help").stdout
+    assert re.search(r"--top-speed\s+\S+\s+In m/s\.\s+\[default: 0\.5\]", shown)
+    assert re.search(r"--loud\s+--no-loud|--loud/--no-loud", shown)
+    wrong = call("--top-speed", "fast")
+    assert wrong.returncode == 2
+    assert "--top-speed" in wrong.stderr
