@@ -82,6 +82,10 @@ class GuardLog(Watcher):
         """Forget all guards of an automaton."""
         self._asked.pop(run, None)
 
+    def clear(self) -> None:
+        """Forget all guards."""
+        self._asked.clear()
+
 
 def explain(tree: Tree, run: Run, guards: GuardLog, timeline: Timeline) -> Explanation:
     """Say of each transition out of the current state of an automaton why it has not fired."""

@@ -10,14 +10,16 @@ from importlib.util import module_from_spec, spec_from_loader
 from itertools import count
 from pathlib import Path
 from types import CodeType, ModuleType
+from typing import Final
 
 from .component import Component, source_of
 from .errors import ReloadRefusedError
 from .source_map import locate
 
-__all__ = ["load_again"]
+__all__ = ["forget", "load_again"]
 
 _numbers = count(1)
+_MARK: Final = "_reloaded_"
 
 
 class _FreshLoader(SourceFileLoader):
@@ -45,10 +47,16 @@ def load_again(component: Component) -> type[Component]:
         linecache.checkcache(path)
 
 
+def forget(component: type[Component]) -> None:
+    """Let go of the module that a component was loaded from anew; its code may still run."""
+    if _MARK in component.__module__:
+        sys.modules.pop(component.__module__, None)
+
+
 def _load(path: str, former: type[Component]) -> ModuleType:
     origin = inspect.getmodule(former)
     package = (getattr(origin, "__package__", "") or "") if origin else ""
-    stem = f"{Path(path).stem}_reloaded_{next(_numbers)}"
+    stem = f"{Path(path).stem}{_MARK}{next(_numbers)}"
     name = f"{package}.{stem}" if package else stem
     extension = f"{package}.{Path(path).stem}_ext" if package else f"{Path(path).stem}_ext"
     former_extension = sys.modules.pop(extension, None)  # so that the component imports it again

@@ -35,6 +35,8 @@ __all__ = ["Monitor", "MonitorServant"]
 _INTERVAL: Final = 0.1
 """Seconds of wall time between snapshots while nothing changes."""
 _CLOSE: Final = 2.0
+_LONGEST_REASON: Final = 2000
+"""Characters of what user code may have raised."""
 
 _logger = logging.getLogger(__name__)
 
@@ -121,7 +123,7 @@ def _told() -> Iterator[None]:
     except (ValueTypeError, EventError) as error:
         raise InvalidValue(str(error)) from error
     except ReloadRefusedError as error:
-        raise ReloadRefused(str(error)) from error
+        raise ReloadRefused(str(error)[:_LONGEST_REASON]) from error
 
 
 class Monitor:

@@ -15,7 +15,7 @@ from zenoh_ice.exceptions import ZenohIceError
 from .carrying import take_attributes
 from .component import Component, parameters_of
 from .errors import ComponentError, ReloadRefusedError
-from .loading import load_again
+from .loading import forget, load_again
 from .replacement import Replacement, first_values_of
 from .runtime import Runtime
 
@@ -63,11 +63,17 @@ class Reloading:
         runtime = self._runtime
         if runtime.tree.root.entered is None or runtime.ended.is_set():
             raise ReloadRefusedError("the component does not run")
-        replacement = self._make(load_again(runtime.component))
-        name = replacement.runs[0].automaton.name
-        if name != runtime.name:
-            raise ReloadRefusedError(f"the file is that of {name} now, not of {runtime.name}")
-        held = runtime.replace(replacement, self._first)
+        former, loaded = type(runtime.component), load_again(runtime.component)
+        try:
+            replacement = self._make(loaded)
+            name = replacement.runs[0].automaton.name
+            if name != runtime.name:
+                raise ReloadRefusedError(f"the file is that of {name} now, not of {runtime.name}")
+            held = runtime.replace(replacement, self._first)
+        except ReloadRefusedError:
+            forget(loaded)
+            raise
+        forget(former)
         self._first = replacement.first
         dropped = runtime.breakpoints.renew(runtime.tree, parameters_of(replacement.component))
         return Reloaded(runtime.generation, held, (*replacement.not_kept, *dropped))

@@ -257,10 +257,12 @@ class Runtime:
 
     def _entered(self, run: Run, transition: Transition | None) -> bool:
         """Pause at a breakpoint; it is reached on the automaton's thread, before the code of the state."""
-        hits = self.breakpoints.reached(run, transition, parameter_values(self.component))
-        if not hits or self.ended.is_set():
+        if not self.breakpoints.all or self.ended.is_set():
             return False
-        self.pause()
+        hits = self.breakpoints.reached(run, transition, parameter_values(self.component))
+        if not hits:
+            return False
+        self._threads.pause()
         self.breakpoints.stop_at(run, hits)
         for hit in hits:
             if hit.trouble:

@@ -64,7 +64,9 @@ class Steering:
 
     def reload(self) -> Reloaded:
         """Replace the component by what its file holds now; raises ReloadRefusedError."""
-        return self._reloading.reload()
+        reloaded = self._reloading.reload()
+        self._guards.clear()  # they were those of the former version
+        return reloaded
 
 
 def read_json(text: str) -> Any:  # noqa: ANN401 - whatever JSON knows

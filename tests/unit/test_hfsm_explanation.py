@@ -1,0 +1,167 @@
+"""Why an automaton is where it is, in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from hfsm_runtime import Automaton, State, Transition, VirtualRun
+from hfsm_runtime.explanation import Explanation, GuardLog, explain
+from hfsm_runtime.timeline import Timeline
+from tests.support.automata import component
+
+
+@dataclass
+class Explained:
+    """A run in virtual time that can be asked."""
+
+    root: Automaton
+    run: VirtualRun = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.run = VirtualRun(component(self.root))
+        self.guards = GuardLog()
+        self.run.tree.observers.append(self.guards)
+        self.timeline = Timeline(self.run.clock)
+
+    def why(self, automaton: int = 1) -> Explanation:
+        found = self.run.tree.run(automaton)
+        assert found is not None
+        return explain(self.run.tree, found, self.guards, self.timeline)
+
+    def reasons(self, automaton: int = 1) -> list[str]:
+        return [reason.text for reason in self.why(automaton).reasons]
+
+
+def automaton(*transitions: Transition, **second: object) -> Automaton:
+    """Return an automaton with the states a and b, in 10 cycles a second."""
+    states = (State(id=1, name="a", initial=True), State(id=2, name="b", **second))  # type: ignore[arg-type]
+    return Automaton(id=1, name="walker", states=states, transitions=transitions)
+
+
+def when(
+    id: int, guard: Callable[..., object], origin: int = 1, destination: int = 2, **rest: object
+) -> Transition:
+    return Transition(
+        id=id, name=f"t{id}", origin=origin, destination=destination, guard=guard, condition="ready", **rest  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def test_a_guard_tells_its_last_value_and_when_it_was_asked() -> None:
+    told = Explained(automaton(when(1, lambda: False)))
+    assert told.reasons() == ["its guard has not been asked since the state was entered"]
+    told.run.advance(0.25)
+    (reason,) = told.why().reasons
+    assert (reason.order, reason.asked, reason.value, reason.asked_at) == (1, True, False, 200_000_000)
+    assert reason.text == "its guard `ready` was false when it was asked 0.05 s ago"
+    assert told.why().summary == (
+        "walker has been in a for 0.25 s. 1. t1: its guard `ready` was false when it was asked 0.05 s ago."
+    )
+
+
+def test_a_timer_tells_what_is_left_and_then_its_guard() -> None:
+    told = Explained(automaton(when(1, lambda: False, seconds=1.0)))
+    told.run.advance(0.3)
+    (reason,) = told.why().reasons
+    assert (reason.remaining, reason.text) == (700_000_000, "its time comes after 0.70 s more in the state")
+    told.run.advance(1.0)
+    assert told.reasons() == [
+        "its guard `ready` was false though its time has come, when it was asked 0.00 s ago"
+    ]
+    assert told.why().reasons[0].remaining == 0
+
+
+def test_an_event_is_awaited_or_came_while_its_guard_did_not_hold() -> None:
+    told = Explained(automaton(when(1, lambda event: False, event="lost")))
+    told.run.advance(0.1)
+    assert told.reasons() == ["no event lost has come since the state was entered"]
+    told.run.send("lost")
+    told.run.advance(0.1)
+    assert told.reasons() == ["its guard `ready` was false when lost came 0.00 s ago"]
+    told.run.advance(0.5)
+    assert told.why().reasons[0].asked is False  # not in the last cycle
+
+
+def test_the_transition_that_comes_first_is_named() -> None:
+    told = Explained(automaton(when(1, lambda: True, destination=1), when(2, lambda: True)))
+    told.run.advance(0.3)
+    assert told.reasons()[1] == "it was not asked: t1, which comes first, fired"
+    assert told.why().entered_by == 1
+    assert "entered by t1" in told.why().summary
+
+
+def test_transitions_are_explained_in_the_order_in_which_they_are_tried() -> None:
+    told = Explained(automaton(when(1, lambda: False), when(2, lambda: False, priority=1)))
+    assert [(reason.order, reason.transition.id) for reason in told.why().reasons] == [(1, 2), (2, 1)]
+
+
+def test_a_forced_transition_is_told() -> None:
+    told = Explained(automaton(when(1, lambda: False)))
+    root = told.run.tree.root
+    root.forced = root.automaton.transitions[0]
+    assert told.reasons() == ["it is forced, and fires in the next cycle"]
+
+
+def test_final_states_and_states_without_a_way_out_say_so() -> None:
+    told = Explained(automaton(when(1, lambda: True), when(2, lambda: True, 2, 1), final=True))
+    told.run.advance(0.2)
+    assert told.reasons() == ["the state is final: no transition is tried"]
+    assert "walker has finished in b, entered by t1" in told.why().summary
+    trap = Explained(automaton(when(1, lambda: True)))
+    trap.run.advance(0.1)
+    assert (
+        trap.why().summary
+        == "walker has been in b for 0.10 s, entered by t1. No transition leaves the state."
+    )
+
+
+def family(*, final: bool) -> Automaton:
+    child = Automaton(
+        id=2,
+        name="child",
+        states=(State(id=1, name="x", initial=True), State(id=2, name="y", final=final)),
+        transitions=(Transition(id=1, origin=1, destination=2, seconds=0.5),),
+    )
+    return Automaton(
+        id=1,
+        name="walker",
+        states=(State(id=1, name="a", initial=True, children=(child,)), State(id=2, name="b")),
+        transitions=(
+            when(1, lambda: False, finished=True),
+            Transition(id=2, name="later", origin=1, destination=2, seconds=2.0),
+            Transition(id=3, name="never", origin=2, destination=1, finished=True),
+        ),
+    )
+
+
+def test_automata_that_have_not_finished_are_named() -> None:
+    told = Explained(family(final=True))
+    assert told.reasons()[0] == "not all automata of the state have finished: child is in x"
+    told.run.advance(0.8)
+    assert told.reasons()[0] == "its guard `ready` was false when it was asked 0.00 s ago"
+    told.run.advance(1.5)
+    assert told.reasons() == ["the state owns no automaton that could finish: it never fires"]
+
+
+def test_a_ghost_says_which_automaton_above_is_elsewhere() -> None:
+    told = Explained(family(final=False))
+    told.run.advance(2.5)
+    ghost = told.why(2)
+    assert ghost.ghost
+    assert ghost.summary.startswith(
+        "child is a ghost in y: walker is in b, not in a. It has been active there for 1.50 s"
+    )
+
+
+def test_an_automaton_that_waits_for_entry_code_says_so() -> None:
+    told = Explained(automaton(when(1, lambda: True), when(2, lambda: True, 2, 1), entry=lambda: None))
+    told.run.advance(0.1)
+    told.run.tree.root.owed = True
+    assert told.reasons() == ["it is not tried before the entry code of the state has run to its end"]
+
+
+def test_what_guards_said_is_forgotten_with_the_state() -> None:
+    told = Explained(automaton(when(1, lambda: True), when(1, lambda: False, 2, 1)))
+    told.run.advance(0.0)
+    (reason,) = told.why().reasons
+    assert (told.run.active, reason.asked_at, reason.value) == ("b", None, False)
