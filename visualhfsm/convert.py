@@ -68,6 +68,8 @@ def convert(
         apply(compare_with_disk([GeneratedFile(path, text)]))
     except FilesNotWrittenError as error:
         raise VisualHfsmError(str(error)) from error
+    except OSError as error:
+        raise VisualHfsmError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def _format_of(suffix: str, known: Mapping[str, _T], name: str) -> _T:

@@ -1,0 +1,151 @@
+"""The command `visualhfsm convert`: what it writes, what it tells, and what it never does."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from tests.support.codegen_command import ROOT, files_in
+from visualhfsm.command import app
+
+OLD = """<VisualStates>
+  <config type="1"><topics><topic id="0"><name>/scan</name></topic></topics></config>
+  <state id="0" initial="True"><name>root</name><timestep>50</timestep>
+    <state id="1" initial="True"><name>wait</name><code>print "waiting"</code><timestep>50</timestep></state>
+  </state>
+</VisualStates>
+"""
+
+NEW = """<?xml version="1.0" encoding="UTF-8"?>
+<VisualHFSM>
+  <SubAutomata id="1" idFather="0">
+    <state initial="true" id="1">
+      <posx>0</posx>
+      <posy>0</posy>
+      <name>wait</name>
+      <idSubautomataSon>0</idSubautomataSon>
+      <code>print "waiting"</code>
+      <timestep>50</timestep>
+    </state>
+    <iteration_time>50</iteration_time>
+    <variables></variables>
+    <functions></functions>
+  </SubAutomata>
+  <libraries/>
+  <config type="1">
+    <topics>
+      <topic id="0">
+        <name>/scan</name>
+      </topic>
+    </topics>
+  </config>
+  <pseudostate id="0" initial="True">
+    <name>root</name>
+  </pseudostate>
+</VisualHFSM>
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "old.xml").write_text(OLD)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def convert(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["convert", *arguments])
+
+
+def test_an_old_document_is_written_in_the_format_of_today(folder: Path) -> None:
+    done = convert("old.xml", "new.xml")
+    assert done.exit_code == 0, done.stderr
+    assert done.stdout == ""
+    assert files_in(folder) == {"old.xml": OLD, "new.xml": NEW}
+
+
+def test_what_is_kept_without_use_and_what_is_python_2_is_told_with_its_line(folder: Path) -> None:
+    done = convert("old.xml", "new.xml")
+    told = [line for line in done.stderr.splitlines() if line.startswith("old.xml")]
+    assert told == [
+        "old.xml:2:20: note[N501]: `topics` has no meaning here: it is kept, and not used",
+        "old.xml:4:57: warning[W506]: Python 2: `print` is a function in Python 3",
+    ]
+
+
+def test_python_2_is_mended_on_request(folder: Path) -> None:
+    done = convert("--mend-python2", "old.xml", "new.xml")
+    assert done.exit_code == 0
+    assert (folder / "new.xml").read_text() == NEW.replace('print "waiting"', 'print("waiting")')
+    assert "note[N503]: mended: `print` is a function in Python 3" in done.stderr
+
+
+def test_code_in_another_language_is_kept_and_marked(folder: Path) -> None:
+    (folder / "old.xml").write_text(OLD.replace('print "waiting"', "motors-&gt;setV(0777);\nprintf(x);"))
+    done = convert("--mend-python2", "old.xml", "-")
+    assert "<language>C++</language>" in done.stdout
+    assert "<code>motors-&gt;setV(0777);\nprintf(x);</code>" in done.stdout
+    assert "N502" in done.stderr
+    assert "N503" not in done.stderr
+
+
+def test_the_new_document_goes_to_stdout_and_diagnostics_are_json(folder: Path) -> None:
+    done = convert("--error-format", "json", "old.xml", "-")
+    assert done.exit_code == 0
+    assert done.stdout == NEW
+    assert [(each["code"], each["line"]) for each in json.loads(done.stderr)] == [("N501", 2), ("W506", 4)]
+    assert files_in(folder) == {"old.xml": OLD}
+
+
+def test_nothing_is_overwritten_unless_it_is_wanted(folder: Path) -> None:
+    (folder / "new.xml").write_text("mine")
+    refused = convert("old.xml", "new.xml")
+    assert refused.exit_code == 2
+    assert "--force" in refused.stderr
+    assert (folder / "new.xml").read_text() == "mine"
+    assert convert("old.xml", "old.xml").exit_code == 2
+    assert convert("--force", "old.xml", "new.xml").exit_code == 0
+    assert convert("--force", "old.xml", "old.xml").exit_code == 0
+    assert files_in(folder) == {"old.xml": NEW, "new.xml": NEW}
+
+
+def test_nothing_is_written_of_what_cannot_be_understood(folder: Path) -> None:
+    (folder / "old.xml").write_text(OLD.replace('id="1" initial', 'id="one" initial'))
+    (folder / "new.xml").write_text("mine")
+    done = convert("--force", "old.xml", "new.xml")
+    assert done.exit_code == 1
+    assert "error[E506]" in done.stderr
+    assert "nothing was written" in done.stderr
+    assert (folder / "new.xml").read_text() == "mine"
+    assert convert("absent.xml", "-").exit_code == 1
+
+
+@pytest.mark.parametrize("names", [("old.txt", "new.xml"), ("old.xml", "new.txt"), ("old.xml", "new")])
+def test_a_format_that_is_unknown_is_wrong_usage(names: tuple[str, str], folder: Path) -> None:
+    assert convert(*names).exit_code == 2
+    assert files_in(folder) == {"old.xml": OLD}
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written_is_told(folder: Path) -> None:
+    (folder / "closed").mkdir(mode=0o500)
+    done = convert("old.xml", "closed/new.xml")
+    assert done.exit_code == 1
+
+
+def test_the_command_runs_on_its_own_and_says_what_went_wrong_in_one_line(folder: Path) -> None:
+    (folder / "file").write_text("")
+    command = [sys.executable, "-m", "visualhfsm", "convert", "old.xml", "file/new.xml"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 1
+    assert "file/new.xml: cannot be written: Not a directory" in done.stderr.splitlines()[-1]
+    assert "Traceback" not in done.stderr
