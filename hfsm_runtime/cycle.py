@@ -55,7 +55,8 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
     """
     if not tree.begin_cycle(run):
         return False
-    began, began_wall = supervisor.now(), time.perf_counter()
+    began = run.began = supervisor.now()
+    began_wall = time.perf_counter()
     for observer in tree.observers:
         observer.cycle_began(run, now)
     try:
@@ -171,9 +172,9 @@ def _enter(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
 
 
 def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
-    """Return the time from which the timers of a state count."""
+    """Return the time from which the timers of a state count, now that its entry is complete."""
     ended = supervisor.now()
-    return now if ended < now + run.automaton.interval else ended
+    return now if ended - run.began < run.automaton.interval else ended
 
 
 def _left_for_good(run: Run) -> list[tuple[Run, State]]:

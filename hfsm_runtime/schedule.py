@@ -32,7 +32,6 @@ def delay_in_slot(index: int, interval: int) -> int:
     """Return how long after the beginning of its slots the automaton of this number wakes.
 
     Threads that woke all at once would fight for the interpreter, and a few would win it late. The cycle
-    belongs to the time of its slot nevertheless. Half a period is never exceeded, so that a cycle that begins
-    a little late is still in its own slot.
+    belongs to the time of its slot nevertheless.
     """
-    return index * _APART % max(1, interval // 2)
+    return index * _APART % interval

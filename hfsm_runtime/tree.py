@@ -75,6 +75,8 @@ class Run:
     stepping: bool = False
     """Whether one cycle is to run although the tree is held."""
     in_cycle: bool = False
+    began: int = 0
+    """When the running, or the last, cycle really began, which may be later than the time it belongs to."""
     in_step: bool = False
     """Whether the running cycle is such a one."""
     inbox: Inbox = field(default_factory=Inbox)

@@ -101,6 +101,16 @@ def test_an_entry_shorter_than_a_period_counts_as_if_it_took_no_time() -> None:
     assert run(component(root), 2).changes("root") == [(0, "a"), (0.5, "b")]
 
 
+def test_an_entry_counts_by_what_it_takes_and_not_by_how_late_its_cycle_began() -> None:
+    def root(c: Component) -> Automaton:
+        slow = automaton(2, "slow", [State(id=1, name="s", entry=lambda: c.sleep(0.07))])
+        states = [State(id=1, name="x", entry=lambda: c.sleep(0.07)), State(id=2, name="y")]
+        late = automaton(3, "late", states, [after(0.5, 1, 2)])
+        return automaton(1, "root", [State(id=1, name="a", children=(slow, late))])
+
+    assert run(component(root), 2).changes("late") == [(0, "x"), (0.5, "y")]
+
+
 def test_children_wake_after_the_entry_of_the_state_above_them(log: Log) -> None:
     child = automaton(2, "child", [log.state(1, "x")])
     run(component(automaton(1, "root", [log.state(1, "a", (child,))])), 0)
