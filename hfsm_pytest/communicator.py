@@ -56,6 +56,7 @@ class InProcessCommunicator:
         self._servants: dict[str, Incoming] = {}
         self._polls: dict[str, dict[str, Callable[[], Any]]] = {}
         self._readers: dict[tuple[str, str], InProcessReader[Any]] = {}
+        self._channels: dict[tuple[str, str], InProcessChannel] = {}
         self._away: set[str] = set()
 
     @property
@@ -74,8 +75,11 @@ class InProcessCommunicator:
         """
         self._servants[identity] = Incoming(self.as_communicator, Target(self.realm, identity), servant)
         self._polls[identity] = polls or {}
-        for key in [key for key in self._readers if key[0] == identity]:
-            del self._readers[key]
+        for (owner, operation), reader in self._readers.items():
+            if owner == identity:  # proxies hold it
+                reader.poll = self._polls[identity].get(operation)
+                channel = self._channels[identity, operation]
+                channel.attach_to(servant.ice_publisher(servant.ice_interface.all_operations[operation]))
 
     def servant(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
@@ -129,7 +133,8 @@ class InProcessCommunicator:
             reader: InProcessReader[V] = InProcessReader(
                 ".".join(key), operation, self.clock, self._wake, poll
             )
-            InProcessChannel(reader).attach_to(servant.ice_publisher(operation))
+            self._channels[key] = InProcessChannel(reader)
+            self._channels[key].attach_to(servant.ice_publisher(operation))
             self._readers[key] = reader
         return self._readers[key]
 

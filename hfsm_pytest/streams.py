@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable
 from types import TracebackType
@@ -17,6 +18,8 @@ from .clock import TaskClock
 __all__ = ["InProcessChannel", "InProcessReader", "InProcessSubscription", "VirtualSample"]
 
 V = TypeVar("V")
+
+_logger = logging.getLogger(__name__)
 
 _SIZE_LIMIT: Final = 1 << 30
 
@@ -40,7 +43,7 @@ class InProcessReader(Generic[V]):
     """The newest sample of a stream, kept for whoever asks or waits for it.
 
     As over the network, the first use begins to listen, and it stops when there is no subscription and nobody
-    has asked for 10 s. `poll` takes a sample where nobody publishes: from a stub.
+    has asked for 10 s. `poll` takes samples where nobody publishes: from a stub; one that raises gives none.
     """
 
     def __init__(
@@ -55,7 +58,7 @@ class InProcessReader(Generic[V]):
         self._operation: Final = operation
         self._clock: Final = clock
         self._on_listening: Final = on_listening
-        self._poll: Final = poll
+        self.poll: Callable[[], V] | None = poll
         self._asked_at = -math.inf
         self._raw: tuple[bytes, int, float, float] | None = None
         self._sample: VirtualSample[V] | None = None
@@ -112,16 +115,26 @@ class InProcessReader(Generic[V]):
             self._on_listening()
 
     def _newest(self) -> VirtualSample[V] | None:
-        if self._poll is not None and (self._sample is None or self._sample.wall_time < self._clock.now()):
-            self._count += 1
-            now = self._clock.now()
-            self._sample = VirtualSample(self._poll(), self._count, now, now, self._clock.now)
+        if self.poll is not None:
+            self._take_from_stub(self.poll)
         if self._raw is not None:
             payload, number, robot_time, sent = self._raw
             self._raw = None
             value: Any = self._operation.result.unpack_result(payload, f"sample of {self.what}")
             self._sample = VirtualSample(value, number, robot_time, sent, self._clock.now)
         return self._sample
+
+    def _take_from_stub(self, poll: Callable[[], V]) -> None:
+        now = self._clock.now()
+        self._raw = None
+        if self._sample is None or self._sample.wall_time < now:
+            try:
+                value = poll()
+            except Exception as error:  # noqa: BLE001 - a servant that fails has nothing to publish
+                _logger.debug("no sample of %s: %s", self.what, error)
+            else:
+                self._count += 1
+                self._sample = VirtualSample(value, self._count, now, now, self._clock.now)
 
 
 class InProcessChannel:
@@ -131,6 +144,7 @@ class InProcessChannel:
 
     def __init__(self, reader: InProcessReader[Any]) -> None:
         self._reader: Final = reader
+        self._publisher: Publisher[Any] | None = None
 
     @property
     def listening(self) -> bool:
@@ -142,8 +156,12 @@ class InProcessChannel:
         self._reader.receive(payload, number, robot_time)
 
     def attach_to(self, publisher: Publisher[Any]) -> None:
-        """Let a servant publish here."""
-        publisher.attach(self)  # type: ignore[arg-type]
+        """Let a servant publish here, and no longer the one before."""
+        if publisher is not self._publisher:
+            if self._publisher is not None:
+                self._publisher.detach(self)  # type: ignore[arg-type]
+            publisher.attach(self)  # type: ignore[arg-type]
+            self._publisher = publisher
 
 
 class InProcessSubscription(Generic[V]):

@@ -236,6 +236,28 @@ class TestStubs:
         b.advance(0.1)
         assert b.component.Head.getPose.latest().value.pan == pytest.approx(0.5)
 
+    def test_a_stream_that_has_begun_goes_over_to_the_stub(self, behavior: MakeBehavior) -> None:
+        b = behavior(Nothing, robot="fake")
+        head = b.component.Head
+        head.getPose.latest()
+        b.advance(0.1)
+        b.stub("Head", getPose=HeadPose(0.0, 0.125, 0.0, 0.0, 0.0))
+        b.advance(0.1)
+        assert head.getPose.latest().value.pan == 0.125
+        b.stub("Head", getPose=RuntimeError("dead"))
+        b.advance(2.0)
+        assert head.getPose.latest().age == pytest.approx(2.0)
+
+    def test_the_streams_of_other_operations_go_on_as_before(self, behavior: MakeBehavior) -> None:
+        b = behavior(Nothing, robot="fake")
+        head = b.component.Head
+        head.getPose.latest()
+        b.advance(0.1)
+        before = head.getPose.latest().sequence
+        b.stub("Head", stop=None)
+        b.advance(0.1)
+        assert head.getPose.latest().sequence == before + 5
+
 
 def test_code_that_needs_what_nobody_serves_fails_the_test(behavior: MakeBehavior) -> None:
     b = behavior("behaviors/follow_ball.xml")

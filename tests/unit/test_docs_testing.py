@@ -1,0 +1,44 @@
+"""The examples of docs/testing.md are tests that pass, and its tables name what there is."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from hfsm_pytest import Behavior, RobotUnderTest, strategies
+from tests.support.pages import DOCS
+
+pytest_plugins = "pytester"
+
+PAGE = (DOCS / "testing.md").read_text("utf-8")
+EXAMPLES = re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S)
+
+
+def test_the_examples_pass(pytester: pytest.Pytester) -> None:
+    (pytester.path / "behaviors").symlink_to((DOCS.parent / "behaviors").resolve())
+    for number, example in enumerate(EXAMPLES):
+        (pytester.path / f"test_example_{number}.py").write_text(example, encoding="utf-8")
+    result = pytester.runpytest("-p", "no:cacheprovider")
+    result.assert_outcomes(passed=len(re.findall(r"^def test_", "".join(EXAMPLES), re.M)))
+
+
+def test_what_the_tables_name_is_there() -> None:
+    for name in re.findall(r"\bb\.(\w+)", PAGE):
+        assert hasattr(Behavior, name) or name in ("robot", "component"), name
+    for name in re.findall(r"\bb\.robot\.(\w+)", PAGE):
+        assert hasattr(RobotUnderTest, name), name
+    section = PAGE.partition("The strategies of Hypothesis")[2].partition("```")[0]
+    assert set(re.findall(r"`(\w+)\(", section)) == set(strategies.__all__)
+
+
+def test_every_option_is_explained(pytestconfig: pytest.Config) -> None:
+    options = {
+        option
+        for group in pytestconfig._parser._groups
+        for argument in group.options
+        for option in argument.names()
+        if option.startswith("--hfsm")
+    }
+    assert len(options) == 3
+    assert [option for option in options if option not in PAGE] == []
