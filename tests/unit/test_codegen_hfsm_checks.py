@@ -61,7 +61,7 @@ def test_a_complete_document_has_no_problem(path: Path) -> None:
         ((sub(1, 0, A), sub(2, 0, A)), "8:1: E511: automaton 2 is a second root"),
         ((sub(1, 0, A), sub(1, 0, A)), "E517: a second automaton has the id 1"),
         ((sub(1, 0, A), sub(2, 1, A)), "8:1: E512: no state owns automaton 2"),
-        ((sub(1, 0, state(1, "a", initial=True, child=7)),), "3:1: W512: state `a` owns automaton 7, which"),
+        ((sub(1, 0, state(1, "a", initial=True, child=7)),), "3:1: W512: `a` owns automaton 7, which"),
         (
             (sub(1, 0, state(1, "a", initial=True, child=2), state(2, "b", child=2)), sub(2, 1, A)),
             "4:1: E512: automaton 2 already has an owner",

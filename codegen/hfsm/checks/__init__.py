@@ -21,7 +21,7 @@ from .attributes import check_attributes
 from .automata import check_automaton
 from .blocking import check_blocking, imported_names
 from .component import COMPONENT_ATTRIBUTES, ON_ERROR, check_component
-from .constants import milliseconds
+from .constants import delay, milliseconds
 from .events import check_events
 from .extension import extension_of
 from .flow import check_flow
@@ -34,7 +34,7 @@ from .timers import check_timers
 from .tree import check_tree
 from .variables import check_variables
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "check", "check_structure", "milliseconds"]
+__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "check", "check_structure", "delay", "milliseconds"]
 
 _STAR = "*"
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from .assignments import own_nodes
-from .pieces import Kind, Piece
+from .pieces import Piece
 
 __all__ = ["Access", "accesses", "defined_names", "sets_attributes_by_name"]
 
@@ -39,7 +39,7 @@ class Access:
 
 def accesses(piece: Piece) -> Iterator[Access]:
     """Yield the uses of the component in a piece of code."""
-    if piece.kind is not Kind.FUNCTIONS:
+    if not piece.is_functions:
         yield from _in_nodes(piece, None, list(piece.tree.body), "self")
         return
     for node in piece.tree.body:

@@ -6,22 +6,18 @@ from typing import Final
 
 from ...diagnostics import Note
 from ..document import Automaton, State, Transition
-from .constants import milliseconds
+from .constants import delay, milliseconds
+from .labels import state_label, transition_label
 from .report import Report
 from .tree import check_unique_ids
 
-__all__ = ["TRIGGERS", "check_automaton", "label"]
+__all__ = ["TRIGGERS", "check_automaton"]
 
 TRIGGERS: Final = ("time", "condition", "event", "finished")
 """What a transition may wait for."""
 
 HISTORIES: Final = ("resume", "restart")
 """What may become of a state's automata when it is entered again; the first is the default."""
-
-
-def label(transition: Transition) -> str:
-    """Return how messages call a transition."""
-    return f"transition `{transition.name}`" if transition.name.strip() else f"transition {transition.id}"
 
 
 def check_automaton(automaton: Automaton, report: Report) -> None:
@@ -50,12 +46,12 @@ def _check_initial_state(automaton: Automaton, report: Report) -> None:
         message = f"automaton {automaton.id} has no initial state"
         first = automaton.states[0]
         note = Note(
-            f'it begins in the first, `{first.name}`: say so with `initial="true"`', report.place(first)
+            f'it begins in the first, {state_label(first)}: say so with `initial="true"`', report.place(first)
         )
         report.warning("W513", message, report.place(automaton), [note])
     for second in initial[1:]:
-        message = f"`{second.name}` is a second initial state of automaton {automaton.id}"
-        note = Note(f"it begins in the first, `{initial[0].name}`", report.place(initial[0]))
+        message = f"{state_label(second)} is a second initial state of automaton {automaton.id}"
+        note = Note(f"it begins in the first, {state_label(initial[0])}", report.place(initial[0]))
         report.warning("W513", message, report.place(second), [note])
 
 
@@ -84,27 +80,24 @@ def _check_state(automaton: Automaton, state: State, report: Report) -> None:
         *(["an automaton"] if state.children else []),
         *(["code"] if not state.code.is_blank else []),
         *(["exit code"] if not state.exit.is_blank else []),
-        *([label(outgoing[0])] if outgoing else []),
+        *([transition_label(outgoing[0])] if outgoing else []),
     ]
     if left:
         what = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
-        message = f"`{state.name}` is final, and {what} of it will never run"
+        message = f"{state_label(state)} is final, and {what} of it will never run"
         note = Note("an automaton that enters a final state has finished: of the state only `entry` runs")
         report.warning("W519", message, report.place(state), [note])
 
 
 def _check_transition(automaton: Automaton, transition: Transition, states: set[int], report: Report) -> None:
-    name = label(transition)
+    name = transition_label(transition)
     for end, state in (("leaves", transition.origin), ("enters", transition.destination)):
         if state not in states:
             message = f"{name} {end} state {state}, which automaton {automaton.id} does not have"
             report.error("E514", message, report.place(transition))
     trigger = report.place(transition, transition.trigger)
     if transition.type == "time":
-        if milliseconds(transition.trigger) is None:
-            written = transition.trigger.text.strip()[:40]
-            message = f"the time of {name} is a positive number of milliseconds, not `{written}`"
-            report.error("E515", message, trigger)
+        _check_time(transition, report)
     elif transition.type == "event":
         if transition.trigger.is_blank:
             report.error("E515", f"{name} names no event", report.place(transition))
@@ -115,6 +108,18 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
     _check_priority(automaton, transition, report)
 
 
+def _check_time(transition: Transition, report: Report) -> None:
+    name = transition_label(transition)
+    place = report.place(transition, transition.trigger)
+    if delay(transition.trigger) is None:
+        written = transition.trigger.text.strip()[:40]
+        message = f"the time of {name} is a positive number of milliseconds, not `{written}`"
+        report.error("E515", message, place)
+    elif milliseconds(transition.trigger) is None:
+        note = Note("write a condition that is `True`, if no time is meant")
+        report.warning("W531", f"{name} waits for no time: it fires in the next cycle", place, [note])
+
+
 def _check_priority(automaton: Automaton, transition: Transition, report: Report) -> None:
     priority = transition.priority
     if priority.is_blank:
@@ -122,14 +127,15 @@ def _check_priority(automaton: Automaton, transition: Transition, report: Report
     number = _number(transition)
     if number is None:
         written = priority.text.strip()[:40]
-        message = f"the priority of {label(transition)} is a whole number from 1, not `{written}`"
+        message = f"the priority of {transition_label(transition)} is a whole number from 1, not `{written}`"
         report.error("E518", message, report.place(transition, priority))
         return
     for other in automaton.transitions:
         if other is transition:
             return
         if other.origin == transition.origin and _number(other) == number:
-            message = f"{label(transition)} has priority {number}, as {label(other)} out of the same state"
+            who = f"{transition_label(transition)} has priority {number}"
+            message = f"{who}, as {transition_label(other)} out of the same state"
             note = Note(
                 "of two equal priorities the first in the document counts",
                 report.place(other, other.priority),

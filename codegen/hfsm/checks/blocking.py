@@ -10,7 +10,7 @@ from ...diagnostics import Note
 from .accesses import Access
 from .assignments import own_nodes
 from .constants import milliseconds, seconds, truth
-from .pieces import AutomatonCode, Kind, Piece
+from .pieces import AutomatonCode, Piece
 from .report import Report
 
 __all__ = ["check_blocking"]
@@ -76,7 +76,7 @@ def _tell(
     if period is None:
         note = Note("the variables run before the first cycle, which waits for them")
     else:
-        who = "a cycle that calls the function" if piece.kind is Kind.FUNCTIONS else "the cycle"
+        who = "a cycle that calls the function" if piece.is_functions else "the cycle"
         note = Note(f"{who} has {period:g} ms; wait with a timed transition instead, or look in each cycle")
     report.warning("W523", message, piece.place(node), [note])
 

@@ -8,9 +8,10 @@ from typing import Final
 
 from ..document import Text
 
-__all__ = ["milliseconds", "seconds", "truth"]
+__all__ = ["delay", "milliseconds", "seconds", "truth"]
 
 _MAX_MILLISECONDS: Final = 1e12
+_SHORTEST: Final = 0.000_001
 _UNKNOWN: Final = object()
 
 
@@ -20,7 +21,18 @@ def milliseconds(text: Text) -> float | None:
         value = float(text.text.strip().replace("_", "?"))
     except ValueError:
         return None
-    return value if math.isfinite(value) and 0.000_001 <= value <= _MAX_MILLISECONDS else None
+    return value if math.isfinite(value) and _SHORTEST <= value <= _MAX_MILLISECONDS else None
+
+
+def delay(text: Text) -> float | None:
+    """Return the time of a transition in ms, or None when the text is none.
+
+    The origin took 0 for the next cycle, and so does the shortest of all times.
+    """
+    try:
+        return milliseconds(text) or (_SHORTEST if float(text.text.strip()) == 0 else None)
+    except ValueError:
+        return None
 
 
 def truth(node: ast.expr) -> bool | None:

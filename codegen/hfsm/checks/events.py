@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from ...diagnostics import Location, did_you_mean
 from ..document import Document
 from .accesses import Access
-from .automata import label
 from .extension import Extension
+from .labels import transition_label
 from .report import Report
 
 __all__ = ["check_events"]
@@ -33,7 +33,8 @@ def check_events(
                 continue
             awaited.add(name)
             if is_certain and name not in sent and name not in declared:
-                message = f"{label(transition)} waits for the event `{name}`, which nothing sends or declares"
+                who = transition_label(transition)
+                message = f"{who} waits for the event `{name}`, which nothing sends or declares"
                 known = did_you_mean(name, {*sent, *declared})
                 report.warning("W526", message, report.place(transition, transition.trigger), known)
     for name, place in {**sent, **declared}.items():

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from ...diagnostics import Note
 from ..document import Automaton, State, Transition
+from .labels import state_label
 from .report import Report
 
 __all__ = ["Graph", "check_graph"]
@@ -71,10 +72,10 @@ def check_graph(graph: Graph, report: Report) -> None:
         return
     for state in automaton.states:
         if state.id not in graph.reachable:
-            message = f"no transitions lead from the initial state `{graph.initial.name}` to `{state.name}`"
+            message = f"no transitions lead from {state_label(graph.initial)} to {state_label(state)}"
             report.warning("W514", message, report.place(state))
         elif len(graph.reachable) > 1 and not state.final and not _has_way_out(graph, state):
-            message = f"no transition leads away from `{state.name}`: the automaton stays there"
+            message = f"no transition leads away from {state_label(state)}: the automaton stays there"
             note = Note("mark the state as final if the automaton has finished there")
             report.note("N515", message, report.place(state), [note])
 

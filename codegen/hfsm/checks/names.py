@@ -15,7 +15,7 @@ from pyflakes import messages
 from pyflakes.checker import Checker
 
 from ...diagnostics import did_you_mean
-from .pieces import Kind, Piece
+from .pieces import Piece
 from .report import Report
 
 __all__ = ["check_names"]
@@ -82,7 +82,7 @@ def _messages(piece: Piece, known: Collection[str]) -> Iterator[messages.Message
 
 def _as_module(piece: Piece) -> ast.Module:
     """Return the module in which a piece of code stands as in the component."""
-    if piece.kind is Kind.FUNCTIONS:
+    if piece.is_functions:
         head = "class Component: pass"
     else:
         head = "def piece(self, event): pass" if piece.has_event else "def piece(self): pass"

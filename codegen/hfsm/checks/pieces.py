@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Final
@@ -16,35 +15,25 @@ from ..document import Automaton, Document, State, Text, Transition
 from .assignments import assignments_of
 from .report import Node, Report
 
-__all__ = ["AutomatonCode", "Kind", "Piece", "automaton_code", "document_functions"]
+__all__ = ["AutomatonCode", "Piece", "automaton_code", "document_functions"]
 
 _DEEPEST: Final = 150
 """Nodes below one another in code that is looked into: the checks go down with Python's stack."""
 
 
-class Kind(StrEnum):
-    """What a piece of code is for, in the words of messages."""
-
-    VARIABLES = "the variables"
-    FUNCTIONS = "the functions"
-    ENTRY = "the entry code"
-    CODE = "the code"
-    EXIT = "the exit code"
-    ARGUMENT = "an argument"
-    CONDITION = "the condition"
-    FIRED = "the code of the transition"
-
-
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A piece of code: `tree` counts lines as `code` does, after `header` lines of ours."""
+    """A piece of code: `tree` counts lines as `code` does, after `header` lines of ours.
 
-    kind: Kind
-    label: str
+    With `is_functions` it becomes methods of the component, else a function that shares the names of its
+    automaton; with `has_event` that one takes the event.
+    """
+
     tree: ast.Module
     code: Code
     header: int
     path: Path
+    is_functions: bool = False
     has_event: bool = False
 
     def place(self, node: ast.expr | ast.stmt, length: int = 0) -> Location:
@@ -64,11 +53,6 @@ class Piece:
         end.lineno = node.end_lineno or node.lineno
         end.col_offset = (node.end_col_offset or 0) - len(node.attr.encode())
         return self.place(end, len(node.attr))
-
-    @property
-    def is_functions(self) -> bool:
-        """Whether the code becomes methods of the component."""
-        return self.kind is Kind.FUNCTIONS
 
     @property
     def expression(self) -> ast.expr | None:
@@ -142,8 +126,8 @@ def automaton_code(automaton: Automaton, report: Report) -> AutomatonCode:
     """Return the code of an automaton."""
     reader = _CodeReader(AutomatonCode(automaton), report)
     found = reader.found
-    found.variables = reader.statements(Kind.VARIABLES, "the automaton", automaton, automaton.variables)
-    found.functions = reader.statements(Kind.FUNCTIONS, "the automaton", automaton, automaton.functions)
+    found.variables = reader.statements(automaton, automaton.variables)
+    found.functions = reader.statements(automaton, automaton.functions, is_functions=True)
     for state in automaton.states:
         reader.state(state)
     for index, transition in enumerate(automaton.transitions):
@@ -152,14 +136,12 @@ def automaton_code(automaton: Automaton, report: Report) -> AutomatonCode:
 
 
 def document_functions(document: Document, report: Report) -> tuple[list[Piece], bool]:
-    """Return the functions that belong to no automaton, and whether all of them are Python."""
+    """Return the functions that belong to no automaton, and whether all of them are known."""
     reader = _CodeReader(AutomatonCode(Automaton(id=0)), report)
-    pieces = [
-        piece
-        for functions in document.functions
-        if (piece := reader.statements(Kind.FUNCTIONS, "the file", functions, functions.text)) is not None
-    ]
-    return pieces, not reader.found.broken
+    pieces = (
+        reader.statements(functions, functions.text, is_functions=True) for functions in document.functions
+    )
+    return [piece for piece in pieces if piece is not None], not reader.found.broken
 
 
 class _CodeReader:
@@ -168,33 +150,31 @@ class _CodeReader:
         self._report = report
 
     def state(self, state: State) -> None:
-        label = f"`{state.name}`"
-        for kind, text, pieces in (
-            (Kind.ENTRY, state.entry, self.found.entry),
-            (Kind.CODE, state.code, self.found.code),
-            (Kind.EXIT, state.exit, self.found.exit),
+        for text, pieces in (
+            (state.entry, self.found.entry),
+            (state.code, self.found.code),
+            (state.exit, self.found.exit),
         ):
-            piece = self.statements(kind, label, state, text)
+            piece = self.statements(state, text)
             if piece is not None:
                 pieces[state.id] = piece
         for argument in state.arguments:
-            piece = self.expression(Kind.ARGUMENT, label, argument, argument.value)
+            piece = self._expression(argument, argument.value)
             if piece is not None:
                 self.found.arguments.setdefault(state.id, []).append(piece)
 
     def transition(self, index: int, transition: Transition) -> None:
-        label = f"`{transition.name}`"
-        event = transition.type == "event"
+        has_event = transition.type == "event"
         text = transition.trigger if transition.type == "condition" else transition.guard
-        condition = self.expression(Kind.CONDITION, label, transition, text, has_event=event)
+        condition = self._expression(transition, text, has_event=has_event)
         if condition is not None:
             self.found.conditions[index] = condition
-        fired = self.statements(Kind.FIRED, label, transition, transition.code, has_event=event)
+        fired = self.statements(transition, transition.code, has_event=has_event)
         if fired is not None:
             self.found.fired[index] = fired
 
     def statements(
-        self, kind: Kind, label: str, node: Node, text: Text, *, has_event: bool = False
+        self, node: Node, text: Text, *, is_functions: bool = False, has_event: bool = False
     ) -> Piece | None:
         code = split(text)
         if code is None:
@@ -207,11 +187,9 @@ class _CodeReader:
         if _is_too_deep(tree):
             self.found.broken = True
             return None
-        return Piece(kind, label, tree, code, 0, self._report.place(node).path, has_event)
+        return Piece(tree, code, 0, self._report.place(node).path, is_functions, has_event)
 
-    def expression(
-        self, kind: Kind, label: str, node: Node, text: Text, *, has_event: bool = False
-    ) -> Piece | None:
+    def _expression(self, node: Node, text: Text, *, has_event: bool = False) -> Piece | None:
         """Return an expression, which may span lines, or the statements that return one."""
         code = split(text)
         if code is None:
@@ -219,11 +197,11 @@ class _CodeReader:
         try:
             tree = parse(code, ("(", *code.lines, ")"), header=1)
         except CodeError:
-            return self.statements(kind, label, node, text, has_event=has_event)
+            return self.statements(node, text, has_event=has_event)
         if _is_too_deep(tree) or not _is_expression(tree):
             self.found.broken = True
             return None
-        return Piece(kind, label, tree, code, 1, self._report.place(node).path, has_event)
+        return Piece(tree, code, 1, self._report.place(node).path, has_event=has_event)
 
 
 def _is_expression(tree: ast.Module) -> bool:

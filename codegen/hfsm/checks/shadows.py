@@ -6,9 +6,9 @@ import ast
 
 from ...diagnostics import Note
 from ..document import Document, State, Transition
-from .automata import label
-from .constants import milliseconds, truth
+from .constants import delay, truth
 from .graph import Graph
+from .labels import state_label, transition_label
 from .pieces import AutomatonCode
 from .report import Report
 
@@ -41,15 +41,15 @@ def check_shadows(document: Document, graph: Graph, code: AutomatonCode, report:
 def _report(transition: Transition, first: Transition, code: AutomatonCode, report: Report) -> None:
     always = first.type == "condition" and is_unguarded(first, code)
     why = "is always true" if always else "fires by the same and is tried first"
-    note = Note(f"{label(first)} {why}", report.place(first, first.trigger))
-    message = f"{label(transition)} can never fire"
+    note = Note(f"{transition_label(first)} {why}", report.place(first, first.trigger))
+    message = f"{transition_label(transition)} can never fire"
     report.warning("W516", message, report.place(transition, transition.trigger), [note])
 
 
 def _check_constant(transition: Transition, code: AutomatonCode, report: Report) -> None:
     if _truth(transition, code) is False:
         what = "its condition" if transition.type == "condition" else "its guard"
-        message = f"{label(transition)} can never fire: {what} is always false"
+        message = f"{transition_label(transition)} can never fire: {what} is always false"
         text = transition.trigger if transition.type == "condition" else transition.guard
         report.warning("W516", message, report.place(transition, text))
 
@@ -61,10 +61,10 @@ def _check_finished(document: Document, graph: Graph, state: State, report: Repo
     for transition in graph.outgoing(state):
         if transition.type != "finished" or (children and endless is None):
             continue
-        message = f"{label(transition)} can never fire: `{state.name}` owns no automaton"
+        message = f"{transition_label(transition)} can never fire: {state_label(state)} owns no automaton"
         notes = []
         if endless is not None:
-            message = f"{label(transition)} can never fire: automaton {endless.id} never finishes"
+            message = f"{transition_label(transition)} can never fire: automaton {endless.id} never finishes"
             notes = [Note("none of its states that can be reached is final", report.place(endless))]
         report.warning("W518", message, report.place(transition), notes)
 
@@ -90,7 +90,7 @@ def _precedes(first: Transition, second: Transition, code: AutomatonCode) -> boo
             return same_guard
         case "time":
             # Those with different times are compared by the check of timers.
-            times = milliseconds(first.trigger), milliseconds(second.trigger)
+            times = delay(first.trigger), delay(second.trigger)
             return same_guard and times[0] == times[1] is not None
     return False
 

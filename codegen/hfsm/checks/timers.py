@@ -12,9 +12,9 @@ from collections.abc import Mapping
 
 from ...diagnostics import Note
 from ..document import NO_CHILD, Document, State, Transition
-from .automata import label
-from .constants import milliseconds
+from .constants import delay, milliseconds
 from .graph import Graph
+from .labels import state_label, transition_label
 from .pieces import AutomatonCode
 from .report import Report
 from .shadows import is_unguarded
@@ -61,14 +61,14 @@ class _Timers:
             if state.id not in graph.reachable:
                 continue
             for transition in graph.outgoing(state):
-                delay = _delay(transition)
-                if delay is None or self._check_siblings(graph, state, transition, delay):
+                time = _delay(transition)
+                if time is None or self._check_siblings(graph, state, transition, time):
                     continue
                 entered = earliest.get(state.id, 0.0)
-                if leaving is not None and entered < limit <= entered + delay:
+                if leaving is not None and entered < limit <= entered + time:
                     self._tell_of_parent(transition, leaving, is_first=state is graph.initial)
 
-    def _check_siblings(self, graph: Graph, state: State, transition: Transition, delay: float) -> bool:
+    def _check_siblings(self, graph: Graph, state: State, transition: Transition, time: float) -> bool:
         """Report a timer that another transition of its state forestalls; return whether there is one."""
         is_before = True
         for other in graph.outgoing(state):
@@ -79,9 +79,9 @@ class _Timers:
             if fires_after is None or (is_before and other.type == "condition"):
                 continue  # what is always true and tried before is told by the check of shadows
             # Of two timers that have run out in one cycle the first counts.
-            if delay > fires_after if is_before else delay >= fires_after + self.period(graph):
+            if time > fires_after if is_before else time >= fires_after + self.period(graph):
                 what = "leaves the state first" if other.type == "time" else "is always true"
-                note = Note(f"{label(other)} {what}", self._report.place(other, other.trigger))
+                note = Note(f"{transition_label(other)} {what}", self._report.place(other, other.trigger))
                 self._tell(transition, [note])
                 return True
         return False
@@ -92,13 +92,13 @@ class _Timers:
         state, other = leaving
         on_the_way = "" if is_first else ", counted with those on the way to it"
         text = (
-            f"{label(other)} leaves `{state.name}`, which owns this automaton, before the timer runs out"
-            f"{on_the_way}, and the automaton does not go on from there"
+            f"{transition_label(other)} leaves {state_label(state)}, which owns this automaton, before the "
+            f"timer runs out{on_the_way}, and the automaton does not go on from there"
         )
         self._tell(transition, [Note(text, self._report.place(other, other.trigger))])
 
     def _tell(self, transition: Transition, notes: list[Note]) -> None:
-        message = f"the timer of {label(transition)} can never fire"
+        message = f"the timer of {transition_label(transition)} can never fire"
         place = self._report.place(transition, transition.trigger)
         self._report.warning("W517", message, place, notes)
 
@@ -152,4 +152,4 @@ class _Timers:
 
 def _delay(transition: Transition) -> float | None:
     """Return the ms of a timed transition, None for any other."""
-    return milliseconds(transition.trigger) if transition.type == "time" else None
+    return delay(transition.trigger) if transition.type == "time" else None

@@ -7,6 +7,7 @@ from typing import Final, Protocol
 
 from ...diagnostics import Note
 from ..document import NO_CHILD, Automaton, Document, State
+from .labels import state_label
 from .report import Node, Report
 
 __all__ = ["check_tree", "check_unique_ids"]
@@ -60,7 +61,7 @@ def _check_owners(document: Document, automata: dict[int, Automaton], report: Re
         for number in state.children:
             child = automata.get(number)
             if child is None:
-                message = f"state `{state.name}` owns automaton {number}, which does not exist"
+                message = f"{state_label(state)} owns automaton {number}, which does not exist"
                 note = Note("the state runs as one without an automaton")
                 report.warning("W512", message, report.place(state), [note])
             elif number in owners:

@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
+from ..checks import delay as transition_time
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
 from .guards import Conjunction, conjunction
 
@@ -177,7 +178,8 @@ class _Reader:
         needs: Conjunction | None = ()
         guard = source.guard.text
         if kind == "time":
-            time = nanoseconds(source.trigger)
+            is_time = transition_time(source.trigger) is not None
+            time = (nanoseconds(source.trigger) or 1) if is_time else None  # 0 is the next cycle
             delay, needs = (0, None) if time is None else (time, ())
         elif kind == "event":
             event = source.trigger.text.strip()
