@@ -232,7 +232,7 @@ def step_of_transitions(counted: Counted) -> Callable[[], object]:
 def step_of_statemachine(counted: Counted) -> Callable[[], object]:
     import statemachine
 
-    class Machine(statemachine.StateMachine):  # type: ignore[misc, unused-ignore]
+    class Machine(statemachine.StateMachine):  # type: ignore[misc]
         a = statemachine.State(initial=True)
         b = statemachine.State()
         step = a.to(b, cond="may", on="run") | b.to(a, cond="may", on="run")
