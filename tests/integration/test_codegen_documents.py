@@ -77,7 +77,7 @@ def test_the_component_tells_its_parameters_and_checks_them(home: Path) -> None:
 
     shown = call("--help").stdout
     assert re.search(r"--top-speed\s+\S+\s+In m/s\.\s+\[default: 0\.5\]", shown)
-    assert re.search(r"--loud\s+--no-loud|--loud/--no-loud", shown)
+    assert re.search(r"--loud\b.*--no-loud\b", shown)
     wrong = call("--top-speed", "fast")
     assert wrong.returncode == 2
     assert "--top-speed" in wrong.stderr
