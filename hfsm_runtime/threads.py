@@ -24,6 +24,9 @@ _logger = logging.getLogger(__name__)
 _IDLE: Final = 2.0
 """The longest wait in wall seconds of a thread that has nothing to do; whatever concerns it wakes it."""
 
+_RESOLUTION: Final = 1e-9
+"""Seconds; sums of floats are not exact."""
+
 _STEP: Final = 2.0
 """The longest wait in wall seconds for a cycle that was asked for."""
 
@@ -104,7 +107,9 @@ class Threads:
                     return
                 self._timeline.step(min(run.automaton.interval for run in active))
             for run in active:
-                worker = self._workers[run]
+                worker = self._workers.get(run)
+                if worker is None:  # it has left the tree in the meantime
+                    continue
                 worker.stepped.clear()
                 with self._tree.lock:
                     run.stepping = True
@@ -126,7 +131,7 @@ class Threads:
             if not self._tree.may_go_on(worker.run):
                 raise CycleCutError
             left = end - clock.now()
-            if left <= 0:
+            if left < _RESOLUTION:  # a clock of whole ns would not wait for less, and so never end
                 break
             clock.wait(worker.wake, left)
         return True
@@ -145,6 +150,7 @@ class Threads:
         for worker in retired:
             worker.retired = True
             worker.wake.set()
+            worker.stepped.set()
         for worker in retired:
             worker.thread.join(_STEP)
 

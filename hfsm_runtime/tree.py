@@ -31,7 +31,7 @@ class ChangeKind(StrEnum):
     """It is in a final state, and runs no more cycles."""
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False, repr=False, slots=True)
 class Run:
     """An automaton while it runs. What is here changes only through `Tree`, and under its lock."""
 

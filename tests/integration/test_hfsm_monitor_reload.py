@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import random
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,7 +15,14 @@ import pytest
 from hfsm_runtime.monitor import Monitor
 from hfsm_runtime.robot import connect
 from hfsm_runtime.runtime import Runtime
-from interfaces.hfsm import Breakpoint, ComponentSnapshot, HfsmMonitorPrx, ReloadRefused
+from interfaces.hfsm import (
+    Breakpoint,
+    ComponentSnapshot,
+    HfsmMonitorPrx,
+    InvalidValue,
+    NoSuchElement,
+    ReloadRefused,
+)
 from interfaces.nao import HeadLimits, HeadPose, PoseHead
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import until
@@ -344,3 +354,78 @@ def test_errors_after_a_reload_point_into_the_new_document(pair: Pair, version: 
         snapshot = until(proxy, lambda snapshot: bool(snapshot.errors))
         assert "NameError" in snapshot.errors[0].message
         assert "walker.xml:4" in snapshot.errors[0].location
+
+
+def crowd(automata: int, step: int) -> str:
+    """Return a document whose root owns some automata that run side by side."""
+    below = "".join(f"<child>{number}</child>" for number in range(3, automata + 2))
+    root = state(1, "all", initial=True, child=2).replace("<code>", f"{below}<code>")
+    others = [
+        sub(
+            number, 1,
+            state(1, "a", f"count += {step}", initial=True), state(2, "b", f"count += {step}"),
+            transition(1, 1, 2, "count % 3 == 0"), transition(2, 2, 1, "20", type="time"),
+            variables="count = 0", period="5",
+        )
+        for number in range(2, automata + 2)
+    ]  # fmt: skip
+    return document(sub(1, 0, root, transition(1, 1, 1, "again", type="event"), period="5"), *others)
+
+
+def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(pair: Pair, tmp_path: Path) -> None:
+    version = Version(tmp_path)
+    version.write(crowd(6, 1))
+    texts = []
+    for number in range(2, 7):
+        version.write(crowd(number, number))
+        texts.append(version.file.read_text(encoding="utf-8"))
+    chance = random.Random(7)
+    with running(pair, version) as (runtime, proxy):
+        before = [thread for thread in threading.enumerate() if thread.name.startswith("automaton ")]
+
+        def reload() -> None:
+            version.file.write_text(chance.choice(texts), encoding="utf-8")
+            proxy.reload()
+
+        def pause() -> None:
+            proxy.pause()
+            try:
+                proxy.step(chance.randrange(8))
+            finally:
+                proxy.resume()
+
+        def breaking() -> None:
+            proxy.setBreakpoints([Breakpoint(2, 2, 0, "count > 3")])
+            proxy.setBreakpoints([])
+            proxy.resume()
+
+        def ask(*asked: Callable[[], object]) -> None:
+            for _ in range(60):
+                with contextlib.suppress(NoSuchElement, InvalidValue, ReloadRefused):
+                    chance.choice(asked)()
+
+        groups = (
+            (reload,),
+            (pause, breaking),
+            (
+                lambda: proxy.forceTransition(chance.randrange(1, 8), 1),
+                lambda: proxy.sendEvent("again", "1"),
+                lambda: proxy.setVariable(chance.randrange(2, 8), "count", "0"),
+            ),
+            (lambda: proxy.explain(chance.randrange(1, 8)), proxy.getSnapshot, proxy.getStructure),
+        )
+        with ThreadPoolExecutor(len(groups)) as pool:
+            for future in [pool.submit(ask, *group) for group in groups]:
+                future.result(60.0)
+        version.file.write_text(texts[-1], encoding="utf-8")
+        assert proxy.reload().generation == runtime.generation > 30
+        cycles = [automaton.cycles for automaton in proxy.getSnapshot().automata]
+        until(
+            proxy,
+            lambda snapshot: all(
+                now.cycles > then + 5 for now, then in zip(snapshot.automata, cycles, strict=True)
+            ),
+        )
+        assert proxy.getSnapshot().errors == []
+        after = [thread for thread in threading.enumerate() if thread.name.startswith("automaton ")]
+        assert len(after) == len(before)
