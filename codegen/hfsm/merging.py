@@ -85,7 +85,9 @@ class _Merger:
 
 
 def _bindings(library: Library) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the names that a library binds with what each stands for; nothing for what is no library."""
+    """Yield the names that a library binds with what each stands for; nothing for what is not imported."""
+    if not library.is_module:
+        return
     try:
         statement, _ = analyze_library(library.name)
     except CodeError:
