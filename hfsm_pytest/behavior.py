@@ -23,6 +23,7 @@ from .communicator import InProcessCommunicator
 from .errors import BehaviorFailed, UnknownName
 from .guards import GuardTable, path_of
 from .journal import Fired, Journal
+from .loading import load_component
 from .robot import CameraKind, RobotKind, RobotUnderTest
 from .stubs import make_stub
 
@@ -54,9 +55,8 @@ class Behavior:
         document: Path | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot
     ) -> None:
-        self.document: Final = document
-        self.component: Final[Any] = component
-        """What user code sees as `self`: its parameters, proxies and functions."""
+        self.document = document
+        """The file of the document, if it is known."""
         self._strict = on_error is None
         self._clock: Final = TaskClock()
         self._communicator: Final = InProcessCommunicator(self._clock)
@@ -67,21 +67,26 @@ class Behavior:
         )
         try:
             for name, stub in (stubs or {}).items():
-                self._stub(name, stub)
-            self._set_parameters(parameters or {})
-            self._connect()
+                self._stub(component, name, stub)
+            self._set_parameters(component, parameters or {})
+            self._connect(component)
             self._journal: Final = Journal(self._communicator.calls, self._clock.now)
             self.run: Final = VirtualRun(component, clock=self._clock, on_error=on_error)
             """The driver of the automata, and in its `tree` all that is known of them."""
         except BaseException:
             self.close()
             raise
-        self._guards: Final = GuardTable(self.run.tree)
+        self._guards = GuardTable(self.run.tree)
         self._journal.begin(self.run.tree.runs)
         self.run.tree.observers.append(self._journal)
         self._tolerated = 0
         self._away = False
         self._stopped = False
+
+    @property
+    def component(self) -> Any:  # noqa: ANN401 - each document has its own
+        """What user code sees as `self`: its parameters, proxies and functions."""
+        return self.run.component
 
     # -- time ----------------------------------------------------------------------------------------------
 
@@ -259,7 +264,7 @@ class Behavior:
         function of its arguments, as a value that it returns, or as an exception that it raises; the other
         operations go on as before. What is returned is validated as it would be on the wire.
         """
-        self._stub(name, operations if servant is None else servant)
+        self._stub(self.component, name, operations if servant is None else servant)
 
     @contextmanager
     def server_away(self, *servants: str) -> Iterator[None]:
@@ -273,6 +278,21 @@ class Behavior:
                 self._away = before
                 self._journal.note("brings it back")
 
+    def reload(self, document: str | Path) -> tuple[str, ...]:
+        """Go on with another version of the document, as a running component does that is reloaded.
+
+        A relative path is looked for beside the present document. Returns what could not be kept. Raises
+        DocumentInvalid, and then changes nothing.
+        """
+        path = (self.document or Path()).parent / document
+        component = load_component(path)()
+        self._connect(component)
+        not_kept = self.run.reload(component)
+        self.document = path
+        self._guards = GuardTable(self.run.tree)
+        self._journal.note(f"reloads {path.name}")
+        return not_kept
+
     def close(self) -> None:
         """Stop the robot and free what it holds."""
         if self._robot is not None:
@@ -283,26 +303,26 @@ class Behavior:
 
     # ------------------------------------------------------------------------------------------------------
 
-    def _set_parameters(self, parameters: Mapping[str, object]) -> None:
-        declared = parameters_of(self.component)
+    def _set_parameters(self, component: Component, parameters: Mapping[str, object]) -> None:
+        declared = parameters_of(component)
         for name, value in parameters.items():
             if name not in declared:
                 known = ", ".join(declared) or "none"
                 raise UnknownName(f"the component has no parameter {name!r}; there are {known}")
-            setattr(self.component, name, value)
+            setattr(component, name, value)
 
-    def _connect(self) -> None:
+    def _connect(self, component: Component) -> None:
         served = self._communicator.identities()
-        for name, declared in proxies_of(self.component).items():
-            if name in vars(self.component):
+        for name, declared in proxies_of(component).items():
+            if name in vars(component):
                 continue
             untyped = self._communicator.stringToProxy(declared.identity)
             # Without a servant the calls say so: a test need not stub what it does not reach.
             cast = declared.type.checkedCast if declared.identity in served else declared.type.uncheckedCast
-            vars(self.component)[name] = cast(untyped)
+            vars(component)[name] = cast(untyped)
 
-    def _stub(self, name: str, stub: Object | Mapping[str, object]) -> None:
-        declared = proxies_of(self.component)
+    def _stub(self, component: Component, name: str, stub: Object | Mapping[str, object]) -> None:
+        declared = proxies_of(component)
         found = {proxy.identity: proxy for key, proxy in declared.items() if name in (key, proxy.identity)}
         if not found:
             known = ", ".join(declared) or "none"

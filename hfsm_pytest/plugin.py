@@ -104,7 +104,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         behavior = Behavior(component(), document=path, **options)
         made.append(behavior)
         if coverage is not None and path is not None:
-            coverage.hits.watch(path, behavior.run.tree)
+            coverage.hits.watch(lambda: behavior.document, behavior.run.tree)
         return behavior
 
     yield make

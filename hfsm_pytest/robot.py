@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, Final, Literal, Protocol, cast, runtime_checkable
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, cast, runtime_checkable
+
+import numpy as np
 
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
-from naoserver.fake.camera import Ball as DrawnBall
-from naoserver.fake.camera import draw
+from naoserver.fake.camera import Point, paint
 from naoserver.options import ServerOptions
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 
@@ -19,12 +20,16 @@ from .communicator import InProcessCommunicator
 from .errors import UnknownName
 from .pumps import Watchdog, make_pumps
 
+if TYPE_CHECKING:
+    from naoserver_sim.robot import SimulatedRobot
+
 __all__ = ["Ball", "CameraKind", "RobotKind", "RobotUnderTest"]
 
 RobotKind = Literal["fake", "sim"]
 CameraKind = Literal["auto", "drawn", "rendered"]
 
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
+_YELLOW: Final = (200, 200, 40)
 _BEHIND: Final = math.pi
 
 
@@ -87,9 +92,9 @@ class Ball:
 class RobotUnderTest:
     """A robot with its real servants and its safety layer, moved by the clock of a test.
 
-    `camera` says where images come from: `drawn` paints the balls as discs, with the legs taken as straight;
-    `rendered` lets the simulation render; `auto` is `rendered` for the simulation where there is GL, and
-    `drawn` otherwise. Images that are drawn are the same on every machine.
+    `camera` says where images come from: `drawn` paints the balls as discs, `rendered` lets the simulation
+    render, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Images that are
+    drawn are the same on every machine.
     """
 
     def __init__(
@@ -200,26 +205,27 @@ def _has_gl() -> bool:
 
 
 class _DrawnCameras:
-    """A robot whose cameras draw the balls instead of rendering them."""
+    """A simulated robot whose cameras draw the balls instead of rendering them."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: SimulatedRobot) -> None:
         self._robot = robot
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the robot has
         return getattr(self._robot, name)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Draw what a camera in the head sees."""
+        """Draw what a camera sees: each ball as a disc of its color on a grey ground."""
+        from naoserver_sim.world import BALL_RADIUS
+
         facts = {facts.name: facts for facts in self._robot.cameras}.get(camera)
-        if facts is None or camera == "CameraOutside":
-            raise HardwareFailure(f"there is no drawn image of {camera!r}: try camera='rendered'")
-        reading = self._robot.read()
-        names = [joint.name for joint in self._robot.joints]
-        head = (reading.positions[names.index("HeadYaw")], reading.positions[names.index("HeadPitch")])
-        balls = [_drawn(device) for device in self._robot.mechanisms]
-        return Frame(camera, reading.time, width, height, draw(facts, (width, height), head, balls))
-
-
-def _drawn(device: JointDevice) -> DrawnBall:
-    place: Sequence[float] = device.read().positions
-    return DrawnBall(place[0], place[1], place[2], _COLORS.get(device.name, (200, 200, 40)))
+        if facts is None:
+            raise HardwareFailure(f"there is no camera {camera!r}")
+        place, axes = self._robot.camera_pose(camera)
+        balls: list[tuple[Point, tuple[int, int, int]]] = []
+        for device in self._robot.mechanisms:
+            pan, distance, up = device.read().positions
+            ball = np.array([distance * math.cos(pan), distance * math.sin(pan), up])
+            x, y, z = ((ball - place) @ axes).tolist()  # right, up, backwards
+            balls.append(((-z, -x, y), _COLORS.get(device.name, _YELLOW)))
+        time = self._robot.read().time
+        return Frame(camera, time, width, height, paint(facts, (width, height), balls, BALL_RADIUS))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.errors import RobotError
@@ -132,6 +133,7 @@ class SimulatedRobot(SimulatedDevice):
             self._clock = clock
         super().__init__("Nao", simulator, model.robot)
         self._model = model
+        self._scratch = mujoco.MjData(model.mj)
         self._physics = simulator
         self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest)
         self._mechanisms = tuple(
@@ -166,6 +168,19 @@ class SimulatedRobot(SimulatedDevice):
         Raises HardwareFailure when there is no such camera or size, or no GL library.
         """
         return self._renderer.capture(camera, width, height)
+
+    def camera_pose(self, camera: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return where a camera is in the world in m, and its axes as columns: right, up, backwards.
+
+        Raises KeyError when there is no such camera.
+        """
+        mj, data = self._model.mj, self._scratch
+        data.qpos[:] = self._physics.newest().qpos
+        mujoco.mj_kinematics(mj, data)
+        mujoco.mj_comPos(mj, data)
+        mujoco.mj_camlight(mj, data)
+        index = mj.camera(camera).id
+        return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
     def start(self) -> None:
         """Start the threads of physics and cameras; under a virtual clock there are none."""

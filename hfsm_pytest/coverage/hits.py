@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -37,9 +38,12 @@ class Hits:
         """Return the counts of an automaton, all 0 when it never ran."""
         return self._counts.setdefault(document, {}).setdefault(automaton, AutomatonHits())
 
-    def watch(self, document: Path, tree: Tree) -> None:
-        """Count what the automata of a document do from now on; where they are now counts as entered."""
-        counter = _Counter(self, str(document.resolve()))
+    def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
+        """Count what automata do from now on; where they are now counts as entered.
+
+        `document` returns the file of which they are, which changes when it is reloaded.
+        """
+        counter = _Counter(self, document)
         for run in tree.runs:
             if run.active:
                 counter.changed(0, run, ChangeKind.ENTERED)
@@ -67,7 +71,7 @@ class Hits:
 
 
 class _Counter(Watcher):
-    def __init__(self, hits: Hits, document: str) -> None:
+    def __init__(self, hits: Hits, document: Callable[[], Path | None]) -> None:
         self._hits = hits
         self._document = document
 
@@ -83,7 +87,7 @@ class _Counter(Watcher):
             _count(self._of(run).states, run.current.id)
 
     def _of(self, run: Run) -> AutomatonHits:
-        return self._hits.of(self._document, run.automaton.id)
+        return self._hits.of(str((self._document() or Path()).resolve()), run.automaton.id)
 
 
 def _count(numbers: dict[int, int], id: int) -> None:

@@ -19,6 +19,8 @@ NECK_HEIGHT: Final = float(H25.facts["checks"]["neck_joint_height"])
 """Height of the head's two axes above the floor in m, legs straight."""
 _GROUND: Final = 110
 
+Point = tuple[float, float, float]
+
 
 @dataclass(frozen=True, slots=True)
 class Ball:
@@ -35,7 +37,7 @@ def focal_length(camera: CameraFacts, width: int) -> float:
     return width / 2 / math.tan(camera.horizontal_fov / 2)
 
 
-def project(camera: CameraFacts, pan: float, tilt: float, ball: Ball) -> tuple[float, float, float]:
+def project(camera: CameraFacts, pan: float, tilt: float, ball: Ball) -> Point:
     """Return where a ball's centre is in the camera's frame in m: ahead, to the left, up.
 
     The head turns by `pan` about the vertical, then by `tilt` about its own y axis.
@@ -53,20 +55,29 @@ def draw(
 
     Nearer balls hide those behind them.
     """
+    return paint(camera, size, ((project(camera, *head, ball), ball.color) for ball in balls))
+
+
+def paint(
+    camera: CameraFacts,
+    size: tuple[int, int],
+    balls: Iterable[tuple[Point, tuple[int, int, int]]],
+    ball_radius: float = RADIUS,
+) -> NDArray[np.uint8]:
+    """Return an RGB image of balls, each with its place in the camera's frame, as `project` has it."""
     width, height = size
     image = np.full((height, width, 3), _GROUND, np.uint8)
     focal = focal_length(camera, width)
-    placed = sorted(((project(camera, *head, ball), ball) for ball in balls), key=lambda p: -p[0][0])
-    for (ahead, left, up), ball in placed:
-        if ahead <= RADIUS:
+    for (ahead, left, up), color in sorted(balls, key=lambda placed: -placed[0][0]):
+        if ahead <= ball_radius:
             continue
         column, row = width / 2 - focal * left / ahead, height / 2 - focal * up / ahead
-        radius = focal * RADIUS / ahead
+        radius = focal * ball_radius / ahead
         rows = np.arange(max(0, math.floor(row - radius)), min(height, math.ceil(row + radius) + 1))
         columns = np.arange(max(0, math.floor(column - radius)), min(width, math.ceil(column + radius) + 1))
         if rows.size and columns.size:
             inside = (rows[:, None] + 0.5 - row) ** 2 + (columns + 0.5 - column) ** 2 <= radius**2
-            image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1][inside] = ball.color
+            image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1][inside] = color
     return image
 
 

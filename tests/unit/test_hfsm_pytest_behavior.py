@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hfsm_pytest import Behavior, BehaviorFailed, DocumentInvalid, MakeBehavior, UnknownName
@@ -197,6 +198,20 @@ class TestDoing:
         with pytest.raises(UnknownName, match="no parameter 'sped'; there are speed"):
             behavior(walk, parameters={"sped": 1.0})
 
+    def test_a_component_goes_on_with_an_edited_document(self, behavior: MakeBehavior, walk: Path) -> None:
+        b = behavior(walk)
+        b.advance(1.0)
+        edited = WALK.replace("steps += 1", "steps += 10").replace("2000", "1500")
+        (walk.parent / "edited.xml").write_text(edited, encoding="utf-8")
+        b.reload("edited.xml")
+        b.advance(0.1)
+        assert b.variables(1)["steps"] == 21
+        assert b.run_until("resting") == 1.5
+        (walk.parent / "broken.xml").write_text("<VisualHFSM>", encoding="utf-8")
+        with pytest.raises(DocumentInvalid):
+            b.reload("broken.xml")
+        assert b.active == "resting/sitting"
+
 
 class TestErrors:
     FAILING = sub(1, 0, state(1, "only", "n += 1\nif n == 3:\n    1 / 0", initial=True), variables="n = 0")
@@ -258,6 +273,21 @@ class TestRobot:
         assert b.robot.ball("BallGreen").name == "BallGreen"
         with pytest.raises(UnknownName, match="no ball 'blue'; there are BallRed, BallGreen"):
             b.robot.ball("blue")
+
+    @pytest.mark.sim
+    @pytest.mark.gl
+    def test_a_drawn_image_of_the_simulation_shows_the_balls_where_a_rendered_one_does(
+        self, behavior: MakeBehavior, walk: Path
+    ) -> None:
+        seen = []
+        for camera in ("drawn", "rendered"):
+            b = behavior(walk, robot="sim", camera=camera)
+            b.robot.place(HeadYaw=0.2, HeadPitch=0.1)
+            b.robot.ball("green").place(pan=0.3, distance=1.2, height=0.5)
+            pixels = b.robot.look().pixels.astype(int)
+            rows, columns = np.nonzero(pixels[..., 1] > pixels[..., [0, 2]].max(axis=2) + 60)
+            seen.append((columns.mean(), rows.mean(), len(rows) ** 0.5))
+        assert seen[0] == pytest.approx(seen[1], abs=1.0)
 
     def test_joints_are_placed_and_read(self, b: Behavior) -> None:
         b.robot.place(HeadYaw=0.25, LShoulderPitch=1.0)
