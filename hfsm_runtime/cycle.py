@@ -123,7 +123,8 @@ def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: S
         triggered = True
     if not triggered or transition.guard is None:
         return triggered
-    value = bool(_call(tree, run, _bound(run, transition, transition.guard), supervisor))
+    guard = _bound(run, transition, transition.guard)
+    value = _call(tree, run, lambda: bool(guard()), supervisor) is True  # what it returns may refuse, too
     run.guards[transition.id] = value
     for observer in tree.observers:
         observer.guard_evaluated(run, transition, value, now)

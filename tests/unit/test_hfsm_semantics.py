@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 from hfsm_runtime import Automaton, Component, State, Transition, VirtualRun, run
@@ -309,6 +310,12 @@ def test_with_on_error_continue_a_guard_that_fails_does_not_hold_and_the_rest_go
     assert virtual.changes("root") == [(0, "a"), (0.2, "b")]
     assert ran == ["b", "b"]
     assert len(virtual.errors) == 4
+
+
+def test_a_guard_whose_value_is_neither_true_nor_false_is_an_error_in_the_code() -> None:
+    virtual = run(component(two_states(when(lambda: np.array([True, False]), 1, 2))), 1)
+    assert virtual.halted
+    assert "truth value of an array" in virtual.errors[0].message
 
 
 @pytest.mark.parametrize("kind", [ConnectionLostException, ObjectNotExistException, TimeoutException])

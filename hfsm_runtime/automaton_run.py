@@ -1,0 +1,187 @@
+"""An automaton while it runs: its current state, whether it is a ghost, and the active time in the state.
+
+Times are integer nanoseconds of component time, so that nothing is lost by adding them up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from .automaton import REQUIRED, Automaton, Event, State, Transition
+from .errors import DefinitionError
+from .events import Inbox
+
+__all__ = ["ChangeKind", "Run", "grow", "owes"]
+
+
+class ChangeKind(StrEnum):
+    """What happened to an automaton."""
+
+    ENTERED = "entered"
+    """It entered a state."""
+    GHOST = "ghost"
+    """An ancestor left the state above it: it remembers its own."""
+    RESUMED = "resumed"
+    """It goes on in the state that it remembered."""
+    FINISHED = "finished"
+    """It is in a final state, and runs no more cycles."""
+
+
+@dataclass(eq=False, repr=False, slots=True)
+class Run:
+    """An automaton while it runs. What is here changes only through `Tree`, and under its lock."""
+
+    automaton: Automaton
+    parent: Run | None
+    owner: State | None
+    """The state of the parent that owns it."""
+    depth: int
+    children: dict[int, tuple[Run, ...]] = field(default_factory=dict)
+    """The automata below it, by the id of the state that owns them."""
+    current: State = field(init=False)
+    active: bool = False
+    """Whether every ancestor is in the state that owns the chain down to here: if not, it is a ghost."""
+    finished: bool = False
+    """Whether it has reached a final state."""
+    activated: int = 0
+    """When it last became active."""
+    activations: int = 0
+    """How often it became active."""
+    claimed: int = 0
+    """The activation to which its running, or its last, cycle belongs."""
+    entered: int | None = None
+    """When it entered its current state; None before it was active for the first time."""
+    owed: bool = False
+    """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
+    waking: bool = True
+    """Whether the automata below the current state have not been woken since it was entered."""
+    unseen: bool = True
+    """Whether the supervisor has not been told yet that the current state was entered."""
+    cut: bool = False
+    """Whether the next cycle only goes on where the last one paused, with the same events."""
+    code_first: bool = False
+    """Whether that is at the code of the state."""
+    waited: int = 0
+    """The active time in the current state up to `since`."""
+    since: int | None = None
+    """Since when active time counts on; None while it stands still."""
+    last_transition: int = 0
+    forced: Transition | None = None
+    """What is to fire in the next cycle, whatever its guard says."""
+    stepping: bool = False
+    """Whether one cycle is to run although the tree is held."""
+    in_cycle: bool = False
+    began: int = 0
+    """When the running, or the last, cycle really began, which may be later than the time it belongs to."""
+    in_step: bool = False
+    """Whether the running cycle is such a one."""
+    inbox: Inbox = field(default_factory=Inbox)
+    present: dict[str, Event] = field(default_factory=dict)
+    """The events of the running cycle, by name."""
+    guards: dict[int, bool] = field(default_factory=dict)
+    """The last value of each guard out of the current state."""
+    cycles: int = 0
+    overruns: int = 0
+    last_cycle: float = 0.0
+    longest_cycle: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.current = self.automaton.initial
+        self.owed = owes(self.current)
+
+    @property
+    def on_duty(self) -> bool:
+        """Whether the running cycle is still to run code: not when it has outlived its activation."""
+        return self.active and self.claimed == self.activations
+
+    @property
+    def awake(self) -> bool:
+        """Whether the automata below the current state are active."""
+        return self.active and not (self.owed or self.waking or self.current.final)
+
+    @property
+    def below(self) -> tuple[Run, ...]:
+        """The automata that the current state owns."""
+        return self.children.get(self.current.id, ())
+
+    def active_time(self, now: int) -> int:
+        """Return the active time since the entry into the current state in ns."""
+        return self.waited + (0 if self.since is None else max(0, now - self.since))
+
+    def adopt(self, automaton: Automaton) -> State | None:
+        """Go on as another version of the automaton; return the state that it does not have any more.
+
+        The automaton has not entered any state then.
+        """
+        left, self.automaton = self.current, automaton
+        found = _counterpart(left, automaton)
+        forced = self.forced
+        self.forced = next((t for t in automaton.transitions if forced and t.id == forced.id), None)
+        if self.last_transition not in {transition.id for transition in automaton.transitions}:
+            self.last_transition = 0
+        self.guards, self.present = {}, {}
+        if found is not None and self.entered is not None:
+            self.current = found
+            self.finished = self.finished and found.final
+            return None
+        entered, self.entered = self.entered, None
+        self.current = automaton.initial
+        self.owed = owes(self.current)
+        self.waking = self.unseen = True
+        self.finished = self.code_first = False
+        self.last_transition, self.waited, self.forced = 0, 0, None
+        return left if entered is not None else None
+
+    def descendants(self) -> Iterator[Run]:
+        """Yield all automata below this one."""
+        for children in self.children.values():
+            for child in children:
+                yield child
+                yield from child.descendants()
+
+    def paths(self) -> Iterator[str]:
+        """Yield the names of current states from here down, joined by `/`; one for each branch."""
+        below = () if self.current.final else self.below
+        if not below:
+            yield self.current.name
+        for child in below:
+            for path in child.paths():
+                yield f"{self.current.name}/{path}"
+
+
+def grow(root: Automaton) -> tuple[Run, ...]:
+    """Return what runs the automata of a tree, each before its children. Raises DefinitionError."""
+    runs = tuple(_grow(root, None, None, 0))
+    if len({run.automaton.id for run in runs}) != len(runs):
+        raise DefinitionError("two automata have one id")
+    for declared in root.inputs:
+        if declared.default is REQUIRED:
+            raise DefinitionError(f"nobody hands the root its input {declared.name!r}: give it a default")
+    return runs
+
+
+def _counterpart(state: State, automaton: Automaton) -> State | None:
+    """Return the state of another version of an automaton that one of its states has become."""
+    same = [other for other in automaton.states if other.id == state.id]
+    same = same or [other for other in automaton.states if other.name == state.name]
+    return same[0] if len(same) == 1 else None
+
+
+def owes(state: State) -> bool:
+    """Return whether there is anything to do at the entry into a state."""
+    return state.entry is not None or (state.arguments is not None and not state.final)
+
+
+def _grow(automaton: Automaton, parent: Run | None, owner: State | None, depth: int) -> Iterator[Run]:
+    run = Run(automaton, parent, owner, depth)
+    yield run
+    for state in automaton.states:
+        below: list[Run] = []
+        for child in state.children:
+            grown = list(_grow(child, run, state, depth + 1))
+            below.append(grown[0])
+            yield from grown
+        if below:
+            run.children[state.id] = tuple(below)
