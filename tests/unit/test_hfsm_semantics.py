@@ -352,6 +352,17 @@ def test_a_guard_that_loses_its_server_keeps_the_state_from_running() -> None:
 # Definitions.
 
 
+def test_an_automaton_runs_ten_cycles_a_second_unless_it_says_otherwise() -> None:
+    assert Automaton(id=1, name="root", states=(State(id=1, name="a", initial=True),)).period == 0.1
+
+
+@pytest.mark.parametrize("initial", [(), (1, 2)])
+def test_one_state_is_the_initial_one(initial: tuple[int, ...]) -> None:
+    states = tuple(State(id=number, name=str(number), initial=number in initial) for number in (1, 2))
+    with pytest.raises(DefinitionError, match="exactly one initial state"):
+        Automaton(id=1, name="root", states=states)
+
+
 @pytest.mark.parametrize(
     ("build", "words"),
     [
