@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from types import ModuleType
 from typing import Any, Final
 
@@ -14,7 +15,7 @@ from zenoh_ice.clock import Clock
 from ..timeline import Timeline
 from .recorder import Recorder
 
-__all__ = ["TIME_FUNCTIONS", "RecordingClock", "RecordingTimeline", "replace_time"]
+__all__ = ["TIME_FUNCTIONS", "RecordingClock", "RecordingTimeline", "recorded_time", "replaced_time"]
 
 TIME_FUNCTIONS: Final = (
     "time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time",
@@ -83,24 +84,37 @@ class RecordingTimeline(Timeline):
         return value
 
 
-def replace_time(module: ModuleType, make: Callable[[str, Callable[..., Any]], Callable[..., Any]]) -> None:
-    """Let the user code of a module see other functions of the module `time`, where it has imported them.
+@contextmanager
+def replaced_time(
+    component: type, make: Callable[[str, Callable[..., Any]], Callable[..., Any]]
+) -> Iterator[None]:
+    """Let a component's module see other functions of the module `time` in a `with` block.
 
-    `make` gets the name of each of `TIME_FUNCTIONS` and the function, and returns what stands for it.
+    They are replaced where the module has imported them. `make` gets the name of each of `TIME_FUNCTIONS` and
+    the function, and returns what stands for it.
     """
+    module = sys.modules.get(component.__module__)
+    if module is None:
+        yield
+        return
     made = {name: make(name, getattr(time, name)) for name in TIME_FUNCTIONS}
     stand_in = ModuleType("time", time.__doc__)
     vars(stand_in).update({**vars(time), **made})
     functions = {getattr(time, name): made[name] for name in TIME_FUNCTIONS}
+    genuine: dict[str, object] = {}
     for name, value in list(vars(module).items()):
-        if value is time:
-            setattr(module, name, stand_in)
-        elif getattr(value, "__module__", None) == "time" and value in functions:
-            setattr(module, name, functions[value])
+        is_function = getattr(value, "__module__", None) == "time" and value in functions
+        if value is time or is_function:
+            genuine[name] = value
+            setattr(module, name, functions[value] if is_function else stand_in)
+    try:
+        yield
+    finally:
+        vars(module).update(genuine)
 
 
-def record_time(component: type, recorder: Recorder) -> None:
-    """Record what the user code of a component reads of the module `time`."""
+def recorded_time(component: type, recorder: Recorder) -> AbstractContextManager[None]:
+    """Return the `with` block in which is recorded what user code reads of the module `time`."""
 
     def make(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
         def read(*arguments: float) -> object:
@@ -115,6 +129,4 @@ def record_time(component: type, recorder: Recorder) -> None:
 
         return read
 
-    module = sys.modules.get(component.__module__)
-    if module is not None:
-        replace_time(module, make)
+    return replaced_time(component, make)

@@ -26,7 +26,7 @@ from ..runtime import Runtime
 from ..supervision import OnError
 from ..timeline import Timeline
 from ..tree import Run, Tree
-from .clocks import RecordingClock, RecordingTimeline, record_time
+from .clocks import RecordingClock, RecordingTimeline, recorded_time
 from .messages import SOURCES, Action
 from .proxies import record_proxies
 from .recorder import LogRecorder, Recorder, automaton_context, wall_time
@@ -77,9 +77,9 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     try:
         seed_random(seed)
         record_proxies(component, recorder)
-        record_time(type(component), recorder)
         logging.getLogger().addHandler(log)
-        yield recorder
+        with recorded_time(type(component), recorder):
+            yield recorder
     finally:
         logging.getLogger().removeHandler(log)
         writer.close()

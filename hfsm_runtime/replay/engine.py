@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from typing import Any, Final, NoReturn
 
@@ -17,7 +17,7 @@ from ..component import Component, make_automata, parameters_of, source_of
 from ..cycle import run_cycle
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError
 from ..events import make_event
-from ..recording.clocks import replace_time
+from ..recording.clocks import replaced_time
 from ..recording.messages import Action, Change, Cycle, Gap, Overlap, Reading, Result
 from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, seed_random
@@ -76,6 +76,8 @@ class Replay:
         self._told_at = time.monotonic()
         self._script = Script(recording, until, self._passed)
         self._strands = Strands()
+        self._stack = ExitStack()
+        self._stack.callback(self._strands.close)
         self._recorder = Recorder(_Sink(self), 0, _Here(self._strands))
         self._recorder.component_time = self.now
         self._fatal: ReplayError | None = None
@@ -92,7 +94,7 @@ class Replay:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._strands.close()
+        self._stack.close()
 
     def now(self) -> int:
         """Return the component time in ns at which the replay is."""
@@ -269,7 +271,7 @@ class Replay:
         """Give a component what it sees of the world."""
         _set_parameters(component, self.recording)
         connect(component, self)
-        replace_time_of(component, self)
+        self._stack.enter_context(replaced_time(type(component), partial(time_function, self)))
         component.clock = ReplayClock(self)
         vars(component)["sleep"] = self._sleep
         vars(component)["send"] = self._send
@@ -551,15 +553,6 @@ class _Here(Turns):
     @property
     def context(self) -> str | None:
         return self._strands.context
-
-
-def replace_time_of(component: Component, replay: Replay) -> None:
-    """Let user code read the recorded time from the module `time`."""
-    import sys
-
-    module = sys.modules.get(type(component).__module__)
-    if module is not None:
-        replace_time(module, partial(time_function, replay))
 
 
 def _set_parameters(component: Component, recording: Recording) -> None:

@@ -1,0 +1,512 @@
+"""Components on real threads with real servants are recorded, and replayed to the same end."""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hfsm_runtime import Automaton, Component, Proxy, State, Transition
+from hfsm_runtime.recording.run import RecordedRuntime, recording
+from hfsm_runtime.replay.comparison import Comparison
+from hfsm_runtime.replay.engine import Replay
+from hfsm_runtime.replay.reader import Recording
+from hfsm_runtime.robot import connect
+from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from zenoh_ice import Communicator, Current, Sample, initialize
+
+FOREVER = 10**18
+
+
+class HeadI(PoseHead):
+    """A head whose pose nobody can guess."""
+
+    def __init__(self) -> None:
+        self._random = random.SystemRandom()
+
+    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
+        return self.pose()
+
+    def setSpeed(self, panSpeed: float, tiltSpeed: float, current: Current) -> HeadPose:
+        return self.pose()
+
+    def stop(self, current: Current) -> HeadPose:
+        if self._random.random() < 0.3:
+            raise RuntimeError("the head is stuck")
+        return self.pose()
+
+    def getPose(self, current: Current) -> HeadPose:
+        return self.pose()
+
+    def getLimits(self, current: Current) -> HeadLimits:
+        raise RuntimeError("nobody knows")
+
+    def pose(self) -> HeadPose:
+        number = self._random.random
+        return HeadPose(number(), number(), number(), number(), number())
+
+
+class FastClock:
+    """Wall time, ten times as fast. What this module imports as `time` is recorded, so it is kept here."""
+
+    rate = 10.0
+    simulated = True
+    _monotonic = staticmethod(time.monotonic)
+    _sleep = staticmethod(time.sleep)
+
+    def now(self) -> float:
+        return self._monotonic() * self.rate
+
+    def sleep(self, seconds: float) -> None:
+        self._sleep(max(0.0, seconds) / self.rate)
+
+    def sleep_until(self, when: float) -> None:
+        self.sleep(when - self.now())
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        return event.wait(max(0.0, timeout) / self.rate)
+
+
+@pytest.fixture
+def world() -> Iterator[tuple[Communicator, HeadI]]:
+    """A communicator whose realm has a head."""
+    with initialize(connect=[], clock="wall") as communicator:
+        head = HeadI()
+        adapter = communicator.createObjectAdapter("Test")
+        adapter.add(head, "Head")
+        adapter.activate()
+        yield communicator, head
+
+
+World = tuple[Communicator, HeadI]
+
+
+@contextmanager
+def running(
+    make: Callable[[], Component], world: World, path: Path, *, on_error: str = "continue"
+) -> Iterator[tuple[RecordedRuntime, FastClock]]:
+    """Record a component on its threads, ten times as fast as the wall's clock."""
+    from hfsm_runtime.supervision import OnError
+
+    component = make()
+    component.log.disabled = True
+    connect(component, world[0])
+    clock = FastClock()
+    with recording(component, path) as recorder:
+        runtime = RecordedRuntime(component, clock, recorder, OnError(on_error))
+        runtime.start()
+        try:
+            yield runtime, clock
+        finally:
+            runtime.stop()
+
+
+def replayed(path: Path, make: Callable[[], Component], **options: Any) -> tuple[Replay, Comparison]:
+    with Recording(path) as recorded, Replay(recorded, make, FOREVER, **options) as run:
+        return run, run.run()
+
+
+def identical(path: Path, make: Callable[[], Component]) -> Comparison:
+    run, comparison = replayed(path, make)
+    assert comparison.divergences == []
+    assert comparison.differences == []
+    assert comparison.identical
+    assert not run.knowledge.guesses
+    return comparison
+
+
+class Watcher(Component, document="watcher.xml"):
+    """One automaton; subclasses say what it does."""
+
+    head = Proxy("Head", PoseHeadPrx)
+    threshold = 0.5
+
+    def automaton(self) -> Automaton:
+        values: list[Any] = []
+        count = 0
+
+        def look() -> None:
+            nonlocal count, values
+            count += 1
+            values = self.look(count)
+
+        def guard() -> bool:
+            return self.decide()
+
+        return Automaton(
+            id=1,
+            name="watcher",
+            states=(State(id=1, name="a", initial=True, code=look), State(id=2, name="b", code=look)),
+            transitions=(
+                Transition(id=1, name="up", origin=1, destination=2, guard=guard),
+                Transition(id=2, name="down", origin=2, destination=1, seconds=0.25),
+            ),
+        )
+
+    def look(self, count: int) -> list[Any]:
+        return [count]
+
+    def decide(self) -> bool:
+        return self.head.getPose().pan > self.threshold
+
+
+def record_watcher(kind: Callable[[], Component], world: World, path: Path, seconds: float = 3.0) -> None:
+    with running(kind, world, path) as (_, clock):
+        for _ in range(round(seconds / 0.1)):
+            clock.sleep(0.1)
+
+
+def test_calls_come_back_with_what_they_brought(tmp_path: Path, world: World) -> None:
+    class Calls(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            pose = self.head.setSpeed(0.1, float("nan"))
+            return [pose, pose.pan, self.head.ice_getIdentity()]
+
+    record_watcher(Calls, world, tmp_path / "run.mcap")
+    comparison = identical(tmp_path / "run.mcap", Calls)
+    assert comparison.cycles > 10
+    assert len(comparison.replayed_steps) > 2
+
+
+def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) -> None:
+    class Fails(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            found: list[Any] = []
+            for call in (self.head.stop, self.head.getLimits, lambda: self.head.setSpeed("fast")):
+                try:
+                    call()  # type: ignore[operator]
+                except Exception as error:
+                    found.append([type(error).__name__, str(error)])
+            if count % 5 == 0:
+                self.head.getLimits()
+            return found
+
+    record_watcher(Fails, world, tmp_path / "run.mcap")
+    identical(tmp_path / "run.mcap", Fails)
+
+
+def test_clocks_sleeps_and_random_numbers_are_those_of_the_run(tmp_path: Path, world: World) -> None:
+    class Clocks(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            if count % 4 == 0:
+                self.sleep(0.03)
+            if count % 6 == 0:
+                self.clock.sleep(0.01)
+            return [self.clock.now(), self.clock.simulated, time.time(), time.monotonic_ns(), random.random()]
+
+        def decide(self) -> bool:
+            return random.random() > 0.5
+
+    record_watcher(Clocks, world, tmp_path / "run.mcap")
+    identical(tmp_path / "run.mcap", Clocks)
+    assert time.time is __import__("time").time
+
+
+def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world: World) -> None:
+    class Streams(Watcher, document="watcher.xml"):
+        last: Sample[HeadPose] | None = None
+
+        def look(self, count: int) -> list[Any]:
+            sample = self.head.getPose.latest()
+            again = self.head.getPose.latest()
+            found: list[Any] = [sample is self.last, sample is again]
+            if sample is not None:
+                found += [sample.value, sample.age, sample.sequence, sample.time, sample.wall_time]
+            if count % 7 == 0:
+                found.append(self.head.getPose.wait(timeout=0.5).value.pan)
+            self.last = sample
+            return found
+
+        def decide(self) -> bool:
+            return self.last is not None and self.last.value.pan > 0.5
+
+    path = tmp_path / "run.mcap"
+    publisher = world[1].getPosePublisher
+    with running(Streams, world, path) as (_, clock):
+        clock.sleep(0.1)
+        assert publisher.wait_for_listener(5.0)
+        for step in range(30):
+            if step % 3 == 0:
+                publisher.publish(world[1].pose(), time=float(step))
+            clock.sleep(0.1)
+    identical(path, Streams)
+
+
+def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: World) -> None:
+    class Futures(Watcher, document="watcher.xml"):
+        pending: Future[HeadPose] | None = None
+        arrived = 0
+
+        def look(self, count: int) -> list[Any]:
+            found: list[Any] = [self.arrived]
+            if self.pending is None:
+                self.pending = self.head.getPoseAsync()
+                self.pending.add_done_callback(self.note)
+            elif self.pending.done():
+                found.append(self.pending.result())
+                self.pending = None
+            elif count % 3 == 0:
+                found.append(self.pending.result(1.0).pan)
+            return found
+
+        def note(self, _future: Future[HeadPose]) -> None:
+            self.arrived += 1
+
+    record_watcher(Futures, world, tmp_path / "run.mcap")
+    identical(tmp_path / "run.mcap", Futures)
+
+
+def test_callbacks_of_streams_are_called_with_the_same_samples(tmp_path: Path, world: World) -> None:
+    class Callbacks(Watcher, document="watcher.xml"):
+        seen = 0.0
+        subscribed = False
+
+        def look(self, count: int) -> list[Any]:
+            if not self.subscribed:
+                self.subscribed = True
+                self.head.getPose.subscribe(self.note)
+            return [self.seen]
+
+        def note(self, sample: Sample[HeadPose]) -> None:
+            self.seen += sample.value.pan + self.head.getPose().tilt
+
+    path = tmp_path / "run.mcap"
+    publisher = world[1].getPosePublisher
+    with running(Callbacks, world, path) as (_, clock):
+        clock.sleep(0.1)
+        assert publisher.wait_for_listener(5.0)
+        for step in range(20):
+            publisher.publish(world[1].pose(), time=float(step))
+            clock.sleep(0.1)
+    identical(path, Callbacks)
+
+
+def test_what_others_did_to_it_is_done_again(tmp_path: Path, world: World) -> None:
+    class Steered(Watcher, document="watcher.xml"):
+        threshold = 2.0  # never by itself
+
+    path = tmp_path / "run.mcap"
+    with running(Steered, world, path) as (runtime, clock):
+        clock.sleep(0.3)
+        runtime.force(1, 1)
+        clock.sleep(0.2)
+        runtime.pause()
+        runtime.set_variable(1, "count", 1000)
+        runtime.step(0)
+        clock.sleep(1.0)
+        runtime.resume()
+        clock.sleep(1.0)
+        runtime.send("hello", {"a": [1, 2.5, None]})
+        clock.sleep(0.3)
+    comparison = identical(path, Steered)
+    assert [step.state for step in comparison.replayed_steps] == ["a", "b", "a"]
+
+
+# Edited documents.
+
+
+def test_an_edited_document_parts_in_the_cycle_in_which_it_decides_otherwise(
+    tmp_path: Path, world: World
+) -> None:
+    class Edited(Watcher, document="watcher.xml"):
+        threshold = 0.9
+
+    path = tmp_path / "run.mcap"
+    record_watcher(Watcher, world, path)
+    _, same = replayed(path, Watcher)
+    fired = [step.time for step in same.recorded_steps if step.state == "b"]
+    _, comparison = replayed(path, Edited)
+    with Recording(path) as recorded:
+        poses = [
+            (record.time, record.message.value["pan"])  # type: ignore[attr-defined]
+            for record in (recorded[i] for i in range(len(recorded)))
+            if record.topic == "/proxy/head/getPose"
+        ]
+    first = next(at for at, pan in poses if 0.5 < pan <= 0.9)
+    (found,) = comparison.divergences
+    assert found.time == pytest.approx(first // 100_000_000 / 10)  # the cycle in which it was read
+    assert found.time in fired
+    assert (found.recorded.guards, found.replayed.guards) == ({"up": True}, {"up": False})
+    assert (found.recorded.fired, found.replayed.fired) == (["up"], [])
+    assert (found.recorded.state_after, found.replayed.state_after) == ("b", "a")
+
+
+def test_values_that_nobody_had_asked_for_are_the_newest_before(tmp_path: Path, world: World) -> None:
+    class Curious(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            return [self.head.getPose().pan]
+
+    path = tmp_path / "run.mcap"
+    record_watcher(Watcher, world, path)
+    run, comparison = replayed(path, Curious)
+    assert comparison.divergences == []
+    assert set(run.knowledge.guesses) == {"self.head.getPose (call)"}
+    assert {found.what for found in comparison.differences} == {"values"}
+
+
+def test_what_was_never_recorded_is_an_error_of_the_edited_document(tmp_path: Path, world: World) -> None:
+    class Lost(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            return [self.head.setSpeed(0.0, 0.0)]
+
+    path = tmp_path / "run.mcap"
+    record_watcher(Watcher, world, path, 0.5)
+    _, comparison = replayed(path, Lost)
+    (found,) = comparison.divergences
+    assert "nobody had read self.head.setSpeed (call)" in found.replayed.errors[0]
+
+
+def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variables(
+    tmp_path: Path, world: World
+) -> None:
+    class Patient(Watcher, document="watcher.xml"):
+        threshold = 2.0
+
+    path = tmp_path / "run.mcap"
+    record_watcher(Watcher, world, path, 6.0)
+    run, comparison = replayed(path, Watcher, edited=Patient, since=3_000_000_000)
+    before = [step for step in comparison.recorded_steps if step.time < 3.0]
+    assert comparison.replayed_steps[: len(before)] == before
+    assert [step for step in comparison.replayed_steps if step.time > 3.3] == []
+    assert comparison.divergences[0].time >= 3.0
+    assert not [found for found in comparison.differences if found.what == "count"]
+    assert "the edited document took over at 3." in run.notes[0]
+
+
+# Random components.
+
+
+@dataclass(frozen=True)
+class Spec:
+    """An automaton: per state what it does, and its transitions as origin, destination and trigger."""
+
+    period: float
+    states: tuple[str, ...]
+    transitions: tuple[tuple[int, int, str], ...]
+    child: Spec | None = None
+    owner: int = 0
+
+
+DEEDS = ("nothing", "read", "sleep", "count", "share", "send", "fail", "latest", "random", "async")
+TRIGGERS = ("0.1", "0.25", "pose", "shared", "random", "event", "clock")
+
+
+def specs(depth: int) -> st.SearchStrategy[Spec]:
+    plain = st.integers(1, 3).flatmap(
+        lambda count: st.builds(
+            Spec,
+            period=st.sampled_from([0.05, 0.1, 0.12]),
+            states=st.tuples(*[st.sampled_from(DEEDS)] * count),
+            transitions=st.lists(
+                st.tuples(st.integers(0, count - 1), st.integers(0, count - 1), st.sampled_from(TRIGGERS)),
+                max_size=4,
+            ).map(tuple),
+        )
+    )
+    if depth == 0:
+        return plain
+    return st.builds(
+        lambda spec, child, owner: replace(spec, child=child, owner=owner % len(spec.states)),
+        plain,
+        st.none() | specs(depth - 1),
+        st.integers(0, 2),
+    )
+
+
+class RandomComponent(Component, document="random.xml"):
+    """Does what a spec says."""
+
+    head = Proxy("Head", PoseHeadPrx)
+    spec: Spec
+
+    def automaton(self) -> Automaton:
+        self.shared = 0
+        return self.build(self.spec, iter(range(1, 100)))
+
+    def build(self, spec: Spec, ids: Iterator[int]) -> Automaton:
+        id = next(ids)
+        count = 0
+        seen: Any = None
+
+        def do(deed: str) -> None:
+            nonlocal count, seen
+            count += 1
+            if deed == "read":
+                seen = self.head.getPose().pan
+            elif deed == "sleep":
+                self.sleep(0.03)
+                seen = self.shared
+            elif deed == "share":
+                seen, self.shared = self.shared, self.shared + 1
+            elif deed == "send":
+                self.send("ping", count)
+            elif deed == "fail" and count % 3 == 0:
+                raise ValueError(count)
+            elif deed == "latest":
+                sample = self.head.getPose.latest()
+                seen = sample and (sample.value.pan, sample.age)
+            elif deed == "random":
+                seen = random.random()
+            elif deed == "async":
+                seen = self.head.getPoseAsync().result().tilt
+
+        def holds(trigger: str) -> bool:
+            return {
+                "pose": lambda: self.head.getPose().pan > 0.6,
+                "shared": lambda: self.shared % 3 == 1,
+                "random": lambda: random.random() > 0.7,
+                "clock": lambda: self.clock.now() % 0.7 > 0.5,
+            }[trigger]()
+
+        def transition(number: int, origin: int, destination: int, trigger: str) -> Transition:
+            common: dict[str, Any] = {"id": number, "origin": origin + 1, "destination": destination + 1}
+            if trigger == "event":
+                return Transition(**common, event="ping", code=lambda event: do("count"))
+            if trigger[0].isdigit():
+                return Transition(**common, seconds=float(trigger))
+            return Transition(**common, guard=lambda: holds(trigger), code=lambda: do("read"))
+
+        child = self.build(spec.child, ids) if spec.child else None
+        return Automaton(
+            id=id,
+            name=f"automaton_{id}",
+            period=spec.period,
+            states=tuple(
+                State(
+                    id=index + 1,
+                    name=f"{deed}_{index}",
+                    initial=index == 0,
+                    code=lambda deed=deed: do(deed),
+                    exit=(lambda: do("share")) if index == 1 else None,
+                    children=(child,) if child and index == spec.owner else (),
+                )
+                for index, deed in enumerate(spec.states)
+            ),
+            transitions=tuple(
+                transition(number, *each) for number, each in enumerate(spec.transitions, start=1)
+            ),
+        )
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(spec=specs(2))
+def test_random_components_are_replayed_to_the_same_end(world: World, spec: Spec) -> None:
+    kind = type("Random", (RandomComponent,), {"spec": spec}, document="random.xml")
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "run.mcap")
+        with running(kind, world, path) as (_, clock):
+            for step in range(20):
+                world[1].getPosePublisher.publish(world[1].pose(), time=float(step))
+                clock.sleep(0.1)
+        identical(path, kind)

@@ -1,0 +1,303 @@
+"""What a recording holds, and how it is written."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+
+from hfsm_runtime.automaton import Automaton
+from hfsm_runtime.component import Component
+from hfsm_runtime.recording import writer as writing
+from hfsm_runtime.recording.messages import MESSAGES, Gap, Message, Reading, schema_of
+from hfsm_runtime.recording.recorder import VariableWatch
+from hfsm_runtime.recording.run import RecordedRuntime, recording
+from hfsm_runtime.recording.turns import Turns
+from hfsm_runtime.recording.values import readable
+from hfsm_runtime.recording.writer import Entry, RecordingFailedError, RecordingWriter
+from hfsm_runtime.replay.reader import Recording
+from interfaces.jderobot import ImageDescription
+from tests.support.automata import after, automaton, component
+from zenoh_ice.clock import VirtualClock
+
+STATE = {"name": "test", "start": "1000"}
+
+
+def messages(path: Path) -> list[tuple[str, int, Any]]:
+    with path.open("rb") as file:
+        found = make_reader(file).iter_messages(log_time_order=False)
+        return [(channel.topic, message.log_time, json.loads(message.data)) for _, channel, message in found]
+
+
+# Values.
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (1.5, 1.5),
+        (math.nan, "nan"),
+        (-math.inf, "-inf"),
+        (2**60, str(2**60)),
+        (b"\x00" * 2000, "<2000 bytes>"),
+        ((1, [2, {"a": None}]), [1, [2, {"a": None}]]),
+        ({1: "x"}, {"1": "x"}),
+        ({"b", "a"}, ["a", "b"]),
+        ("\ud800", "\\ud800"),
+        (ImageDescription(4, 3, 12, "RGB8"), {"width": 4, "height": 3, "size": 12, "format": "RGB8"}),
+        (object, "<class 'object'>"),
+    ],
+)
+def test_a_value_becomes_readable(value: object, shown: object) -> None:
+    assert readable(value) == shown
+
+
+def test_an_object_is_shown_without_its_address() -> None:
+    assert readable(object()) == "<object object>"
+
+
+def test_an_object_whose_repr_fails_is_shown_all_the_same() -> None:
+    class Bad:
+        def __repr__(self) -> str:
+            raise RuntimeError("no")
+
+    assert "Bad" in readable(Bad())
+
+
+@given(st.recursive(st.floats() | st.integers() | st.text() | st.binary() | st.none() | st.booleans(),
+                    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner) | st.tuples(inner)))  # fmt: skip
+def test_whatever_the_value_is_the_result_is_json(value: object) -> None:
+    text = json.dumps(readable(value), allow_nan=False)
+    assert len(text.encode()) < 2_000_000
+
+
+def test_a_huge_value_that_holds_itself_is_cut() -> None:
+    value: list[Any] = list(range(5_000_000))
+    value.append(value)
+    shown = readable(value)
+    assert shown[-1] == "..."
+    assert len(shown) < 300
+
+
+# The file.
+
+
+@pytest.mark.parametrize("message", MESSAGES.values(), ids=MESSAGES)
+def test_a_schema_is_an_object_without_references(message: type[Message]) -> None:
+    text = schema_of(message)
+    assert json.loads(text)["type"] == "object"
+    assert b"$ref" not in text
+
+
+def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter(path, STATE, {"document/a.xml": "<a/>"}, 1000)
+    writer.put(Entry("/readings", 1001, Reading("automaton 1", "now", 1.5)))
+    writer.close()
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        summary = reader.get_summary()
+        assert summary is not None
+        assert [(c.topic, c.message_encoding) for c in summary.channels.values()] == [("/readings", "json")]
+        (schema,) = summary.schemas.values()
+        assert (schema.name, schema.encoding) == ("visualhfsm.Reading", "jsonschema")
+        assert [(a.name, a.data) for a in reader.iter_attachments()] == [("document/a.xml", b"<a/>")]
+        assert [(m.name, m.metadata) for m in reader.iter_metadata()] == [("visualhfsm.component", STATE)]
+    assert messages(path) == [("/readings", 1001, {"context": "automaton 1", "kind": "now", "value": 1.5})]
+
+
+def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    with pytest.raises(RecordingFailedError, match="No such file"):
+        RecordingWriter(tmp_path / "no" / "run.mcap", STATE, {}, 0)
+
+
+def test_messages_that_come_too_fast_leave_a_gap_that_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(writing, "_MOST_WAITING", 10)
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter(path, STATE, {}, 1000)
+    for number in range(25):
+        writer.put(Entry("/readings", 1000 + number, Reading("", "now", number)))
+    writer.close()
+    kept = [message["value"] for topic, _, message in messages(path) if topic == "/readings"]
+    lost = sum(message["lost"] for topic, _, message in messages(path) if topic == "/gaps")
+    assert lost == 25 - len(kept) > 0
+    assert f"{lost} messages came too fast" in caplog.text
+    with Recording(path) as recorded:
+        assert recorded.lost == lost
+
+
+def test_a_message_that_cannot_be_made_costs_only_itself(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter(path, STATE, {}, 1000)
+
+    def fail() -> Message:
+        raise RuntimeError("no")
+
+    writer.put(Entry("/readings", 1001, fail))
+    writer.put(Entry("/readings", 1002, Reading("", "now", 1)))
+    writer.close()
+    assert [topic for topic, _, _ in messages(path)] == ["/gaps", "/readings"]
+
+
+def test_a_chunk_ends_at_least_each_second(tmp_path: Path) -> None:
+    """What was recorded can be read while the file is still being written, as after a kill."""
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter(path, STATE, {}, 1000)
+    try:
+        writer.put(Entry("/readings", 1001, Reading("", "now", 1)))
+        deadline = time.monotonic() + 5.0
+        while True:
+            with Recording(path) as recorded:
+                if len(recorded):
+                    assert recorded.truncated
+                    assert isinstance(recorded[0].message, Reading)
+                    break
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+    finally:
+        writer.close()
+
+
+@pytest.mark.parametrize("kept", [0.2, 0.5, 0.9, 0.999])
+def test_a_file_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path, kept: float) -> None:
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter(path, STATE, {}, 1000)
+    for number in range(5000):
+        writer.put(Entry("/readings", 1000 + number, Reading("x" * 500, "now", number)))
+    writer.close()
+    data = path.read_bytes()
+    path.write_bytes(data[: int(len(data) * kept)])
+    with Recording(path) as recorded:
+        assert recorded.truncated
+        assert [recorded[i].time for i in range(len(recorded))] == list(range(len(recorded)))
+
+
+# Turns.
+
+
+def test_turns_keep_two_threads_apart() -> None:
+    overlaps: list[tuple[str, str]] = []
+    turns = Turns(lambda *who: overlaps.append(who), patience=5.0)
+    inside: list[str] = []
+    most: list[int] = []
+
+    def work(name: str) -> None:
+        for _ in range(50):
+            with turns.turn(name):
+                inside.append(name)
+                most.append(len(inside))
+                assert turns.context == name
+                time.sleep(0.0002)
+                inside.remove(name)
+
+    threads = [threading.Thread(target=work, args=(name,)) for name in "abc"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(10)
+    assert max(most) == 1
+    assert overlaps == []
+
+
+def test_a_turn_goes_to_others_while_its_owner_waits() -> None:
+    turns = Turns(lambda *_: pytest.fail("nobody took it away"), patience=5.0)
+    with turns.turn("a"):
+        with turns.waiting():
+            assert turns.context is None
+            other = threading.Thread(target=lambda: turns.begin("b") or turns.end())
+            other.start()
+            other.join(5)
+            assert not other.is_alive()
+        assert turns.context == "a"
+
+
+def test_a_thread_that_blocks_loses_its_turn_and_that_is_told() -> None:
+    overlaps: list[tuple[str, str]] = []
+    turns = Turns(lambda *who: overlaps.append(who), patience=0.05)
+    with turns.turn("a"):
+        other = threading.Thread(target=lambda: turns.begin("b") or turns.end())
+        other.start()
+        other.join(5)
+    assert overlaps == [("b", "a")]
+
+
+# Variables.
+
+
+def test_only_variables_that_changed_are_told() -> None:
+    count, same, unset = 0, [1.0, math.nan], None
+    del unset
+
+    def code() -> None:
+        nonlocal count, unset
+        count += 1
+        _ = same
+        unset = 1 if count > 1 else None
+        if count > 2:
+            del unset
+
+    watch = VariableWatch()
+    found = component_automaton(code)
+    code()
+    assert watch.changes(found) == ({"count": 1, "same": [1.0, "nan"], "unset": None}, [])
+    assert watch.changes(found) == ({}, [])
+    code()
+    assert watch.changes(found) == ({"count": 2, "unset": 1}, [])
+    code()
+    assert watch.changes(found) == ({"count": 3}, ["unset"])
+
+
+def component_automaton(code: Any) -> Automaton:
+    from hfsm_runtime import State
+
+    return automaton(1, "a", [State(id=1, name="s", code=code)])
+
+
+# A run.
+
+
+@pytest.fixture
+def blinker() -> Iterator[Component]:
+    from hfsm_runtime import State
+
+    states = [State(id=1, name="on"), State(id=2, name="off")]
+    root = automaton(1, "blinker", states, [after(0.3, 1, 2), after(0.2, 2, 1)])
+    yield component(root)
+
+
+def test_a_run_is_recorded_by_the_time_of_the_component(tmp_path: Path, blinker: Component) -> None:
+    path = tmp_path / "run.mcap"
+    clock = VirtualClock(100.0)
+    with recording(blinker, path) as recorder:
+        runtime = RecordedRuntime(blinker, clock, recorder)
+        runtime.start()
+        clock.wait_for_waiters(1)
+        clock.advance(1.0)
+        runtime.stop()
+    with Recording(path) as recorded:
+        assert recorded.metadata["name"] == "written"
+        start = recorded.start
+    changes = [
+        (time - start, m["state_name"]) for topic, time, m in messages(path) if topic == "/automata/blinker"
+    ]
+    assert changes == [
+        (0, "on"), (300_000_000, "off"), (500_000_000, "on"), (800_000_000, "off"), (1_000_000_000, "on"),
+    ]  # fmt: skip
+    timers = [m["remaining"] for topic, _, m in messages(path) if topic == "/timers/blinker"]
+    assert [list(each.values()) for each in timers[:2]] == [[0.3], [0.2]]
+    assert not [topic for topic, _, _ in messages(path) if topic == "/gaps"]
+
+
+def test_the_gap_is_a_message_of_its_own() -> None:
+    assert MESSAGES["visualhfsm.Gap"] is Gap
