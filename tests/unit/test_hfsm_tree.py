@@ -45,7 +45,7 @@ def test_a_running_cycle_is_to_end_early_when_the_tree_is_held() -> None:
 
 def test_automata_are_found_by_their_ids() -> None:
     tree = started()
-    assert [tree.run(id) for id in (1, 2, 3, 4)] == [*tree.runs, None]
+    assert [tree.run(number) for number in (1, 2, 3, 4)] == [*tree.runs, None]
 
 
 def test_two_automata_of_one_id_are_refused() -> None:
