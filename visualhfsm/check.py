@@ -13,7 +13,7 @@ import typer
 from codegen.commands.options import DOCUMENTS, require_directories, require_extensions
 from codegen.commands.reporting import ErrorFormat, show
 from codegen.diagnostics import Diagnostics, Severity
-from codegen.hfsm import check_document
+from codegen.hfsm.checking import check_document
 from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport, Verdict
 
 __all__ = ["EPILOG", "check"]

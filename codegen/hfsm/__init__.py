@@ -14,7 +14,6 @@ from typing import Final
 
 from ..diagnostics import Diagnostics, Location
 from ..files import GeneratedFile
-from .checking import check_document
 from .extension import extension_path
 from .generator import GENERATED_BY, generate
 from .imports import resolve
@@ -24,7 +23,6 @@ from .writer import DocumentNotWritableError, write_document
 
 __all__ = [
     "DocumentNotWritableError",
-    "check_document",
     "compile_document",
     "component_path",
     "extension_path",

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..diagnostics import Diagnostics, Location
 from .attributes import Attributes
 from .automaton_analysis import AutomatonAnalysis
-from .checks import ON_ERROR, check_structure
+from .checks import ON_ERROR, check
 from .code_reader import CodeReader, first_foreign, report_foreign
 from .document import Automaton, Document, Parameter, State, Text
 from .known_interfaces import KnownInterfaces
@@ -40,7 +40,7 @@ def understand(
     What the document imports has been resolved. `extension` is the hand-written base of the component.
     """
     errors = len(diagnostics.errors)
-    check_structure(document, path, interfaces, diagnostics)
+    check(document, path, interfaces, diagnostics)
     piece = first_foreign(document, path)
     if piece is not None:
         report_foreign(piece, document.language.text.strip()[:20], diagnostics)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import check_document
+from codegen.hfsm.checking import check_document
 from tests.support.codegen_command import ROOT
 
 DOCUMENTS = ROOT / "tests" / "data" / "documents"

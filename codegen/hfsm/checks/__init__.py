@@ -10,6 +10,7 @@ import ast
 from pathlib import Path
 
 from ...diagnostics import Diagnostics
+from ..code_pieces import is_foreign
 from ..code_text import CodeError
 from ..document import Document
 from ..known_interfaces import KnownInterfaces
@@ -34,7 +35,7 @@ from .timers import check_timers
 from .tree import check_tree
 from .variables import check_variables
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "check", "check_structure", "delay", "milliseconds"]
+__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "check", "delay", "milliseconds"]
 
 _STAR = "*"
 
@@ -51,11 +52,8 @@ def check(document: Document, path: Path, interfaces: KnownInterfaces, diagnosti
     for automaton in document.automata:
         check_automaton(automaton, report)
     check_arguments(document, report)
-    if document.language.text.strip().lower() in ("", "python"):
+    if not is_foreign(document):
         _check_behavior(document, path, interfaces, report)
-
-
-check_structure = check
 
 
 def _check_behavior(document: Document, path: Path, interfaces: KnownInterfaces, report: Report) -> None:

@@ -8,7 +8,7 @@ name. One that a flag guards, as in `if seen: use(x)`, is not: whoever sets the 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
@@ -35,7 +35,7 @@ def assignments_of(statements: Iterable[ast.stmt], flags: Collection[str] = ()) 
     return Assignments(walker.exposed, walker.assigned)
 
 
-def own_nodes(node: ast.AST) -> Iterable[ast.AST]:
+def own_nodes(node: ast.AST) -> Iterator[ast.AST]:
     """Yield the nodes below one, without those inside functions and classes of their own."""
     pending = [*ast.iter_child_nodes(node)][::-1]
     while pending:
@@ -149,10 +149,9 @@ class _Walker:
         self.statements(case.body)
 
     def _loop(self, body: Sequence[ast.stmt], test: ast.expr | None = None) -> None:
-        before = assignments_of(body, self._flags).assigned
         guarded = test is not None and self._is_flag(test)
         self._guarded += guarded
-        self.assigned |= before
+        self.assigned |= {name for statement in body for name in _stored(statement)}
         self.statements(body)
         self._guarded -= guarded
 
@@ -254,3 +253,15 @@ def _catches_missing_name(handler: ast.ExceptHandler) -> bool:
         return True
     caught = handler.type.elts if isinstance(handler.type, ast.Tuple) else [handler.type]
     return any(isinstance(name, ast.Name) and name.id in _MISSING_NAME for name in caught)
+
+
+def _stored(statement: ast.stmt) -> Iterator[str]:
+    """Yield the names that a statement assigns somewhere, most of them at least."""
+    for node in (statement, *own_nodes(statement)):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()):
+                yield name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                yield name
+            case ast.alias(name=name, asname=alias):
+                yield alias or name.split(".")[0]

@@ -127,13 +127,17 @@ class _Timers:
         return limit, (state, transition)
 
     def _may_enter_again(self, graph: Graph, state: State) -> bool:
-        if graph.returns_to(state):
-            return True
-        owner = self._owners.get(graph.automaton.id)
-        if owner is None or graph.automaton.father == NO_CHILD:
-            return False
-        begins_anew = owner[1].history.text.strip() == "restart" or graph.can_finish
-        return begins_anew and self._may_enter_again(*owner)
+        """Return whether a state may be entered again: in its automaton, or when that begins anew."""
+        above: set[int] = set()
+        while not graph.returns_to(state):
+            owner = self._owners.get(graph.automaton.id)
+            if owner is None or graph.automaton.id in above:  # a ring is told elsewhere
+                return False
+            above.add(graph.automaton.id)
+            if owner[1].history.text.strip() != "restart" and not graph.can_finish:
+                return False
+            graph, state = owner
+        return True
 
     def _earliest_entries(self, graph: Graph) -> dict[int, float]:
         """Return after how many ms each state can be entered, if conditions and events hold at once."""
