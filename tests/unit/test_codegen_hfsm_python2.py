@@ -198,6 +198,18 @@ def test_a_document_is_mended_piece_by_piece() -> None:
     ]
 
 
+def test_a_division_in_python_2_is_pointed_at() -> None:
+    diagnostics = Diagnostics()
+    document = parse_document(_document("x = 1 / 2\nprint 3 / 4"), Path("old.xml"), diagnostics)
+    assert document is not None
+    mend_document(document, Path("old.xml"), diagnostics)
+    found = next(found for found in diagnostics if found.location.line == 4)
+    assert [(note.location.line, note.location.column) for note in found.notes if note.location] == [
+        (3, 21),
+        (4, 9),
+    ]
+
+
 @pytest.mark.parametrize(
     ("code", "language"),
     [

@@ -198,7 +198,7 @@ def test_all_faults_are_told_in_one_run() -> None:
         "</SubAutomata></VisualHFSM>"
     )
     assert [error.split(": ", 1)[0] for error in found] == [
-        "test.xml:2:1", "test.xml:3:1", "test.xml:4:1", "test.xml:5:8", "test.xml:6:1", "test.xml:6:38",
+        "test.xml:2:1", "test.xml:3:1", "test.xml:4:1", "test.xml:5:8", "test.xml:6:38",
     ]  # fmt: skip
     assert "not `x`" in found[0]
     assert "`true` or `false`" in found[1]
@@ -215,6 +215,26 @@ def test_who_has_no_id_is_given_a_free_one_and_that_is_told() -> None:
     text = "<VisualHFSM><SubAutomata id='1'><state id='1'/><state id=' '/><state/></SubAutomata></VisualHFSM>"
     assert [state.id for state in parse(text).automata[0].states] == [1, 2, 3]
     assert [warning.split(":")[0] for warning in warnings(text)] == ["W502 test.xml"] * 2
+
+
+@pytest.mark.parametrize(
+    ("trigger", "expected", "code"),
+    [
+        ("", ("condition", ""), None),
+        ("<trans> 500 </trans>", ("time", " 500 "), "W507"),
+        ("<trans>a &lt; b</trans>", ("condition", "a < b"), "W507"),
+        ("<trans/>", ("condition", ""), "W507"),
+        ("<trans type='later'>x</trans>", ("later", "x"), None),
+    ],
+)
+def test_a_transition_that_does_not_say_when_it_fires_is_read(
+    trigger: str, expected: tuple[str, str], code: str | None
+) -> None:
+    inside = f"<transition id='1'><origin>1</origin><destiny>1</destiny>{trigger}</transition>"
+    text = f"<VisualHFSM><SubAutomata id='1'>{inside}</SubAutomata></VisualHFSM>"
+    (transition,) = parse(text).automata[0].transitions
+    assert (transition.type, transition.trigger.text) == expected
+    assert [warning.split()[0] for warning in warnings(text)] == ([code] if code else [])
 
 
 def test_a_comma_in_a_number_is_understood_and_told() -> None:

@@ -158,10 +158,6 @@ class NativeReader(ElementReader):
     def _transition(self, element: XmlElement, id: int, comments: tuple[Comment, ...]) -> Transition:
         parts = self.parts(element, leaves=_TRANSITION_LEAVES)
         trigger = parts.first("trans")
-        if trigger is None:
-            self.error(element, "E506", 'a transition needs `<trans type="time">` or `type="condition"`')
-        elif "type" not in trigger.attributes:
-            self.error(trigger, "E506", '`trans` needs the attribute `type`: "time" or "condition"')
         return Transition(
             id=id,
             name=text_of(parts.first("name")).text,
@@ -169,13 +165,23 @@ class NativeReader(ElementReader):
             y=self.number(parts.first("posy")),
             origin=self.reference(element, parts.first("origin"), "origin"),
             destination=self.reference(element, parts.first("destiny"), "destiny"),
-            type="" if trigger is None else trigger.attributes.get("type", ""),
+            type=self._type_of(trigger),
             trigger=text_of(trigger),
             guard=text_of(parts.first("guard")),
             priority=text_of(parts.first("priority")),
             code=text_of(parts.first("transcode")),
             **node_fields(element, parts, "id", comments=comments),
         )
+
+    def _type_of(self, trigger: XmlElement | None) -> str:
+        """Return the type of a trigger; without one a transition has a condition that is not written yet."""
+        if trigger is None:
+            return "condition"
+        if "type" in trigger.attributes:
+            return trigger.attributes["type"]
+        kind = "time" if trigger.text.strip().isdecimal() else "condition"
+        self.warn(trigger, "W507", f"`trans` has no `type`: its text is taken for a {kind}")
+        return kind
 
     def _argument(self, element: XmlElement, comments: tuple[Comment, ...]) -> Argument:
         return Argument(

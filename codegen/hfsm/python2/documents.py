@@ -9,7 +9,7 @@ from codegen.diagnostics import Diagnostics, Location, Note
 
 from ..code_pieces import pieces_of
 from ..document import Automaton, Document, Library, State, Text, Transition
-from .mending import find_python2, mend, names_in
+from .mending import Finding, find_divisions, find_python2, mend, names_in
 
 __all__ = ["mend_document", "report_python2"]
 
@@ -83,14 +83,20 @@ class _Mender:
         if not findings:
             return text
         mended = mend(text.text, self._bound)
+        divisions = [Note(each.message, self._place(text, each)) for each in find_divisions(text.text)]
         for finding in findings:
-            left = text.column - 1 if finding.line == 1 else 0
-            place = Location(self._path, text.line + finding.line - 1, max(1, left + finding.column))
+            place = self._place(text, finding)
             if self._mends and mended is not None:
-                self._diagnostics.note("N503", f"mended: {finding.message}", place)
+                self._diagnostics.note("N503", f"mended: {finding.message}", place, divisions)
             else:
-                note = "`visualhfsm convert --mend-python2` mends it"
+                how = "`visualhfsm convert --mend-python2` mends it"
                 if mended is None:
-                    note = "more than this is wrong with the code, so it has to be mended by hand"
-                self._diagnostics.warning("W506", f"Python 2: {finding.message}", place, [Note(note)])
+                    how = "more than this is wrong with the code, so it has to be mended by hand"
+                message = f"Python 2: {finding.message}"
+                self._diagnostics.warning("W506", message, place, [Note(how), *divisions])
+            divisions = []
         return text if mended is None or not self._mends else replace(text, text=mended)
+
+    def _place(self, text: Text, finding: Finding) -> Location:
+        left = text.column - 1 if finding.line == 1 else 0
+        return Location(self._path, text.line + finding.line - 1, max(1, left + finding.column))

@@ -16,7 +16,7 @@ from .statement_rules import excepts, execs, prints, raises
 from .word_rules import backquotes, numbers, operators, strings, tabs
 from .words import words_of
 
-__all__ = ["Finding", "find_python2", "is_python", "mend", "names_in"]
+__all__ = ["Finding", "find_divisions", "find_python2", "is_python", "mend", "names_in"]
 
 _MAX_ROUNDS: Final = 50
 """How deep what a rule finds may be nested in what it finds."""
@@ -50,6 +50,13 @@ def find_python2(code: str, bound: frozenset[str] = frozenset()) -> tuple[Findin
     found = [match for rule in _rules(bound) for match in rule(code, words)]
     findings = {Finding(*_place(code, match.start), match.message) for match in found}
     return tuple(sorted(findings))
+
+
+def find_divisions(code: str) -> tuple[Finding, ...]:
+    """Return where code divides with `/`, which in Python 2 rounds whole numbers down."""
+    found = (word for word in words_of(code) if word.text in ("/", "/="))
+    message = "`/` rounds whole numbers down in Python 2, and does not in Python 3"
+    return tuple(Finding(*_place(code, word.start), message) for word in found)
 
 
 def mend(code: str, bound: frozenset[str] = frozenset()) -> str | None:
