@@ -20,7 +20,7 @@ from codegen.hfsm.model_checker.expressions import parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Configuration
 from hfsm_runtime.observer import Watcher
-from hfsm_runtime.tree import ChangeKind, Run
+from hfsm_runtime.tree import Run
 from tests.support.automata import component
 
 __all__ = [
@@ -206,14 +206,10 @@ class Player(Watcher):
         self._present = present
         self._now = 0
         self._automata = {item.id: item for item in document.automata}
-        self.visited: set[tuple[int, int]] = set()
         self.fired_: list[Fired] = []
         self.seen: list[tuple[int, Configuration]] = []
         self.virtual = runtime.VirtualRun(component(self._build(self.model.automata[0].index)))
         self.virtual.tree.observers.append(self)
-        for run in self.virtual.tree.runs:
-            if run.active:
-                self.visited.add((run.automaton.id, run.current.id))
         self.seen.append((0, self._configuration()))
 
     def cycle_began(self, run: Run, at: int) -> None:
@@ -227,9 +223,15 @@ class Player(Watcher):
     def fired(self, run: Run, transition: runtime.Transition, at: int) -> None:
         self.fired_.append(Fired(at, run.automaton.id, transition.id))
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        if kind is not ChangeKind.GHOST:
-            self.visited.add((run.automaton.id, run.current.id))
+    @property
+    def visited(self) -> set[tuple[int, int]]:
+        """The automata that were active in which states at the ends of cycles; both ids."""
+        return {
+            (model.source.id, model.states[index].source.id)
+            for _, configuration in self.seen
+            for model, (index, flags, _) in zip(self.model.automata, configuration, strict=True)
+            if flags & ACTIVE
+        }
 
     def times(self, expression: str) -> list[int]:
         """Return the times in ns after whose cycles an expression held."""

@@ -1,42 +1,37 @@
-"""What each automaton can do at most, looked at by itself: cheap, whatever the number of automata.
+"""What each automaton can do at most, looked at one by one: cheap, whatever the number of automata.
 
-An automaton alone is its states, the active time in each, and its guards. From that follow the transitions
-that can fire at all and the states that they lead to. What is missing here is missing in every run: the
-environment may wake an automaton and make it a ghost as it likes. For most automata the result is exact, too:
-see `Fireability.exact`.
+The environment of an automaton wakes it and makes it a ghost as it likes, which is more than it can. What is
+missing here is missing in every run. For most automata the result is exact, too: see `Fireability.exact`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Final
 
 from .events import Events
-from .guards import Conjunction, satisfy
-from .model import AutomatonModel, Model, StateModel, TransitionModel
+from .model import AutomatonModel, Model, TransitionModel
+from .solitary import Rhythm, Solitary, Surroundings, examine
 
 __all__ = ["Fireability", "analyze"]
-
-_FINISHED: Final = "children finished"
-"""The atom that stands for `the children have finished`."""
 
 
 @dataclass(frozen=True)
 class Fireability:
     """The transitions that may fire and the states that may be entered, by automaton.
 
-    An automaton is in `exact` when each of them is also known to be possible.
+    The `certain` ones are known to be possible, and in an automaton in `exact` all of them are.
     """
 
     transitions: tuple[frozenset[int], ...]
     states: tuple[frozenset[int], ...]
-    finishing: frozenset[int]
-    events: frozenset[str]
+    certain_transitions: tuple[frozenset[int], ...]
+    certain_states: tuple[frozenset[int], ...]
     exact: frozenset[int]
+    finishing: frozenset[int]
+    """The automata that may finish."""
+    events: frozenset[str]
     stuck: tuple[frozenset[int], ...]
-    """The states that may be entered and, once it is there, hold an automaton for good."""
+    """The states that hold an automaton for good once it is there."""
 
     def may_fire(self, automaton: int, transition: TransitionModel) -> bool:
         """Return whether a transition is not known never to fire."""
@@ -49,192 +44,118 @@ def analyze(model: Model, events: Events) -> Fireability:
     What automata need of one another, events and finished children, starts at nothing and grows until it is
     what they give.
     """
-    finishing: frozenset[int] = frozenset()
-    sent = events.outside
+    surroundings = Surroundings(frozenset(), events.outside)
     while True:
-        alone = _all(model, finishing, sent)
-        now_finishing = frozenset(
-            index
-            for index, (automaton, one) in enumerate(zip(model.automata, alone, strict=True))
-            if any(automaton.states[state].final for state in one.states)
+        analysis = _Analysis(model, surroundings)
+        found = Surroundings(analysis.finishing, events.sent_in(analysis.possible))
+        if found == surroundings:
+            return analysis.result()
+        surroundings = found
+
+
+class _Analysis:
+    """All automata, each after its ancestors, in given surroundings."""
+
+    def __init__(self, model: Model, surroundings: Surroundings) -> None:
+        self._model = model
+        self._surroundings = surroundings
+        self._at_most: list[Solitary] = []
+        self._lifetimes: list[int | None] = []
+        self._certain: list[Solitary | None] = []
+        """What automata do that may run without a break for as long as they like, None for others."""
+        self._exact: set[int] = set()
+        for automaton in model.automata:
+            self._add(automaton)
+
+    @property
+    def finishing(self) -> frozenset[int]:
+        """The automata that may finish."""
+        return frozenset(
+            one.automaton.index
+            for one in self._at_most
+            if any(one.automaton.states[state].final for state in one.states)
         )
-        now_sent = events.sent_in(
-            (automaton, one.states, one.transitions)
-            for automaton, one in zip(model.automata, alone, strict=True)
+
+    @property
+    def possible(self) -> list[tuple[AutomatonModel, frozenset[int], frozenset[int]]]:
+        """The automata with their states and transitions."""
+        return [(one.automaton, one.states, frozenset(one.transitions)) for one in self._at_most]
+
+    def result(self) -> Fireability:
+        """Return what was found."""
+        nothing: frozenset[int] = frozenset()
+        certain = [
+            one if one.automaton.index in self._exact else self._certain[one.automaton.index]
+            for one in self._at_most
+        ]
+        return Fireability(
+            transitions=tuple(frozenset(one.transitions) for one in self._at_most),
+            states=tuple(one.states for one in self._at_most),
+            certain_transitions=tuple(frozenset(one.transitions) if one else nothing for one in certain),
+            certain_states=tuple(one.states if one else nothing for one in certain),
+            exact=frozenset(self._exact),
+            finishing=self.finishing,
+            events=self._surroundings.events,
+            stuck=tuple(one.stuck for one in self._at_most),
         )
-        if (now_finishing, now_sent) == (finishing, sent):
-            break
-        finishing, sent = now_finishing, now_sent
-    return Fireability(
-        transitions=tuple(one.transitions for one in alone),
-        states=tuple(one.states for one in alone),
-        finishing=finishing,
-        events=sent,
-        exact=frozenset(_exact(model, alone)),
-        stuck=tuple(one.stuck for one in alone),
-    )
 
-
-@dataclass(frozen=True)
-class _Alone:
-    """What one automaton can do at most."""
-
-    automaton: AutomatonModel
-    transitions: frozenset[int]
-    states: frozenset[int]
-    resting: frozenset[int]
-    """States in which it may stay as long as it likes."""
-    stuck: frozenset[int]
-
-    @cached_property
-    def recurrent(self) -> frozenset[int]:
-        """The states that it may enter again and again, without the end of any children."""
-        targets: dict[int, set[int]] = {}
-        for transition in self.automaton.transitions:
-            if transition.index in self.transitions and not transition.finished:
-                targets.setdefault(transition.origin, set()).add(transition.target)
-        return frozenset(state for state in self.states if state in _reach(targets.get(state, ()), targets))
-
-
-def _reach(starts: Iterable[int], targets: dict[int, set[int]]) -> set[int]:
-    found = set(starts)
-    new = list(found)
-    while new:
-        for target in targets.get(new.pop(), ()):
-            if target not in found:
-                found.add(target)
-                new.append(target)
-    return found
-
-
-def _all(model: Model, finishing: frozenset[int], sent: frozenset[str]) -> list[_Alone]:
-    found: list[_Alone] = []
-    for automaton in model.automata:
+    def _add(self, automaton: AutomatonModel) -> None:
+        aligned = self._is_aligned(automaton)
+        lifetime: int | None = None
         if automaton.parent >= 0:
-            owner = model.automata[automaton.parent].states[automaton.owner]
-            if owner.index not in found[automaton.parent].states or owner.final:
-                found.append(_Alone(automaton, frozenset(), frozenset(), frozenset(), frozenset()))
-                continue
-        found.append(_alone(automaton, _is_aligned(model, automaton), finishing, sent))
-    return found
-
-
-def _is_aligned(model: Model, automaton: AutomatonModel) -> bool:
-    """Return whether an automaton wakes and becomes a ghost only at times of its own cycles.
-
-    Then its cycles come at whole multiples of its period in active time, too.
-    """
-    return all(above.interval % automaton.interval == 0 for above, _ in model.ancestors(automaton.index))
-
-
-def _alone(
-    automaton: AutomatonModel, aligned: bool, finishing: frozenset[int], sent: frozenset[str]
-) -> _Alone:
-    transitions: set[int] = set()
-    resting: set[int] = set()
-    fireable_in: dict[int, set[int]] = {}
-    first = (automaton.initial, True)
-    entered = {first}
-    new = [first]
-    while new:
-        index, woken = new.pop()
-        state = automaton.states[index]
-        fireable, stays = _out_of(state, automaton.interval if aligned else 0, woken, finishing, sent)
-        fireable_in.setdefault(index, set()).update(fireable)
-        if stays:
-            resting.add(index)
-        for transition in state.outgoing:
-            target = (transition.target, False)
-            if transition.index in fireable and target not in entered:
-                entered.add(target)
-                new.append(target)
-    transitions.update(*fireable_in.values())
-    stuck = (
-        index for index, fireable in fireable_in.items() if not fireable and not automaton.states[index].final
-    )
-    return _Alone(
-        automaton, frozenset(transitions), frozenset(fireable_in), frozenset(resting), frozenset(stuck)
-    )
-
-
-def _out_of(
-    state: StateModel, period: int, woken: bool, finishing: frozenset[int], sent: frozenset[str]
-) -> tuple[set[int], bool]:
-    """Return the transitions that can fire out of a state, and whether it may be stayed in.
-
-    `period` is 0 where cycles may come at any active time. Only where the automaton is `woken` in the state
-    is there a cycle at the moment of entry.
-    """
-    fireable: set[int] = set()
-    if state.final:
-        return fireable, True
-    candidates = [
-        (transition, needs)
-        for transition in state.outgoing
-        if (needs := _needs(transition, state, finishing, sent)) is not None
-    ]
-    stays = True
-    for time in _moments(candidates, period, woken):
-        enabled = [(transition, needs) for transition, needs in candidates if transition.delay <= time]
-        for place, (transition, needs) in enumerate(enabled):
-            if (
-                transition.index not in fireable
-                and satisfy(needs, (other for _, other in enabled[:place])) is not None
-            ):
-                fireable.add(transition.index)
-        if satisfy((), (needs for _, needs in enabled)) is None:
-            stays = False
-            if period:  # something fires here at the latest
-                break
-    return fireable, stays
-
-
-def _needs(
-    transition: TransitionModel, state: StateModel, finishing: frozenset[int], sent: frozenset[str]
-) -> Conjunction | None:
-    if transition.needs is None or (transition.event and transition.event not in sent):
-        return None
-    if not transition.finished:
-        return transition.needs
-    if not state.children or not finishing.issuperset(state.children):
-        return None
-    return ((_FINISHED, True), *transition.needs)
-
-
-def _moments(
-    candidates: list[tuple[TransitionModel, Conjunction]], period: int, woken: bool
-) -> Iterator[int]:
-    """Yield an active time of a cycle from each interval between delays that has one."""
-    times = sorted({0, *(transition.delay for transition, _ in candidates)})
-    for place, time in enumerate(times):
-        end = times[place + 1] if place + 1 < len(times) else None
-        moment = time
-        if period:
-            moment = -(-time // period) * period
-            if moment == 0 and not woken:
-                moment = period
-        if end is None or moment < end:
-            yield moment
-
-
-def _exact(model: Model, alone: list[_Alone]) -> Iterator[int]:
-    """Yield the automata whose possibilities are all real.
-
-    They keep to their own rhythm, need no end of children, and have as much active time as they like: every
-    state above may be stayed in, or is entered again and again and lets them go on where they were.
-    """
-    exact: set[int] = set()
-    for automaton, one in zip(model.automata, alone, strict=True):
-        if any(
-            transition.finished and transition.index in one.transitions
-            for transition in automaton.transitions
-        ):
-            continue
-        if automaton.parent >= 0:
-            above = alone[automaton.parent]
+            above = self._at_most[automaton.parent]
             owner = above.automaton.states[automaton.owner]
-            lasts = owner.index in above.resting or (owner.index in above.recurrent and not owner.restart)
-            if automaton.parent not in exact or not lasts or not _is_aligned(model, automaton):
-                continue
-        exact.add(automaton.index)
-        yield automaton.index
+            if owner.index not in above.states or owner.final:
+                self._lifetimes.append(0)
+                self._at_most.append(Solitary(automaton))
+                self._certain.append(None)
+                self._exact.add(automaton.index)
+                return
+            if owner.restart and aligned and self._is_aligned(above.automaton):
+                lifetime = above.longest(owner.index, self._lifetimes[automaton.parent])
+        self._lifetimes.append(lifetime)
+        around = Surroundings(self._surroundings.finished, self._surroundings.events, lifetime)
+        one = examine(automaton, Rhythm.REGULAR if aligned else Rhythm.ANY, around)
+        self._at_most.append(one)
+        self._certain.append(self._undisturbed(automaton, aligned))
+        if self._is_exact(automaton, aligned, one):
+            self._exact.add(automaton.index)
+
+    def _is_aligned(self, automaton: AutomatonModel) -> bool:
+        """Return whether an automaton wakes and becomes a ghost only at times of its own cycles.
+
+        Then its cycles come at whole multiples of its period in active time, too.
+        """
+        return all(
+            above.interval % automaton.interval == 0 for above, _ in self._model.ancestors(automaton.index)
+        )
+
+    def _undisturbed(self, automaton: AutomatonModel, aligned: bool) -> Solitary | None:
+        """Return what an automaton does for certain if all above may stay where they are, else None."""
+        if _waits_for_children(automaton, self._at_most[automaton.index]):
+            return None
+        if automaton.parent >= 0:
+            above = self._certain[automaton.parent]
+            if above is None or automaton.owner not in above.resting:
+                return None
+        around = Surroundings(frozenset(), self._surroundings.events)
+        return examine(automaton, Rhythm.REGULAR if aligned else Rhythm.SHIFTED, around)
+
+    def _is_exact(self, automaton: AutomatonModel, aligned: bool, one: Solitary) -> bool:
+        """Return whether all that an automaton can do at most is possible."""
+        certain = self._certain[automaton.index]
+        if certain is not None and certain.transitions.keys() == one.transitions.keys():
+            return True
+        if _waits_for_children(automaton, one) or not aligned or automaton.parent not in self._exact:
+            return False
+        above = self._at_most[automaton.parent]
+        if above.automaton.states[automaton.owner].restart:
+            # its lifetime is that of one visit to the state above
+            return self._is_aligned(above.automaton) and self._lifetimes[automaton.index] != 0
+        return self._lifetimes[automaton.parent] is None and automaton.owner in above.recurrent
+
+
+def _waits_for_children(automaton: AutomatonModel, one: Solitary) -> bool:
+    return any(
+        transition.finished and transition.index in one.transitions for transition in automaton.transitions
+    )

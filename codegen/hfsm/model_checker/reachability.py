@@ -102,8 +102,8 @@ class _Finder:
     def __init__(self, model: Model, fireability: Fireability) -> None:
         self._model = model
         self._fireability = fireability
-        self.states = self._known(fireability.states)
-        self.transitions = self._known(fireability.transitions)
+        self.states = [set(found) for found in fireability.certain_states]
+        self.transitions = [set(found) for found in fireability.certain_transitions]
 
     def search(self, index: int, budget: Budget) -> bool:
         """Search until all that may be possible is seen; false when the budget ends before."""
@@ -121,10 +121,6 @@ class _Finder:
             return len(states[index]) + len(transitions[index]) == wanted
 
         return explore(system, visit, budget)
-
-    def _known(self, possible: tuple[frozenset[int], ...]) -> list[set[int]]:
-        exact = self._fireability.exact
-        return [set(found) if index in exact else set() for index, found in enumerate(possible)]
 
 
 def state_results(model: Model, reached: Reached) -> list[StateResult]:
