@@ -1,0 +1,139 @@
+"""Measure tests of behaviors: virtual seconds in a second of the processor, and what a call costs in one.
+
+python benchmarks/bench_testing.py [--seconds 40] [--json FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from hfsm_pytest import Behavior, check_properties
+from hfsm_pytest.abstraction import abstract_component
+from hfsm_pytest.coverage.hits import Hits
+from hfsm_pytest.loading import load_component, read
+from naoserver.errors import HardwareFailure
+
+ROOT = Path(__file__).resolve().parents[1]
+BEHAVIORS = ("follow_ball", "dance", "dance_and_follow")
+CALLS = 2000
+EXAMPLES = 100
+
+
+def document(name: str) -> Path:
+    """Return a behavior's document."""
+    return ROOT / "behaviors" / f"{name}.xml"
+
+
+def abstract(name: str) -> Behavior:
+    """Return a behavior without its code."""
+    path = document(name)
+    return Behavior(abstract_component(read(path), path)(), document=path)
+
+
+def fake(name: str) -> Behavior:
+    """Return a behavior with the fake robot."""
+    return Behavior(load_component(document(name))(), robot="fake", document=document(name))
+
+
+def covered(name: str) -> Behavior:
+    """Return a behavior with the fake robot whose coverage is measured."""
+    b = fake(name)
+    Hits().watch(lambda: b.document, b.run.tree)
+    return b
+
+
+def drawn(name: str) -> Behavior:
+    """Return a behavior with the simulation and drawn images."""
+    return Behavior(load_component(document(name))(), robot="sim", camera="drawn", skin=False)
+
+
+def rendered(name: str) -> Behavior:
+    """Return a behavior with the simulation and rendered images."""
+    return Behavior(load_component(document(name))(), robot="sim", camera="rendered")
+
+
+KINDS: dict[str, Callable[[str], Behavior]] = {
+    "no code": abstract,
+    "fake": fake,
+    "fake, coverage": covered,
+    "sim, drawn": drawn,
+    "sim, rendered": rendered,
+}
+
+
+def pace(make: Callable[[str], Behavior], name: str, seconds: float) -> float:
+    """Return the virtual seconds in a second, the best of three; of the processor unless GL has a part."""
+    clock = time.perf_counter if make is rendered else time.process_time
+    best = 0.0
+    for _ in range(3):
+        b = make(name)
+        try:
+            if make is rendered:
+                b.robot.look()  # GL is set up by the first image
+            began = clock()
+            b.advance(seconds)
+            best = max(best, seconds / (clock() - began))
+        finally:
+            b.close()
+    return best
+
+
+def call_cost() -> float:
+    """Return what Head.getPose costs in us."""
+    b = fake("follow_ball")
+    head = b.component.Head
+    began = time.process_time()
+    for _ in range(CALLS):
+        head.getPose()
+    return (time.process_time() - began) / CALLS * 1e6
+
+
+def property_cost() -> float:
+    """Return what a random run of up to 30 steps costs in ms."""
+    began = time.process_time()
+    check_properties(document("dance_and_follow"), lambda b: b.time >= 0, examples=EXAMPLES)
+    return (time.process_time() - began) / EXAMPLES * 1e3
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seconds", type=float, default=40.0, help="virtual seconds of a run")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
+    arguments = parser.parse_args()
+    table = Table(title="virtual seconds in a second")
+    table.add_column("behavior")
+    for kind in KINDS:
+        table.add_column(kind, justify="right")
+    figures: dict[str, dict[str, float | None]] = {}
+    for name in BEHAVIORS:
+        figures[name] = {}
+        for kind, make in KINDS.items():
+            try:
+                figures[name][kind] = pace(make, name, arguments.seconds)
+            except HardwareFailure:  # no GL on this machine
+                figures[name][kind] = None
+        table.add_row(name, *("-" if f is None else f"{f:.0f}" for f in figures[name].values()))
+    console = Console()
+    console.print(table)
+    call, run = call_cost(), property_cost()
+    console.print(f"a call within the process: {call:.0f} us; a random run of a document: {run:.1f} ms")
+    if arguments.json:
+        found = {"pace": figures, "call_us": call, "random_run_ms": run}
+        arguments.json.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
