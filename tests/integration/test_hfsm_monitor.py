@@ -242,7 +242,31 @@ def test_a_breakpoint_at_a_transition_goes_on_where_it_stood(pair: Pair) -> None
         proxy.resume()
         snapshot = until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) != count)
         assert (int(snapshot.automata[0].variables["count"]) - count) % 100 == 0
-        assert snapshot.status is ComponentStatus.Running
+        assert (snapshot.status, snapshot.stoppedAt) == (ComponentStatus.Running, [])
+
+
+def test_the_code_of_the_state_runs_before_transitions_are_tried_again(pair: Pair) -> None:
+    ran: list[str] = []
+    root = Automaton(
+        id=1, name="walker", period=0.02,
+        states=(
+            State(id=1, name="a", initial=True),
+            State(id=2, name="b", entry=lambda: ran.append("entry"), code=lambda: ran.append("code")),
+        ),
+        transitions=(
+            Transition(id=1, origin=1, destination=2, event="go", code=lambda event: ran.append("fired")),
+            Transition(id=2, origin=2, destination=1, guard=lambda: not ran.append("guard")),  # type: ignore[func-returns-value]
+        ),
+    )  # fmt: skip
+    with monitored(pair, root) as (_, proxy):
+        proxy.setBreakpoints([Breakpoint(1, 2, 0, "")])
+        proxy.sendEvent("go", "")
+        stopped(proxy)
+        assert ran == ["fired", "entry"]
+        proxy.step(1)
+        assert ran == ["fired", "entry", "code"]
+        proxy.step(1)
+        assert ran == ["fired", "entry", "code", "guard"]
 
 
 def test_a_breakpoint_is_reached_when_its_condition_holds(pair: Pair) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import random
 import threading
 from collections.abc import Callable, Iterator
@@ -18,6 +19,7 @@ from hfsm_runtime.runtime import Runtime
 from interfaces.hfsm import (
     Breakpoint,
     ComponentSnapshot,
+    ComponentStatus,
     HfsmMonitorPrx,
     InvalidValue,
     NoSuchElement,
@@ -345,6 +347,28 @@ def test_a_component_that_has_ended_is_not_reloaded(pair: Pair, version: Version
         assert runtime.ended.wait(10.0)
         with pytest.raises(ReloadRefused, match="does not run"):
             proxy.reload()
+
+
+def test_what_is_edited_within_a_second_to_the_same_size_counts(pair: Pair, version: Version) -> None:
+    def write(value: int) -> None:
+        version.write(walker().replace("count += 1<", f"count = {value}<"))
+        os.utime(version.file, (1_000_000_000, 1_000_000_000))
+
+    write(100)
+    with running(pair, version) as (_, proxy):
+        for value in (200, 300):
+            write(value)
+            proxy.reload()
+            until(proxy, lambda snapshot, value=value: count(snapshot) == value)  # type: ignore[misc]
+
+
+def test_what_follows_an_error_is_what_the_new_document_says(pair: Pair, version: Version) -> None:
+    with running(pair, version) as (_, proxy):
+        broken = walker().replace("count += 1<", "count += 1; missing()<")
+        version.write(broken.replace("<VisualHFSM>", "<VisualHFSM><onerror>continue</onerror>"))
+        proxy.reload()
+        snapshot = until(proxy, lambda snapshot: len(snapshot.errors) > 3)
+        assert snapshot.status is ComponentStatus.Running
 
 
 def test_errors_after_a_reload_point_into_the_new_document(pair: Pair, version: Version) -> None:

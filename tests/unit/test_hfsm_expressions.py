@@ -121,7 +121,7 @@ def test_what_is_not_for_expressions_is_refused_with_its_column(text, column, re
 @pytest.mark.parametrize(
     "text",
     ["1" * 400 + "0" * 100, "(" * 240 + "1" + ")" * 240, "not " * 120 + "a", "-" * 490 + "1", "a" * 501, "a\0b",
-     "a\x1b[2J", "[" * 400, "a." * 150 + "b", "\ud800"],
+     "a == '\u202e'", "a\x1b[2J", "[" * 400, "a." * 150 + "b", "\ud800"],
 )  # fmt: skip
 def test_what_is_too_much_is_refused(text):
     with pytest.raises(ExpressionError):
@@ -177,6 +177,18 @@ def test_no_other_object_is_asked_anything(text):
     with pytest.raises(ExpressionError):
         Expression(text).holds(names)
     assert Trap.touched == []
+
+
+def test_keys_that_are_other_objects_are_not_compared():
+    class Key:
+        def __hash__(self):
+            return hash(1)
+
+        def __eq__(self, other):
+            raise AssertionError("compared")
+
+    with pytest.raises(ExpressionError, match="a Key is not plain data"):
+        value("table[1]", table={Key(): 2})
 
 
 def test_other_objects_can_be_told_from_none():

@@ -119,6 +119,21 @@ def test_an_automaton_whose_state_is_gone_begins_anew_and_it_is_told() -> None:
     assert entered == ["start"]
 
 
+def test_the_timers_of_an_automaton_that_begins_anew_count_from_then_on() -> None:
+    run = running(timed("follow", "dance"), 16.0)
+    rest = State(id=7, name="rest", initial=True, children=(timed("x", "y", id=2, name="rest", seconds=1.0),))
+    new = Automaton(
+        id=1, name="walker", states=(rest, State(id=8, name="over")),
+        transitions=(Transition(id=1, origin=7, destination=8, seconds=3.0),),
+    )  # fmt: skip
+    reload(run, new)
+    assert run.active == "rest/x"
+    run.advance(1.1)
+    assert run.active == "rest/y"
+    run.advance(2.0)
+    assert run.active == "over"
+
+
 def test_two_states_of_one_name_are_not_mistaken_for_each_other() -> None:
     run = running(timed("follow", "dance"), 16.0)
     states = (State(id=5, name="rest", initial=True), State(id=6, name="dance"), State(id=7, name="dance"))
@@ -151,7 +166,9 @@ def test_automata_that_are_new_run_and_those_that_are_gone_do_not() -> None:
     run = running(timed("follow", "dance", children={"follow": child(2, "old")}), 1.0)
     assert set(ran) == {"old"}
     ran.clear()
+    old = run.tree.runs[1]
     (told,) = reload(run, timed("follow", "dance", children={"follow": child(3, "new")}))
+    assert not run.tree.begin_cycle(old)  # as its thread may ask at this very moment
     run.advance(1.0)
     assert told == "automaton 2 (old) is gone, which was in a"
     assert ran == ["new"] * 10
@@ -222,6 +239,30 @@ def test_variables_that_nobody_changed_get_the_value_of_the_new_version() -> Non
     run.reload(component(lambda self: counting(self, first=100, limits=(8,))))
     run.advance(0.1)
     assert user(run).seen == (7, [8], 7)
+
+
+def test_a_variable_that_has_no_first_value_keeps_its_value() -> None:
+    def version(self: Any) -> Automaton:
+        found: int
+
+        def entry() -> None:
+            nonlocal found
+            found = 7
+
+        def code() -> None:
+            self.seen = found
+
+        return Automaton(
+            id=1, name="walker", states=(State(id=1, name="a", initial=True, entry=entry, code=code),)
+        )  # fmt: skip
+
+    run = VirtualRun(component(version))
+    run.advance(0.1)
+    run.reload(component(version))
+    vars(run.component).clear()
+    run.advance(0.1)
+    assert run.errors == ()
+    assert user(run).seen == 7
 
 
 def test_a_list_that_was_changed_in_place_is_kept() -> None:
