@@ -18,7 +18,7 @@ from codegen.hfsm.model_checker import (
 )
 from tests.support.model_documents import PATH, Player, documents, play, stated
 
-LIMIT = 4000
+LIMIT = 30_000
 
 _settings = settings(
     max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]

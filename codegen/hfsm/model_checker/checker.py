@@ -25,10 +25,10 @@ from .reachability import (
 
 __all__ = ["DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model"]
 
-DEFAULT_LIMIT: Final = 60_000
-"""Configurations to look at for each property, and for all else together: about a second."""
+DEFAULT_LIMIT: Final = 1_000_000
+"""The work of a check, in automata that are looked at in configurations: about a second."""
 
-QUICK_LIMIT: Final = 5_000
+QUICK_LIMIT: Final = 30_000
 """A limit for checks on the way to something else, such as generation."""
 
 
@@ -36,7 +36,7 @@ QUICK_LIMIT: Final = 5_000
 class ModelReport:
     """What is known of the automata of a document.
 
-    `explored` configurations were looked at; with `complete` nothing is left undecided.
+    `work` is what of the limit was spent; with `complete` nothing is left undecided.
     """
 
     model: Model
@@ -45,7 +45,7 @@ class ModelReport:
     conflicts: tuple[Conflict, ...]
     deadlocks: tuple[Deadlock, ...]
     properties: tuple[PropertyResult, ...]
-    explored: int
+    work: int
     complete: bool
 
 
@@ -60,17 +60,24 @@ def check_model(
     """Check the automata of a document, whose imports are resolved, whatever values their guards have.
 
     `operations` tells which operations of the interfaces command something, by default their names do;
-    `commands` which the code uses, by default what it says. `limit` is the number of configurations to look
-    at for each property, and for all else together. What it leaves undecided is reported as such.
+    `commands` which the code uses, by default what it says. `limit` is how much work may be spent, in
+    automata that are looked at in configurations. What it leaves undecided is reported as such.
     """
     model = read_model(document, path)
     fireability = analyze(model, events_of(model))
-    budget = Budget(limit // 2)
-    reached = find_reachable(model, fireability, budget)
-    between = Budget(limit - limit // 2)
+    budget = Budget(limit)
+    share = budget.share(limit // 4)
+    reached = find_reachable(model, fireability, share)
+    budget.give_back(share)
     uses = uses_of(model, commands or Commands(document, operations or {}))
-    conflicts = find_conflicts(model, uses, fireability, reached, between)
-    properties = [check_property(model, stated, fireability, Budget(limit)) for stated in document.properties]
+    share = budget.share(limit // 4)
+    conflicts = find_conflicts(model, uses, fireability, reached, share)
+    budget.give_back(share)
+    properties: list[PropertyResult] = []
+    for done, stated in enumerate(document.properties):
+        share = budget.share(budget.left // (len(document.properties) - done))
+        properties.append(check_property(model, stated, fireability, share))
+        budget.give_back(share)
     return ModelReport(
         model=model,
         states=tuple(state_results(model, reached)),
@@ -78,7 +85,7 @@ def check_model(
         conflicts=tuple(conflicts),
         deadlocks=tuple(find_deadlocks(model, fireability)),
         properties=tuple(properties),
-        explored=budget.spent + between.spent + sum(result.explored for result in properties),
+        work=budget.spent,
         complete=not reached.unknown
         and all(conflict.certain for conflict in conflicts)
         and all(result.verdict is not Verdict.UNDECIDED for result in properties),

@@ -9,11 +9,13 @@ from itertools import combinations
 from .actuators import Command, Commands
 from .cones import cone_of
 from .counterexample import Counterexample, counterexample
-from .exploration import Budget, find
+from .exploration import Budget
+from .expressions import Holds
 from .fireability import Fireability
 from .model import AutomatonModel, Model
 from .reachability import Reached
-from .transition_system import ACTIVE, FINISHED, Configuration, TransitionSystem
+from .search import search
+from .transition_system import ACTIVE, FINISHED
 
 __all__ = ["Conflict", "Use", "find_conflicts", "uses_of"]
 
@@ -127,21 +129,25 @@ class _Finder:
 
     def _side_by_side(self, first: list[Use], second: list[Use], budget: Budget) -> Conflict | None:
         cone = cone_of(self._model, [first[0].automaton, second[0].automaton], self._fireability)
-        system = TransitionSystem(self._model, cone, self._fireability)
         of_one, of_other = (_by_state(uses) for uses in (first, second))
-        one, other = (system.position[uses[0].automaton] for uses in (first, second))
+        a, b = (uses[0].automaton for uses in (first, second))
 
-        def both(configuration: Configuration) -> bool:
-            return (
+        def both(positions: dict[int, int]) -> Holds:
+            one, other = positions[a], positions[b]
+            return lambda configuration: (
                 configuration[one][1] & (ACTIVE | FINISHED) == ACTIVE
                 and configuration[other][1] & (ACTIVE | FINISHED) == ACTIVE
                 and configuration[one][0] in of_one
                 and configuration[other][0] in of_other
             )
 
-        run = (outcome := find(system, both, None, budget)).run
+        goals = [(a, min(of_one)), (b, min(of_other))]
+        searched = search(self._model, cone, self._fireability, both, budget=budget, goals=goals)
+        run, system = searched.outcome.run, searched.system
         if run is None:
-            return None if outcome.complete else Conflict(first[0], second[0], nested=False, certain=False)
+            certain = searched.outcome.complete
+            return None if certain else Conflict(first[0], second[0], nested=False, certain=False)
+        one, other = system.position[a], system.position[b]
         last = run.moves[-1].configuration if run.moves else run.start
         return Conflict(
             of_one[last[one][0]],

@@ -66,11 +66,14 @@ class Counterexample:
         return asdict(self)
 
     def __str__(self) -> str:
-        """Return the steps, one a line, with their times in seconds."""
-        lines = [f"{step.time_ms / 1000:9.3f} s  {step.text}" for step in self.steps]
+        """Return the steps, one a line and numbered, with their times in seconds."""
+        lines = [
+            f"{number:3}. {step.time_ms / 1000:9.3f} s  {step.text}"
+            for number, step in enumerate(self.steps, 1)
+        ]
         if self.repeats is not None:
-            begins = self.steps[self.repeats].time_ms if self.repeats < len(self.steps) else 0.0
-            lines.append(f"{self.ends_ms / 1000:9.3f} s  and so on from {begins / 1000:.3f} s")
+            again = f"from step {self.repeats + 1}" if self.repeats < len(self.steps) else "without a step"
+            lines.append(f"{'':4} {self.ends_ms / 1000:9.3f} s  and so on {again}")
         return "\n".join(lines)
 
 

@@ -13,26 +13,27 @@ __all__ = ["Budget", "Move", "Outcome", "Run", "explore", "find", "find_avoiding
 
 Holds = Callable[[Configuration], bool]
 
-_NEVER_ENDS: Final = -1
+_WORK_OF_A_NODE: Final = 4
 
 
 @dataclass(slots=True)
 class Budget:
-    """How many nodes may still be looked at."""
+    """How much work is left; one node takes as much as the automata in it, and a little more."""
 
     left: int
     spent: int = 0
 
-    def take(self) -> bool:
-        """Count one node; false when there is none left."""
+    def take(self, system: TransitionSystem) -> bool:
+        """Count one node of a system; false when there is nothing left."""
         if self.left <= 0:
             return False
-        self.left -= 1
-        self.spent += 1
+        work = len(system.cone) + _WORK_OF_A_NODE
+        self.left -= work
+        self.spent += work
         return True
 
     def share(self, limit: int) -> Budget:
-        """Return a budget of at most `limit` nodes, which `give_back` settles."""
+        """Return a budget of at most `limit`, which `give_back` settles."""
         return Budget(min(self.left, max(0, limit)))
 
     def give_back(self, share: Budget) -> None:
@@ -111,7 +112,7 @@ def explore(
     seen = {node}
     waiting = [node]
     for node in waiting:  # grows
-        if not budget.take():
+        if not budget.take(system):
             return False
         for choice, configuration, following, _ in system.successors(node):
             if visit(configuration, node.position, choice):
@@ -122,23 +123,33 @@ def explore(
     return True
 
 
-def find(system: TransitionSystem, bad: Holds, within: int | None, budget: Budget) -> Outcome:
-    """Search the earliest configuration that is `bad`, in the first `within` ns."""
+def find(
+    system: TransitionSystem,
+    bad: Holds,
+    within: int | None,
+    budget: Budget,
+    distance: Callable[[Configuration], int] = lambda _: 0,
+) -> Outcome:
+    """Search a configuration that is `bad`, in the first `within` ns.
+
+    It is the earliest unless there is a `distance`: then those with the smallest are looked at first, and
+    `within` must be None.
+    """
     search = _Search(system)
     search.start, node, elapsed = system.start()
     if bad(search.start):
         return Outcome(Run(search.start, (), 0), True, 1, 0)
     search.came[node] = None
     search.times[node] = elapsed
-    waiting = [(elapsed, 0, node)]
+    waiting = [(0, elapsed, 0, node)]
     pushed, explored = 0, 0
     while waiting:
-        time, _, node = heapq.heappop(waiting)
+        _, time, _, node = heapq.heappop(waiting)
         if search.times[node] != time or node.position < 0:
             continue
         if within is not None and time > within:
             break
-        if not budget.take():
+        if not budget.take(system):
             return Outcome(None, False, explored, time)
         explored += 1
         for choice, configuration, following, elapsed in system.successors(node):
@@ -149,7 +160,7 @@ def find(system: TransitionSystem, bad: Holds, within: int | None, budget: Budge
                 search.times[following] = time + elapsed
                 search.came[following] = node, choice, configuration
                 pushed += 1
-                heapq.heappush(waiting, (time + elapsed, pushed, following))
+                heapq.heappush(waiting, (distance(configuration), time + elapsed, pushed, following))
     return Outcome(None, True, explored, within or 0)
 
 
@@ -172,7 +183,7 @@ def find_avoiding(system: TransitionSystem, good: Holds, within: int | None, bud
             ends = search.times[node] if within is None else max(within, 0)
             return Outcome(search.run_to(node, None, ends), True, len(edges), time)
         until = time
-        if not budget.take():
+        if not budget.take(system):
             complete = False
             break
         edges[node] = [edge for edge in system.successors(node) if not good(edge[1])]

@@ -52,9 +52,11 @@ class ExpressionError(Exception):
 
 @dataclass(frozen=True)
 class Expression:
-    """An expression that was understood: the automata that it speaks of, and how it becomes a function."""
+    """An expression that was understood: what it speaks of, and how it becomes a function."""
 
     automata: frozenset[int]
+    states: frozenset[tuple[int, int]]
+    """The states that it asks for, with their automata."""
     bind: Callable[[Positions], Holds]
     """Takes where each automaton stands in a configuration."""
 
@@ -245,11 +247,12 @@ class _Parser:
 
 def _joined(parts: list[Expression], make: Callable[[list[Holds]], Holds]) -> Expression:
     automata = frozenset[int]().union(*(part.automata for part in parts))
-    return Expression(automata, lambda positions: make([part.bind(positions) for part in parts]))
+    states = frozenset[tuple[int, int]]().union(*(part.states for part in parts))
+    return Expression(automata, states, lambda positions: make([part.bind(positions) for part in parts]))
 
 
 def _constant(value: bool) -> Expression:
-    return Expression(frozenset(), lambda _: lambda _configuration: value)
+    return Expression(frozenset(), frozenset(), lambda _: lambda _configuration: value)
 
 
 def _in(states: list[tuple[int, int]]) -> Expression:
@@ -260,7 +263,7 @@ def _in(states: list[tuple[int, int]]) -> Expression:
             for position, state in wanted
         )
 
-    return Expression(frozenset(automaton for automaton, _ in states), bind)
+    return Expression(frozenset(automaton for automaton, _ in states), frozenset(states), bind)
 
 
 def _flag(automaton: int, function: str) -> Expression:
@@ -271,4 +274,4 @@ def _flag(automaton: int, function: str) -> Expression:
         position = positions[automaton]
         return lambda configuration: bool(configuration[position][1] & flag) is wanted
 
-    return Expression(frozenset({automaton}), bind)
+    return Expression(frozenset({automaton}), frozenset(), bind)

@@ -6,7 +6,7 @@ missing here is missing in every run. For most automata the result is exact, too
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .events import Events
 from .model import AutomatonModel, Model, TransitionModel
@@ -32,6 +32,8 @@ class Fireability:
     events: frozenset[str]
     stuck: tuple[frozenset[int], ...]
     """The states that hold an automaton for good once it is there."""
+    cut_short: tuple[frozenset[int], ...]
+    """The transitions that would fire if the states above were not left before."""
 
     def may_fire(self, automaton: int, transition: TransitionModel) -> bool:
         """Return whether a transition is not known never to fire."""
@@ -64,6 +66,7 @@ class _Analysis:
         self._certain: list[Solitary | None] = []
         """What automata do that may run without a break for as long as they like, None for others."""
         self._exact: set[int] = set()
+        self._cut_short: list[frozenset[int]] = []
         for automaton in model.automata:
             self._add(automaton)
 
@@ -97,6 +100,7 @@ class _Analysis:
             finishing=self.finishing,
             events=self._surroundings.events,
             stuck=tuple(one.stuck for one in self._at_most),
+            cut_short=tuple(self._cut_short),
         )
 
     def _add(self, automaton: AutomatonModel) -> None:
@@ -109,14 +113,18 @@ class _Analysis:
                 self._lifetimes.append(0)
                 self._at_most.append(Solitary(automaton))
                 self._certain.append(None)
+                self._cut_short.append(frozenset())
                 self._exact.add(automaton.index)
                 return
             if owner.restart and aligned and self._is_aligned(above.automaton):
                 lifetime = above.longest(owner.index, self._lifetimes[automaton.parent])
         self._lifetimes.append(lifetime)
         around = Surroundings(self._surroundings.finished, self._surroundings.events, lifetime)
-        one = examine(automaton, Rhythm.REGULAR if aligned else Rhythm.ANY, around)
+        rhythm = Rhythm.REGULAR if aligned else Rhythm.ANY
+        one = examine(automaton, rhythm, around)
         self._at_most.append(one)
+        for_ever = one if lifetime is None else examine(automaton, rhythm, replace(around, lifetime=None))
+        self._cut_short.append(frozenset(for_ever.transitions.keys() - one.transitions.keys()))
         self._certain.append(self._undisturbed(automaton, aligned))
         if self._is_exact(automaton, aligned, one):
             self._exact.add(automaton.index)

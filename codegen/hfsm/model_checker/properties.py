@@ -9,10 +9,12 @@ from typing import Final
 from ..document import Property
 from .cones import cone_of
 from .counterexample import Counterexample, counterexample
-from .exploration import Budget, find, find_avoiding
+from .exclusion import may_hold
+from .exploration import Budget, find_avoiding
 from .expressions import ExpressionError, Holds, parse
 from .fireability import Fireability
 from .model import Model, nanoseconds
+from .search import search
 from .transition_system import TransitionSystem
 
 __all__ = ["KINDS", "PropertyResult", "Verdict", "check_property"]
@@ -61,18 +63,33 @@ def check_property(
         return PropertyResult(stated, Verdict.INVALID, error=error)
     if not model.automata:
         return _invalid(stated, "there is no automaton")
-    system = TransitionSystem(model, cone_of(model, expression.automata or {0}, fireability), fireability)
-    holds = expression.bind(system.position)
+    cone = cone_of(model, expression.automata or {0}, fireability)
     if kind == "eventually":
-        outcome = find_avoiding(system, holds, within, budget)
+        system = TransitionSystem(model, cone, fireability)
+        outcome = find_avoiding(system, expression.bind(system.position), within, budget)
     else:
-        bad: Holds = holds if kind == "never" else lambda configuration: not holds(configuration)
-        outcome = find(system, bad, within, budget)
+        bad = kind == "never"
+        if not may_hold(model, expression, bad, fireability):
+            return PropertyResult(stated, Verdict.HOLDS)
+        searched = search(
+            model,
+            cone,
+            fireability,
+            lambda positions: _has_value(expression.bind(positions), bad),
+            budget=budget,
+            within=within,
+            goals=expression.states,
+        )
+        system, outcome = searched.system, searched.outcome
     verdict = Verdict.HOLDS if outcome.complete else Verdict.UNDECIDED
     found = None
     if outcome.run is not None:
         verdict, found = Verdict.VIOLATED, counterexample(model, system, outcome.run)
     return PropertyResult(stated, verdict, found, outcome.explored, outcome.until / 1e6)
+
+
+def _has_value(holds: Holds, value: bool) -> Holds:
+    return holds if value else lambda configuration: not holds(configuration)
 
 
 def _invalid(stated: Property, problem: str) -> PropertyResult:

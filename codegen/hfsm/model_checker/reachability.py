@@ -10,7 +10,8 @@ from .exploration import Budget, explore
 from .fireability import Fireability
 from .guards import satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
-from .transition_system import ACTIVE, Choice, Configuration, TransitionSystem
+from .search import system_of
+from .transition_system import ACTIVE, Choice, Configuration
 
 __all__ = ["Reachability", "StateResult", "TransitionResult", "WhyNever", "find_reachable"]
 
@@ -108,7 +109,7 @@ class _Finder:
     def search(self, index: int, budget: Budget) -> bool:
         """Search until all that may be possible is seen; false when the budget ends before."""
         cone = cone_of(self._model, [index], self._fireability)
-        system = TransitionSystem(self._model, cone, self._fireability)
+        system = system_of(self._model, cone, self._fireability)
         states, transitions = self.states, self.transitions
         wanted = len(self._fireability.states[index]) + len(self._fireability.transitions[index])
 
@@ -200,7 +201,8 @@ def _why_transition(
         return WhyNever.CHILDREN, ()
     if state.final:
         return WhyNever.ORIGIN, ()
-    if fireability.may_fire(automaton.index, transition):
+    cut_short = transition.index in fireability.cut_short[automaton.index]
+    if cut_short or fireability.may_fire(automaton.index, transition):
         return WhyNever.ANCESTORS, ()
     return WhyNever.EARLIER, _always_earlier(automaton, state, transition, fireability)
 

@@ -168,7 +168,7 @@ def _shortened(text: str) -> str:
     if len(lines) <= 2 * _SHOWN_STEPS:
         return text
     left = len(lines) - 2 * _SHOWN_STEPS
-    return "\n".join([*lines[:_SHOWN_STEPS], f"{'':13}... {left} more ...", *lines[-_SHOWN_STEPS:]])
+    return "\n".join([*lines[:_SHOWN_STEPS], f"{'':18}... {left} more ...", *lines[-_SHOWN_STEPS:]])
 
 
 def _within(start: Location, text: Text, offset: int, length: int) -> Location:
