@@ -173,16 +173,13 @@ class _Ids:
 
 def _with_all_below(top: Automaton, document: Document) -> Iterator[Automaton]:
     """Yield an automaton and all below it, each before its children and each once."""
-    seen: set[int] = set()
-    pending = [top]
+    left = {automaton.id: automaton for automaton in reversed(document.automata)}
+    pending = [top.id]
     while pending:
-        automaton = pending.pop()
-        if automaton.id in seen:
-            continue
-        seen.add(automaton.id)
-        yield automaton
-        children = [child for state in automaton.states for child in state.children]
-        pending += [found for found in map(document.automaton, reversed(children)) if found is not None]
+        automaton = left.pop(pending.pop(), None)
+        if automaton is not None:
+            yield automaton
+            pending += [child for state in reversed(automaton.states) for child in reversed(state.children)]
 
 
 def _graft(automata: Sequence[Automaton], stub: Automaton, ids: _Ids) -> Iterator[Automaton]:
