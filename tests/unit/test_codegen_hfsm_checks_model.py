@@ -1,0 +1,61 @@
+"""What the checks call impossible the model checker never finds possible, in random documents."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hypothesis import HealthCheck, given, settings
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document, write_document
+from codegen.hfsm.checks import check
+from codegen.hfsm.document import Document
+from codegen.hfsm.known_interfaces import KnownInterfaces
+from codegen.hfsm.model_checker import Reachability, check_model
+from tests.support.model_documents import documents
+
+PATH = Path("random.xml")
+
+
+def told_lines(document: Document, *codes: str) -> set[int]:
+    diagnostics = Diagnostics()
+    check(document, PATH, KnownInterfaces({}), diagnostics)
+    return {found.location.line for found in diagnostics if found.code in codes}
+
+
+def with_lines(document: Document) -> Document:
+    read = parse_document(write_document(document), PATH, Diagnostics())
+    assert read is not None
+    return read
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(documents())
+def test_a_transition_that_never_fires_is_impossible_in_the_model(document: Document) -> None:
+    document = with_lines(document)
+    told = told_lines(document, "W516", "W517", "W518")
+    report = check_model(document, PATH, limit=4000)
+    possible = {
+        (result.automaton, result.transition)
+        for result in report.transitions
+        if result.reachability is Reachability.POSSIBLE
+    }
+    for automaton in document.automata:
+        for transition in automaton.transitions:
+            if {transition.line, transition.trigger.line, transition.guard.line} & told:
+                assert (automaton.id, transition.id) not in possible
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(documents())
+def test_a_state_without_a_way_in_is_impossible_in_the_model(document: Document) -> None:
+    document = with_lines(document)
+    told = told_lines(document, "W514")
+    report = check_model(document, PATH, limit=4000)
+    for result in report.states:
+        automaton = document.automaton(result.automaton)
+        assert automaton is not None
+        state = automaton.state(result.state)
+        assert state is not None
+        if state.line in told:
+            assert result.reachability is not Reachability.POSSIBLE
