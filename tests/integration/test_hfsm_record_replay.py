@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -41,10 +42,9 @@ class HeadI(PoseHead):
     def setSpeed(self, panSpeed: float, tiltSpeed: float, current: Current) -> HeadPose:
         return self.pose()
 
-    def stop(self, current: Current) -> HeadPose:
+    def stop(self, current: Current) -> None:
         if self._random.random() < 0.3:
             raise RuntimeError("the head is stuck")
-        return self.pose()
 
     def getPose(self, current: Current) -> HeadPose:
         return self.pose()
@@ -183,10 +183,12 @@ def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) ->
     class Fails(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             found: list[Any] = []
-            for call in (self.head.stop, self.head.getLimits, lambda: self.head.setSpeed("fast")):
+            wrong: Any = self.head.setSpeed
+            calls: list[Callable[[], object]] = [self.head.stop, self.head.getLimits, lambda: wrong("fast")]
+            for call in calls:
                 try:
-                    call()  # type: ignore[operator]
-                except Exception as error:
+                    call()
+                except Exception as error:  # noqa: BLE001
                     found.append([type(error).__name__, str(error)])
             if count % 5 == 0:
                 self.head.getLimits()
@@ -435,7 +437,7 @@ class RandomComponent(Component, document="random.xml"):
         return self.build(self.spec, iter(range(1, 100)))
 
     def build(self, spec: Spec, ids: Iterator[int]) -> Automaton:
-        id = next(ids)
+        number = next(ids)
         count = 0
         seen: Any = None
 
@@ -479,15 +481,15 @@ class RandomComponent(Component, document="random.xml"):
 
         child = self.build(spec.child, ids) if spec.child else None
         return Automaton(
-            id=id,
-            name=f"automaton_{id}",
+            id=number,
+            name=f"automaton_{number}",
             period=spec.period,
             states=tuple(
                 State(
                     id=index + 1,
                     name=f"{deed}_{index}",
                     initial=index == 0,
-                    code=lambda deed=deed: do(deed),
+                    code=partial(do, deed),
                     exit=(lambda: do("share")) if index == 1 else None,
                     children=(child,) if child and index == spec.owner else (),
                 )

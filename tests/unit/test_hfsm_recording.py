@@ -6,7 +6,6 @@ import json
 import math
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -215,7 +214,7 @@ def test_a_turn_goes_to_others_while_its_owner_waits() -> None:
     with turns.turn("a"):
         with turns.waiting():
             assert turns.context is None
-            other = threading.Thread(target=lambda: turns.begin("b") or turns.end())
+            other = threading.Thread(target=begin_and_end, args=(turns, "b"))
             other.start()
             other.join(5)
             assert not other.is_alive()
@@ -226,10 +225,15 @@ def test_a_thread_that_blocks_loses_its_turn_and_that_is_told() -> None:
     overlaps: list[tuple[str, str]] = []
     turns = Turns(lambda *who: overlaps.append(who), patience=0.05)
     with turns.turn("a"):
-        other = threading.Thread(target=lambda: turns.begin("b") or turns.end())
+        other = threading.Thread(target=begin_and_end, args=(turns, "b"))
         other.start()
         other.join(5)
     assert overlaps == [("b", "a")]
+
+
+def begin_and_end(turns: Turns, context: str) -> None:
+    turns.begin(context)
+    turns.end()
 
 
 # Variables.
@@ -268,12 +272,12 @@ def component_automaton(code: Any) -> Automaton:
 
 
 @pytest.fixture
-def blinker() -> Iterator[Component]:
+def blinker() -> Component:
     from hfsm_runtime import State
 
     states = [State(id=1, name="on"), State(id=2, name="off")]
     root = automaton(1, "blinker", states, [after(0.3, 1, 2), after(0.2, 2, 1)])
-    yield component(root)
+    return component(root)
 
 
 def test_a_run_is_recorded_by_the_time_of_the_component(tmp_path: Path, blinker: Component) -> None:

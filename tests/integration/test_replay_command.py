@@ -1,0 +1,320 @@
+"""`--record` of a component's process and `visualhfsm replay`, as users type them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+
+from hfsm_runtime.recording.messages import Reading
+from hfsm_runtime.recording.writer import Entry, RecordingWriter
+from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.processes import REPOSITORY, ComponentProcess, module
+
+HEAD = (
+    "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
+    "<interface>PoseHead</interface></iceinterface>"
+)
+TURN = "pose = self.head.setSpeed(0.4, 0.0)\nlooks += 1"
+TURNING = document(
+    sub(
+        1,
+        0,
+        state(1, "left", TURN, initial=True),
+        state(2, "right", "self.head.setSpeed(-0.4, 0.0)"),
+        transition(1, 1, 2, "self.head.getPose().pan > 0.15", name="far"),
+        transition(2, 2, 1, "400", type="time", name="back"),
+        variables="looks = 0\npose = None",
+    ),
+    config=HEAD,
+)
+
+
+def replay(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        module("visualhfsm", "replay", *map(str, arguments)),
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def lines(done: subprocess.CompletedProcess[str]) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording of a component that turned a fake robot's head for two seconds."""
+    from tests.support.processes import free_endpoint
+
+    folder = tmp_path_factory.mktemp("recorded")
+    endpoint = free_endpoint()
+    file = compile_to(folder, TURNING, "turner")
+    path = folder / "run.mcap"
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+        server.wait_for("ready")
+        with run(file, endpoint, "--record", str(path), "--seconds", "2") as component:
+            assert component.wait(20.0) == 0, component.output
+    return path
+
+
+def run(file: Path, endpoint: str, *options: str) -> ComponentProcess:
+    import sys
+
+    command = [sys.executable, str(file), "--connect", endpoint, *options]
+    return ComponentProcess(command, {"PYTHONPATH": str(REPOSITORY)})
+
+
+def edited(folder: Path, old: str, new: str) -> Path:
+    assert old in TURNING
+    path = folder / "turner.xml"
+    path.write_text(TURNING.replace(old, new))
+    return path
+
+
+def test_a_recording_replays_identically_and_says_whose_code_runs(recorded: Path) -> None:
+    done = replay(recorded)
+    assert done.returncode == 0, done.stderr
+    assert "run.mcap: turner, recorded on 20" in done.stdout
+    assert "cycles, identical" in done.stdout
+    assert done.stderr == "the code that is run is that in the recording: turner.py\n"
+
+
+def test_its_document_replays_identically_without_the_code_in_the_recording(recorded: Path) -> None:
+    done = replay(recorded, recorded.parent / "turner.xml")
+    assert done.returncode == 0, done.stderr
+    assert "cycles, identical" in done.stdout
+    assert done.stderr == ""
+
+
+def test_an_edited_document_is_told_with_the_first_difference_and_both_timelines(
+    recorded: Path, tmp_path: Path
+) -> None:
+    done = replay(recorded, edited(tmp_path, "&gt; 0.15", "&gt; 0.05"))
+    assert done.returncode == 3, done.stderr
+    assert "1 automaton behaves otherwise" in done.stdout
+    assert "turner in the state left" in done.stdout
+    first, shown = done.stdout.partition("first at ")[2].split(" s: ", 1)
+    assert 0.0 < float(first) < 1.0
+    rows = [line.split() for line in shown.splitlines()[1:5]]
+    assert rows == [["recorded", "replayed"], ["guard", "far", "false", "true"], ["fired", "-", "far"],
+                    ["then", "in", "left", "right"]]  # fmt: skip
+
+
+def test_json_has_every_change_of_both(recorded: Path, tmp_path: Path) -> None:
+    done = replay(recorded, edited(tmp_path, ">400<", ">250<"), "--json")
+    begin, *_, end = lines(done)
+    assert begin["event"] == "begin"
+    assert begin["recording_seconds"] == pytest.approx(2.0, abs=0.3)
+    assert end["event"] == "end"
+    assert [step["state"] for step in end["recorded"]][:3] == ["left", "right", "left"]
+    assert end["divergences"][0]["name"] == "turner"
+    assert end["replayed"][2]["time"] < end["recorded"][2]["time"]
+
+
+def test_a_part_can_be_replayed_and_the_edited_document_take_over_within(
+    recorded: Path, tmp_path: Path
+) -> None:
+    part = lines(replay(recorded, "--json", "--until", "0.5"))[-1]
+    assert part["identical"]
+    assert part["seconds"] <= 0.5
+    later = lines(replay(recorded, edited(tmp_path, ">400<", ">100<"), "--from", "1", "--json"))[-1]
+    changes = [(step["time"], step["state"]) for step in later["replayed"]]
+    same = [(step["time"], step["state"]) for step in later["recorded"] if step["time"] < 1.0]
+    assert changes[: len(same)] == same
+    assert any("took over at 1." in note for note in later["notes"])
+
+
+def test_a_document_with_errors_is_told_and_nothing_runs(recorded: Path, tmp_path: Path) -> None:
+    done = replay(recorded, edited(tmp_path, "looks += 1", "looks +="))
+    assert done.returncode == 1
+    assert "turner.xml:" in done.stderr
+    assert "nothing was replayed" in done.stderr
+
+
+def test_what_user_code_prints_does_not_disturb_the_report(recorded: Path, tmp_path: Path) -> None:
+    talking = edited(tmp_path, "looks += 1", "looks += 1; print('{}', flush=True)")
+    done = replay(recorded, talking, "--json")
+    assert {line["event"] for line in lines(done)} == {"begin", "end"}
+    assert "{}" not in done.stderr
+    assert "{}" in replay(recorded, talking, "--output").stderr
+
+
+def test_from_without_a_document_is_wrong_usage(recorded: Path) -> None:
+    done = replay(recorded, "--from", "1")
+    assert done.returncode == 2
+    assert "--from needs the DOCUMENT" in done.stderr
+
+
+def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goes(
+    tmp_path: Path, endpoint: str
+) -> None:
+    file = compile_to(tmp_path, TURNING, "turner")
+    path = tmp_path / "run.mcap"
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+        server.wait_for("ready")
+        with run(file, endpoint, "--record", str(path)) as component:
+            deadline = time.monotonic() + 20.0
+            while not path.exists() or path.stat().st_size < 12_000:
+                assert time.monotonic() < deadline
+                time.sleep(0.05)
+            component.process.kill()
+            component.process.wait(5.0)
+    done = replay(path)
+    assert done.returncode == 0, done.stderr
+    assert "the recording was cut off" in done.stdout
+    assert "identical" in done.stdout
+
+
+def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
+    file = compile_to(tmp_path, TURNING, "turner")
+    path = tmp_path / "run.mcap"
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+        server.wait_for("ready")
+        with run(file, endpoint, "--record", str(path)) as component:
+            deadline = time.monotonic() + 20.0
+            while not path.exists() or path.stat().st_size < 12_000:
+                assert time.monotonic() < deadline
+                time.sleep(0.05)
+            component.process.send_signal(signal.SIGINT)
+            assert component.wait(10.0) == 130
+    with path.open("rb") as read:
+        summary = make_reader(read).get_summary()
+        assert summary is not None
+        topics = {channel.topic for channel in summary.channels.values()}
+    assert {"/automata/turner", "/guards/turner", "/variables/turner", "/proxy/head/setSpeed"} <= topics
+
+
+def test_ctrl_c_ends_the_process_that_replays(recorded: Path, tmp_path: Path) -> None:
+    import psutil
+
+    hanging = edited(tmp_path, "looks += 1", "looks += 1\nwhile True: print('endless', flush=True)")
+    with ComponentProcess(module("visualhfsm", "replay", str(recorded), str(hanging), "--output")) as process:
+        process.wait_for("endless")
+        children = psutil.Process(process.process.pid).children(recursive=True)
+        assert children
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait(15.0) == 130
+    assert not any(child.is_running() and child.status() != psutil.STATUS_ZOMBIE for child in children)
+
+
+# Files that are none, or want to do harm.
+
+
+def harmful(path: Path, *, attachments: dict[str, str], messages: list[bytes], start: str = "1000") -> Path:
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start()
+        writer.add_metadata("visualhfsm.component", {"name": "evil\x1b[31m", "start": start})
+        for name, text in attachments.items():
+            writer.add_attachment(0, 0, name, "text/plain", text.encode())
+        schema = writer.register_schema("visualhfsm.Reading", "jsonschema", b"{}")
+        channel = writer.register_channel("/readings", "json", schema)
+        for data in messages:
+            writer.add_message(channel, 2000, data, 2000)
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "not an MCAP file"),
+        (b"PK\x03\x04 something else", "not an MCAP file"),
+        (bytes.fromhex("894d434150300d0a"), "not an MCAP file"),
+        (bytes.fromhex("894d434150300d0a") + b"\x01" + b"\xff" * 8, "not an MCAP file"),
+        (bytes.fromhex("894d434150300d0a") + b"\x06" + (1 << 62).to_bytes(8, "little") + b"x", "not an MCAP"),
+    ],
+)
+def test_a_file_that_is_no_recording_is_told_in_one_line(tmp_path: Path, content: bytes, told: str) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_bytes(content)
+    done = replay(path)
+    assert done.returncode == 1
+    assert told in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_an_mcap_file_of_something_else_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.finish()
+    done = replay(path)
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert "is no recording of a component" in done.stderr
+
+
+def test_attachments_do_not_leave_their_folder_and_names_do_not_reach_the_terminal(tmp_path: Path) -> None:
+    target = tmp_path / "stolen.py"
+    path = harmful(
+        tmp_path / "run.mcap",
+        attachments={f"component/../../../../..{target}": "print('run')", "component//etc/x.py": "x"},
+        messages=[],
+    )
+    done = replay(path)
+    assert done.returncode == 1
+    assert "does not hold its component" in done.stderr
+    assert "\x1b" not in done.stdout + done.stderr
+    assert not target.exists()
+
+
+def test_a_malformed_message_is_told(tmp_path: Path) -> None:
+    component = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True))), "idle").read_text()
+    path = harmful(
+        tmp_path / "run.mcap", attachments={"component/idle.py": component}, messages=[b'{"context": 5}']
+    )
+    done = replay(path)
+    assert done.returncode == 1
+    assert "message 1 of /readings is malformed" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_chunk_that_unpacks_to_more_than_it_says_is_not_unpacked(tmp_path: Path) -> None:
+    import zstandard
+
+    from hfsm_runtime.replay.reader import Recording
+
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter(path, {"name": "a", "start": "0"}, {}, 0)
+    writer.put(Entry("/readings", 1, Reading("", "now", 1)))
+    writer.close()
+    data = path.read_bytes()
+    begin = data.index(zstandard.FRAME_HEADER)
+    bomb = zstandard.compress(b"\0" * (300 << 20))
+    path.write_bytes(data[:begin] + bomb + data[begin + len(bomb) :])
+    with Recording(path) as recorded:
+        assert recorded.truncated
+        assert len(recorded) == 0
+
+
+def test_the_metadata_tell_versions_hashes_and_the_seed(recorded: Path) -> None:
+    with recorded.open("rb") as file:
+        (metadata,) = make_reader(file).iter_metadata()
+    found = metadata.metadata
+    assert found["name"] == "turner"
+    assert found["document"] == "turner.xml"
+    assert msgspec.json.decode(found["proxies"]) == {"head": "Head"}
+    assert {
+        "visualhfsm",
+        "mcap",
+        "python",
+        "seed",
+        "hash document/turner.xml",
+        "hash component/turner.py",
+    } <= set(found)
+    assert os.fspath(recorded.parent) not in str(found)
