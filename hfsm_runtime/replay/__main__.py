@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Final, NoReturn
@@ -50,6 +51,7 @@ def replay(
 
     The output are lines of JSON: `begin`, then `end`. What user code prints goes to stderr.
     """
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # there is nothing to clean up, and user code may not end
     output = _take_output()
     logging.disable(logging.CRITICAL)
     with Recording(recording) as recorded:

@@ -19,6 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
+from hfsm_runtime.recording import writer
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
@@ -384,6 +385,23 @@ def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variable
     assert comparison.divergences[0].time >= 3.0
     assert not [found for found in comparison.differences if found.what == "count"]
     assert "the edited document took over at 3." in run.notes[0]
+
+
+def test_a_gap_in_the_recording_is_told_and_ends_the_replay(
+    tmp_path: Path, world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.mcap"
+    with running(Watcher, world, path) as (_, clock):
+        clock.sleep(2.0)
+        monkeypatch.setattr(writer, "_MOST_WAITING", 0)
+        clock.sleep(1.0)
+        monkeypatch.setattr(writer, "_MOST_WAITING", 10_000)
+        clock.sleep(1.0)
+    run, comparison = replayed(path, Watcher)
+    (note,) = run.notes
+    assert note.startswith("the recording has a gap at 3.")
+    assert comparison.divergences == []
+    assert max(step.time for step in comparison.replayed_steps) < 3.1
 
 
 # Random components.
