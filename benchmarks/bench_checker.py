@@ -1,9 +1,9 @@
 """Measure the model checker on documents of 200 states in several shapes, each with properties.
 
 `flat` is one automaton; `deep` 20 automata of 10 states, one below the other; `parallel` 20 side by side
-below one state; `tree` 20 in three levels. `guards` has conditions only, `timers` timers, `mixed` both, and in
-`stops` automata begin anew each time the state above is entered. Periods are `100 ms` each, or `awkward`: five
-that have no small common multiple. The properties are about the first automaton and the last.
+below one state; `tree` 20 in three levels. `guards` has conditions only, `timers` timers, `mixed` both, and
+in `stops` automata begin anew each time the state above is entered. Periods are `100 ms` each, or `awkward`:
+five that have no small common multiple. The properties are about the first automaton and the last.
 
     python benchmarks/bench_checker.py [--limit 1000000] [--json FILE]
 """

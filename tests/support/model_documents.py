@@ -131,6 +131,8 @@ class _Drawing:
 
     def __init__(self, draw: st.DrawFn) -> None:
         self._draw = draw
+        timers = ["time"] * draw(st.sampled_from([0, 3, 3, 3]))
+        self._kinds = [*timers, "condition", "condition", "event"]
         self.automata: list[Automaton] = []
 
     def automaton(self, father: int, depth: int) -> int:
@@ -160,8 +162,7 @@ class _Drawing:
 
     def _leaving(self, number: int, states: list[State]) -> Transition:
         origin = states[(number - 1) % len(states)]
-        kinds = ["time", "time", "time", "condition", "condition", "event"]
-        kind = self._draw(st.sampled_from(kinds + (["finished"] * 4 if origin.children else [])))
+        kind = self._draw(st.sampled_from(self._kinds + (["finished"] * 4 if origin.children else [])))
         trigger = {
             "time": str(self._draw(st.sampled_from([1, 70, 100, 150, 200, 260, 300, 500, 800]))),
             "condition": self._draw(st.sampled_from(GUARDS)),

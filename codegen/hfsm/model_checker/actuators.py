@@ -90,8 +90,9 @@ class Commands:
             for interface in self.document.interfaces
         }
         self._functions = {}
-        for automaton in self.document.automata:
-            tree = _parsed(automaton.functions)
+        automata = self.document.automata
+        for text in (*(a.functions for a in automata), *(f.text for f in self.document.functions)):
+            tree = _parsed(text)
             for node in tree.body if tree else ():
                 if isinstance(node, ast.FunctionDef):
                     self._functions[node.name] = node

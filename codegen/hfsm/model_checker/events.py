@@ -74,10 +74,10 @@ def events_of(model: Model) -> Events:
     outside = {event.name.strip() for event in document.events}
     if _has_extension(model.path) or not _is_python(document):
         outside |= waited_for
-    for automaton in document.automata:
-        for text in (automaton.functions, automaton.variables):
-            sent = _sent_by(text.text)
-            outside |= waited_for if sent is None else sent
+    texts = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]
+    for text in (*texts, *(functions.text for functions in document.functions)):
+        sent = _sent_by(text.text)
+        outside |= waited_for if sent is None else sent
     return Events(waited_for, frozenset(outside))
 
 

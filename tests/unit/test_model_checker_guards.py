@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codegen.hfsm.model_checker.guards import Conjunction, conjunction, satisfy
+
+atoms = st.sampled_from("abcd")
+clauses = st.dictionaries(atoms, st.booleans(), max_size=3).map(lambda needs: tuple(needs.items()))
+
+
+def holds(clause: Conjunction, values: dict[str, bool]) -> bool:
+    return all(values[atom] is value for atom, value in clause)
+
+
+@given(clauses, st.lists(clauses, max_size=6))
+def test_satisfy_finds_values_exactly_when_there_are_some(
+    wanted: Conjunction, refused: list[Conjunction]
+) -> None:
+    found = satisfy(wanted, refused)
+    possible = [
+        values
+        for row in product([False, True], repeat=4)
+        if holds(wanted, values := dict(zip("abcd", row, strict=True)))
+        and not any(holds(clause, values) for clause in refused)
+    ]
+    if found is None:
+        assert not possible
+    else:
+        assert dict.fromkeys("abcd", False) | found in possible
+
+
+@pytest.mark.parametrize(
+    ("text", "needs"),
+    [
+        ("seen", (("seen", True),)),
+        ("not seen", (("seen", False),)),
+        ("not not seen", (("seen", True),)),
+        ("a and not b", (("a", True), ("b", False))),
+        ("not (a or b)", (("a", False), ("b", False))),
+        ("a or b", (("a or b", True),)),
+        ("a and a", (("a", True),)),
+        ("x  >  1", (("x > 1", True),)),
+        ("True", ()),
+        ("1", ()),
+        ("not False and True", ()),
+        ("False", None),
+        ("None", None),
+        ("a and not a", None),
+        ("a and 0", None),
+        ("  \n", (("", True),)),
+        ("return x > 1", (("return x > 1", True),)),
+        ("{", (("{", True),)),
+    ],
+)
+def test_a_guard_is_a_conjunction_of_atoms(text: str, needs: Conjunction | None) -> None:
+    assert conjunction(text, "here") == needs
+
+
+def test_a_guard_that_changes_each_time_it_is_asked_is_an_atom_of_its_own() -> None:
+    assert conjunction("random.random() < 0.5", "random.random() < 0.5 [3]") == (
+        ("random.random() < 0.5 [3]", True),
+    )
