@@ -142,7 +142,9 @@ class _Finder:
             )
 
         goals = [(a, min(of_one)), (b, min(of_other))]
-        searched = search(self._model, cone, self._fireability, both, budget=budget, goals=goals)
+        searched = search(
+            self._model, cone, self._fireability, both, budget=budget, goals=goals, lasting=True
+        )
         run, system = searched.outcome.run, searched.system
         if run is None:
             certain = searched.outcome.complete

@@ -129,15 +129,17 @@ def find(
     within: int | None,
     budget: Budget,
     distance: Callable[[Configuration], int] = lambda _: 0,
+    *,
+    lasting: bool = False,
 ) -> Outcome:
-    """Search a configuration that is `bad`, in the first `within` ns.
+    """Search a configuration that is `bad`, in the first `within` ns; one that `lasting` time passes in.
 
     It is the earliest unless there is a `distance`: then those with the smallest are looked at first, and
     `within` must be None.
     """
     search = _Search(system)
     search.start, node, elapsed = system.start()
-    if bad(search.start):
+    if bad(search.start) and (elapsed or not lasting):
         return Outcome(Run(search.start, (), 0), True, 1, 0)
     search.came[node] = None
     search.times[node] = elapsed
@@ -153,7 +155,8 @@ def find(
             return Outcome(None, False, explored, time)
         explored += 1
         for choice, configuration, following, elapsed in system.successors(node):
-            if bad(configuration):
+            lasts = elapsed > 0 or following.position < 0
+            if bad(configuration) and (lasts or not lasting):
                 return Outcome(search.run_to(node, (choice, configuration), time), True, explored, time)
             known = search.times.get(following)
             if known is None or time + elapsed < known:

@@ -35,23 +35,25 @@ def search(
     budget: Budget,
     within: int | None = None,
     goals: Collection[Goal] = (),
+    lasting: bool = False,
 ) -> Searched:
     """Search a configuration of the automata in a cone, in the first `within` ns.
 
-    `holds` takes the positions of the automata. `goals` are where it is likely to be found. The run is the
-    earliest there is, unless that takes more than half of the budget.
+    `holds` takes the positions of the automata. `goals` are where it is likely to be found. A `lasting` one
+    is not over at the moment at which it comes. The run is the earliest there is, unless that takes more than
+    half of the budget.
     """
     exact = TransitionSystem(model, cone, fireability)
     wanted = holds(exact.position)
     if within is not None:
-        return Searched(exact, find(exact, wanted, within, budget))
+        return Searched(exact, find(exact, wanted, within, budget, lasting=lasting))
     system = system_of(model, cone, fireability)
     first = budget.share(budget.left // 2 if goals else budget.left)
-    outcome = find(system, wanted, None, first)
+    outcome = find(system, wanted, None, first, lasting=lasting)
     budget.give_back(first)
     if not outcome.complete and goals:
         explored = outcome.explored
-        outcome = find(system, wanted, None, budget, _distance(model, system, goals))
+        outcome = find(system, wanted, None, budget, _distance(model, system, goals), lasting=lasting)
         outcome.explored += explored
     if outcome.run is not None and system.uniform:
         run = _retimed(exact, outcome.run)

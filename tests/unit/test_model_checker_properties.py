@@ -1,0 +1,264 @@
+"""Properties: what is proved, what is refuted, and how it is told."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics, Severity
+from codegen.hfsm import parse_document, read_document, write_document
+from codegen.hfsm.document import Document, Property
+from codegen.hfsm.model_checker import (
+    PropertyResult,
+    StepKind,
+    Verdict,
+    check_model,
+    read_operations,
+    report_model,
+)
+from tests.support.model_documents import PATH, after, automaton, document, play, state, stated, when
+
+ROOT = Path(__file__).resolve().parents[2]
+BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))
+OPERATIONS = read_operations((ROOT / "interfaces").glob("*/schema.json"))
+
+
+def read(path: Path) -> Document:
+    found = read_document(path, Diagnostics())
+    assert found is not None
+    return found
+
+
+def verdicts(doc: Document, *properties: Property, limit: int = 300_000) -> list[PropertyResult]:
+    return list(check_model(replace(doc, properties=properties), PATH, limit=limit).properties)
+
+
+def verdict(doc: Document, kind: str, expression: str, within: str = "", limit: int = 300_000) -> str:
+    (result,) = verdicts(doc, stated(kind, expression, within), limit=limit)
+    return str(result.verdict)
+
+
+@pytest.mark.parametrize("path", BEHAVIORS, ids=lambda path: path.stem)
+def test_the_behaviors_raise_no_alarm(path: Path) -> None:
+    report = check_model(read(path), path, operations=OPERATIONS)
+    diagnostics = Diagnostics()
+    report_model(report, diagnostics)
+    assert list(diagnostics) == []
+    assert report.complete
+
+
+@pytest.mark.parametrize(
+    ("kind", "expression", "within", "expected"),
+    [
+        ("never", "active(followBall/red) and active(followBall/green)", "", "holds"),
+        ("never", "active(followBall/red) and active(dance)", "", "holds"),
+        ("always", "ghost(followBall/red) or ghost(dance)", "", "holds"),
+        ("always", "dance -> active(dance)", "", "holds"),
+        ("eventually", "dance", "10000", "holds"),
+        ("eventually", "dance", "9900", "violated"),
+        ("eventually", "followBall/green", "8000", "holds"),
+        ("never", "followBall/green", "7900", "holds"),
+        ("never", "followBall/green", "8000", "violated"),
+        ("always", "followBall", "9900", "holds"),
+        ("always", "followBall", "10000", "violated"),
+        ("eventually", "followBall/green/search", "", "violated"),
+        ("never", "followBall/green/search", "", "violated"),
+        ("eventually", "dance/left", "", "violated"),
+    ],
+)
+def test_what_is_known_of_dance_and_follow(kind: str, expression: str, within: str, expected: str) -> None:
+    assert verdict(read(ROOT / "behaviors" / "dance_and_follow.xml"), kind, expression, within) == expected
+
+
+def blink(*more: object) -> Document:
+    return document(
+        automaton(
+            1,
+            [state(1, "off"), state(2, "on"), state(3, "broken")],
+            [after(300, 1, 2, id=1), after(200, 2, 1, id=2), *more],  # type: ignore[list-item]
+        )
+    )
+
+
+def test_a_counterexample_is_the_steps_that_lead_there() -> None:
+    (result,) = verdicts(blink(when("smoke", 2, 3, id=3, name="smoke")), stated("never", "broken"))
+    assert result.counterexample is not None
+    steps = [(s.time_ms, s.kind, s.origin, s.state, s.transition) for s in result.counterexample.steps]
+    assert steps == [
+        (0.0, StepKind.ENTERS, None, 1, None),
+        (300.0, StepKind.FIRES, 1, 2, 1),
+        (400.0, StepKind.GUARD, 2, 2, 3),
+        (400.0, StepKind.FIRES, 2, 3, 3),
+    ]
+    assert result.counterexample.ends_ms == 400.0
+    assert json.loads(json.dumps(result.counterexample.to_json()))["steps"][3]["kind"] == "fires"
+
+
+def test_what_may_never_come_is_a_loop_that_the_runtime_goes_round() -> None:
+    doc = blink(when("smoke", 2, 3, id=3))
+    (result,) = verdicts(doc, stated("eventually", "broken"))
+    assert result.counterexample is not None
+    assert result.counterexample.repeats is not None
+    player = play(doc, result.counterexample, rounds=5)
+    assert not player.times("broken")
+    assert len(player.fired_) > 5
+
+
+def test_timers_alone_make_something_come() -> None:
+    assert verdict(blink(), "eventually", "on") == "holds"
+    assert verdict(blink(), "eventually", "on", "300") == "holds"
+    assert verdict(blink(), "eventually", "on", "299") == "violated"
+
+
+def test_a_guard_that_is_asked_in_both_ways_makes_something_come() -> None:
+    doc = document(
+        automaton(1, [state(1, "a"), state(2, "b"), state(3, "c")], [when("x", 1, 2), when("not x", 1, 3)])
+    )
+    assert verdict(doc, "eventually", "b or c") == "holds"
+    assert verdict(doc, "eventually", "b") == "violated"
+
+
+def chain(depth: int) -> Document:
+    """Return automata one below the other, each with a loop of ten states."""
+    automata = []
+    for number in range(1, depth + 1):
+        states = [
+            state(each, children=[number + 1] if each == 7 and number < depth else ())
+            for each in range(1, 11)
+        ]
+        transitions = [when(f"g{each}", each, each % 10 + 1) for each in range(1, 11)]
+        automata.append(automaton(number, states, transitions, father=number - 1))
+    return document(*automata)
+
+
+def test_a_way_through_many_automata_is_found() -> None:
+    doc = chain(6)
+    (result,) = verdicts(doc, stated("never", "#6/s9"))
+    assert result.counterexample is not None
+    assert (6, 9) in play(doc, result.counterexample).visited
+
+
+def test_a_way_found_without_time_fits_periods_of_any_kind() -> None:
+    doc = chain(3)
+    automata = [
+        replace(a, iteration_time=replace(a.iteration_time, text=t))
+        for a, t in zip(doc.automata, ("97", "131", "53"), strict=True)
+    ]
+    doc = document(*automata)
+    (result,) = verdicts(doc, stated("never", "#3/s9"))
+    assert result.counterexample is not None
+    assert round(result.counterexample.ends_ms * 1e6) in play(doc, result.counterexample).times("#3/s9")
+
+
+def test_what_takes_too_long_is_undecided() -> None:
+    doc = document(
+        automaton(
+            1, [state(1, children=[2]), state(2)], [after(10_000, 1, 2), after(7_300, 2, 1)], period=97
+        ),
+        automaton(
+            2,
+            [state(1), state(2), state(3)],
+            [when("g", 1, 2), after(900, 2, 1), after(30_000, 1, 3)],
+            father=1,
+            period=89,
+        ),
+    )
+    (result,) = verdicts(
+        doc, stated("never", "#2/s3 and s1 and finished(s1)"), stated("eventually", "#2/s3"), limit=300
+    )[1:]
+    assert result.verdict is Verdict.UNDECIDED
+    assert 0 < result.explored < 300
+    assert result.until_ms > 0
+
+
+XML = """<?xml version="1.0" encoding="UTF-8"?>
+<VisualHFSM>
+  <properties>
+    <property kind="never">
+      <name>quiet</name>
+      <expression>on and
+        of</expression>
+    </property>
+    <property kind="{kind}">
+      <name>dark</name>
+      <within>{within}</within>
+      <expression>on</expression>
+    </property>
+  </properties>
+</VisualHFSM>
+"""
+
+
+def told(doc: Document, limit: int = 300_000) -> list[tuple[Severity, str, str]]:
+    diagnostics = Diagnostics()
+    report_model(check_model(doc, PATH, limit=limit), diagnostics)
+    return [(found.severity, found.code, found.message) for found in diagnostics]
+
+
+def test_properties_are_told_at_their_places() -> None:
+    stated_ = parse_document(XML.format(kind="never", within="300"), PATH, Diagnostics())
+    assert stated_ is not None
+    diagnostics = Diagnostics()
+    report_model(check_model(replace(blink(), properties=stated_.properties), PATH), diagnostics)
+    error, violated = diagnostics
+    assert (error.code, error.location.line, error.location.column, error.location.length) == (
+        "E613",
+        7,
+        9,
+        2,
+    )
+    assert error.message == "`quiet`: the root automaton has no state `of`"
+    assert [note.message for note in error.notes] == ["did you mean `off`?"]
+    assert (violated.code, violated.location.line) == ("E610", 12)
+    assert violated.message == "`dark` is violated: never on within 300 ms"
+    assert "0.300 s  `off` -> `on` by transition 1" in violated.notes[0].message
+
+
+@pytest.mark.parametrize(
+    ("kind", "within", "message"),
+    [
+        ("sometimes", "", "`p`: a property is `always`, `eventually` or `never`, not `sometimes`"),
+        ("never", "soon", "`p`: `within` is a positive number of milliseconds, not `soon`"),
+        ("never", "-3", "`p`: `within` is a positive number of milliseconds, not `-3`"),
+    ],
+)
+def test_a_property_that_is_not_one(kind: str, within: str, message: str) -> None:
+    doc = replace(blink(), properties=(stated(kind, "on", within, "p"),))
+    assert (Severity.ERROR, "E612", message) in told(doc)
+
+
+def test_an_undecided_property_is_a_warning() -> None:
+    doc = replace(chain(6), properties=(stated("never", "#6/s9", "", "p"),))
+    found = [one for one in told(doc, limit=30) if one[1] == "W611"]
+    assert found == [(Severity.WARNING, "W611", found[0][2])]
+    assert found[0][2].startswith("`p` is undecided (explored ")
+
+
+def test_what_never_happens_is_told_once() -> None:
+    doc = document(
+        automaton(
+            1,
+            [state(1), state(2), state(3), state(4)],
+            [after(300, 1, 2, id=1), after(500, 1, 3, id=2), after(100, 3, 4, id=3), after(100, 2, 1)],
+        )
+    )
+    assert told(doc) == [
+        (
+            Severity.WARNING,
+            "W601",
+            "the state `s3` is never entered: no transition that leads to it can fire",
+        ),
+        (Severity.WARNING, "W602", "transition 2 can never fire: another always fires before it"),
+    ]
+
+
+def test_a_document_that_was_written_and_read_says_the_same() -> None:
+    doc = replace(
+        blink(), properties=(stated("never", "on", "200", "p"), stated("eventually", "on", "", "q"))
+    )
+    again = parse_document(write_document(doc), PATH, Diagnostics())
+    assert again is not None
+    assert [r.verdict for r in check_model(again, PATH).properties] == [Verdict.HOLDS, Verdict.HOLDS]
