@@ -11,6 +11,7 @@ __all__ = ["run_at_changes"]
 
 _INTERVAL = 0.2  # s between two looks at the files
 _LARGEST_SHARE = 0.02  # of the time may go into looking
+_CLOCK_LAG = 20_000_000  # ns that the time of a file may be behind
 _SETTLED = 0.05  # s without a change, so that nobody is read in the middle of writing
 _LONGEST_UNREST = 1.0  # s that a file may go on changing before it is read all the same
 
@@ -25,10 +26,19 @@ def run_at_changes(run: Callable[[], Collection[Path]]) -> NoReturn:
     """
     before: _Snapshot = {}
     while True:
+        started = time.time_ns()
         paths = run()
-        # What was known before counts as it was before the run: it may have changed meanwhile.
-        before = {**_look_at(paths), **{path: before[path] for path in paths if path in before}}
-        before = _wait_for_change(before)
+        before = _wait_for_change(_look_back(before, paths, started))
+
+
+def _look_back(known: _Snapshot, paths: Collection[Path], started: int) -> _Snapshot:
+    """Return what paths were before a run that began at `started`, as they may have changed meanwhile.
+
+    What was known of them counts; of others those that have changed since then are as if they were absent.
+    """
+    found = _look_at(paths)
+    changed = {path: None for path, status in found.items() if status and status[0] > started - _CLOCK_LAG}
+    return {**found, **changed, **{path: known[path] for path in paths if path in known}}
 
 
 def _wait_for_change(before: _Snapshot) -> _Snapshot:

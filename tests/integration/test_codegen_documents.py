@@ -12,6 +12,7 @@ import pytest
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import document, state, sub
 from tests.support.processes import ComponentProcess
+from tests.support.running import eventually
 
 PARAMETERS = """<parameters>
   <parameter><name>top_speed</name><type>float</type><default>0.5</default><description>In m/s.</description></parameter>
@@ -55,12 +56,14 @@ def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:
     command = [sys.executable, "-m", "codegen", "--watch", str(home / "main.xml")]
     with ComponentProcess(command, environment) as watching:
         watching.wait_for(r"wrote .*main\.py")
-        (home / "parts" / "library.xml").write_text(LIBRARY.replace("x = 1", "x = 22"))
-        watching.wait_for(r"wrote .*main\.py")
-        (home / "main_ext.py").write_text("class MainExtension:\n    pass\n")
-        watching.wait_for(r"wrote .*main\.py")
+        (home / "parts" / "library.xml").write_text(LIBRARY.replace("x = 1", "x = ="))
+        watching.wait_for(r"library\.xml:3:\d+: .*not valid Python")
+        (home / "parts" / "library.xml").write_text(LIBRARY)
+        watching.wait_for(r"1 file up to date")
         (home / "main_ext.py").write_text("class Other:\n    pass\n")
         watching.wait_for(r"there is no class `MainExtension`")
+        (home / "main_ext.py").write_text("class MainExtension:\n    settled = True\n")
+        eventually(lambda: "MainExtension" in (home / "main.py").read_text())
         watching.process.send_signal(2)
         assert watching.wait(5.0) == 130
 
