@@ -23,7 +23,8 @@ from ..document import (
     Transition,
 )
 from ..xml_tree import XmlElement
-from .elements import NOTHING, ElementReader, Parts, node_fields, own_text, text_of
+from .elements import ElementReader
+from .parts import NOTHING, Parts, node_fields, own_text, text_of
 
 __all__ = [
     "AUTOMATON_TAGS",

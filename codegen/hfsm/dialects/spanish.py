@@ -20,8 +20,9 @@ from ..document import (
     Transition,
 )
 from ..xml_tree import XmlElement
-from .elements import NOTHING, ElementReader, Parts, node_fields, text_of
+from .elements import ElementReader
 from .native import AUTOMATON_TAGS, DOCUMENT_TAGS, STATE_TAGS, TRANSITION_TAGS
+from .parts import NOTHING, Parts, node_fields, text_of
 
 __all__ = ["SpanishReader"]
 

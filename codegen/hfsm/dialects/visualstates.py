@@ -28,8 +28,9 @@ from ..document import (
     Transition,
 )
 from ..xml_tree import XmlComment, XmlElement
-from .elements import NOTHING, ElementReader, Parts, kept_element, node_fields, text_of
+from .elements import ElementReader
 from .native import DOCUMENT_TAGS, STATE_TAGS, TRANSITION_TAGS
+from .parts import NOTHING, Parts, kept_element, node_fields, text_of
 from .visualstates_config import read_interfaces, read_libraries, read_parameters
 
 __all__ = ["PSEUDO_STATE", "VisualStatesReader"]

@@ -7,8 +7,9 @@ from typing import Final
 
 from ..document import Comment, Extra, Interface, Library, Parameter, Text
 from ..xml_tree import XmlElement
-from .elements import NOTHING, ElementReader, Parts, node_fields, own_text, text_of
+from .elements import ElementReader
 from .native import INTERFACE_TAGS
+from .parts import NOTHING, Parts, node_fields, own_text, text_of
 
 __all__ = ["read_interfaces", "read_libraries", "read_parameters"]
 

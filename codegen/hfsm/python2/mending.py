@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import textwrap
 import warnings
-from collections.abc import Sequence
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
@@ -48,15 +49,13 @@ def find_python2(code: str, bound: frozenset[str] = frozenset()) -> tuple[Findin
     """
     words = words_of(code)
     found = [match for rule in _rules(bound) for match in rule(code, words)]
-    findings = {Finding(*_place(code, match.start), match.message) for match in found}
-    return tuple(sorted(findings))
+    return _findings(code, ((match.start, match.message) for match in found))
 
 
 def find_divisions(code: str) -> tuple[Finding, ...]:
     """Return where code divides with `/`, which in Python 2 rounds whole numbers down."""
-    found = (word for word in words_of(code) if word.text in ("/", "/="))
     message = "`/` rounds whole numbers down in Python 2, and does not in Python 3"
-    return tuple(Finding(*_place(code, word.start), message) for word in found)
+    return _findings(code, ((word.start, message) for word in words_of(code) if word.text in ("/", "/=")))
 
 
 def mend(code: str, bound: frozenset[str] = frozenset()) -> str | None:
@@ -65,14 +64,16 @@ def mend(code: str, bound: frozenset[str] = frozenset()) -> str | None:
     What has nothing of Python 2 in it comes back as it is. `bound` is that of `find_python2`.
     """
     mended = code
+    words = words_of(code)
     for rule in _rules(bound):
         for _ in range(_MAX_ROUNDS):
-            matches = list(rule(mended, words_of(mended)))
+            matches = list(rule(mended, words))
             if any(not match.edits for match in matches):
                 return None
             if not matches:
                 break
             mended = _edited(mended, matches)
+            words = words_of(mended)
         else:
             return None
     return mended if is_python(mended) else None
@@ -102,17 +103,24 @@ def names_in(code: str) -> frozenset[str]:
 
 def _edited(code: str, matches: Sequence[Match]) -> str:
     """Return the code with all edits that are not inside one another, so that those come next."""
+    pieces: list[str] = []
     start = len(code)
     for match in sorted(matches, key=lambda match: match.start, reverse=True):
         edits = sorted(match.edits, key=lambda edit: edit.start, reverse=True)
         if edits[0].end > start:
             continue
         for edit in edits:
-            code = code[: edit.start] + edit.text + code[edit.end :]
-        start = edits[-1].start
-    return code
+            pieces += (code[edit.end : start], edit.text)
+            start = edit.start
+    pieces.append(code[:start])
+    return "".join(reversed(pieces))
 
 
-def _place(code: str, offset: int) -> tuple[int, int]:
-    before = code[:offset]
-    return before.count("\n") + 1, offset - (before.rfind("\n") + 1) + 1
+def _findings(code: str, found: Iterable[tuple[int, str]]) -> tuple[Finding, ...]:
+    """Return what was found at some offsets with lines and columns, each thing once."""
+    starts = [0, *(index + 1 for index, character in enumerate(code) if character == "\n")]
+    findings = set()
+    for offset, message in found:
+        line = bisect_right(starts, offset)
+        findings.add(Finding(line, offset - starts[line - 1] + 1, message))
+    return tuple(sorted(findings))

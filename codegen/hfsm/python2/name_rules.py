@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import pairwise, takewhile
 from typing import Final
 
@@ -31,6 +32,10 @@ _RENAMED_MODULES: Final = {
     "thread": "_thread",
     "urllib2": "urllib.request",
 }
+
+
+_LONGEST: Final = 200
+"""Words in which targets of a loop and parameters of a function are looked for."""
 
 
 def names(_code: str, words: Sequence[Word], *, bound: frozenset[str]) -> Iterator[Match]:
@@ -76,13 +81,20 @@ def _bound_names(words: Sequence[Word]) -> Iterator[str]:
         if word.kind == "name" and (after.text == "=" or (index and words[index - 1].text in introducing)):
             yield word.text
         if word.text == "for":
-            yield from (each.text for each in takewhile(lambda each: each.text != "in", words[index + 1 :]))
-        if word.text == "def" and index + 2 < len(words):
-            closing = closing_bracket(words, index + 2) or index
-            yield from (each.text for each in words[index + 2 : closing])
+            targets = words[index + 1 : index + 1 + _LONGEST]
+            yield from (each.text for each in takewhile(lambda each: each.text != "in", targets))
+        if word.text == "def":
+            parameters = words[index + 2 : index + 2 + _LONGEST]
+            inside = partial(_is_inside, depth=word.depth)
+            yield from (each.text for each in takewhile(inside, parameters))
     for statement in statements_of(words):
         assigns = [index for index, word in enumerate(statement) if word.text == "=" and word.depth == 0]
         yield from (word.text for word in statement[: max(assigns, default=0)] if word.kind == "name")
+
+
+def _is_inside(word: Word, depth: int) -> bool:
+    """Return whether a word stands before the colon that ends a head at some depth."""
+    return word.text != ":" or word.depth > depth
 
 
 def has_keys(code: str, words: Sequence[Word]) -> Iterator[Match]:
