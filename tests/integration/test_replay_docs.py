@@ -1,0 +1,50 @@
+"""What docs/recording.md shows works as it stands there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.support.pages import DOCS
+from tests.support.processes import REPOSITORY, ComponentProcess, module
+
+PAGE = DOCS / "recording.md"
+
+
+def commands() -> list[str]:
+    blocks = re.findall(r"^```sh\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
+    return [line for block in blocks for line in block.splitlines()]
+
+
+def test_every_command_of_the_page_works(tmp_path: Path, endpoint: str) -> None:
+    (tmp_path / "behaviors").mkdir()
+    (tmp_path / "behaviors" / "dance.xml").write_bytes((REPOSITORY / "behaviors" / "dance.xml").read_bytes())
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "VISUALHFSM_CONNECT": endpoint}
+    codes = []
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+        server.wait_for("ready")
+        for line in commands():
+            command = line.replace("visualhfsm ", f"{shlex.quote(sys.executable)} -P -m visualhfsm ")
+            command = command.replace("python -m", f"{shlex.quote(sys.executable)} -P -m")
+            done = subprocess.run(
+                command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True,
+                timeout=60, check=False,
+            )  # fmt: skip
+            assert done.returncode in (0, 3), f"{command}\n{done.stdout}{done.stderr}"
+            codes.append(done.returncode)
+    assert codes == [0, 0, 0, 0, 3]
+
+
+def test_every_topic_of_the_page_is_recorded_and_every_option_is_there() -> None:
+    text = PAGE.read_text("utf-8")
+    sources = "".join(
+        path.read_text("utf-8") for path in (REPOSITORY / "hfsm_runtime" / "recording").glob("*.py")
+    )
+    topics = {topic.split("/")[1] for topic in re.findall(r"`(/[a-z]+[^`]*)`", text)}
+    assert [topic for topic in sorted(topics) if f'"/{topic}' not in sources] == []
+    for option in ("--from", "--until", "--json", "--record-images", "--record"):
+        assert option in text
