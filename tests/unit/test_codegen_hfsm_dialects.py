@@ -236,6 +236,9 @@ def test_reads_the_automata_of_visualstates() -> None:
     assert root.functions.text == "def near(self):\n\treturn self.distance < 1"
     assert (root.variables.text, child.variables.text) == ("self.distance = 2", "self.seen = False")
     assert [library.name.text for library in document.libraries] == ["math"]
+    # What stands in the automaton stands there alone.
+    assert search.extras == ()
+    assert write_document(document).count("self.seen = False") == 1
 
 
 def test_reads_the_transitions_of_visualstates() -> None:
@@ -326,6 +329,12 @@ def test_states_of_one_id_in_different_states_are_told_apart() -> None:
     assert [[state.id for state in each.states] for each in document.automata] == [[1, 2], [1, 2], [8]]
     assert [(each.id, each.father) for each in document.automata] == [(1, 0), (2, 1), (3, 2)]
     assert [len(each.transitions) for each in document.automata] == [1, 0, 0]
+
+
+def test_the_largest_id_leaves_room_for_the_automaton() -> None:
+    document = in_states(f"<state id='{2**31 - 1}'><state id='1'/></state>")
+    assert [each.id for each in document.automata] == [1, 2]
+    assert read(write_document(document))[0] == document
 
 
 def test_a_transition_that_stands_around_the_state_that_it_leaves_is_found() -> None:

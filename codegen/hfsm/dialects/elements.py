@@ -17,7 +17,7 @@ from ..document import Comment, Element, Extra, Leaf
 from ..xml_tree import XmlComment, XmlElement
 from .parts import KEPT, Parts, kept_children, kept_element
 
-__all__ = ["ElementReader"]
+__all__ = ["MAX_ID", "ElementReader"]
 
 # Leaves that hold a number or a truth value: how it was written is not kept, only what else is in them.
 _VALUES: Final = frozenset(
@@ -26,7 +26,11 @@ _VALUES: Final = frozenset(
         *("origenX", "origenY", "destino", "hijo", "originid", "destinationid"),
     )
 )
-_MAX_ID: Final = 2**31 - 1
+_MOST_LINES: Final = 20
+"""Lines of which a remark tells."""
+
+MAX_ID: Final = 2**31 - 1
+"""The largest id."""
 
 
 class ElementReader:
@@ -150,9 +154,9 @@ class ElementReader:
     def parse_id(self, element: XmlElement, name: str, value: str) -> int:
         """Return the id in a text; reports an error when it is none."""
         digits = value.strip()
-        if digits.isascii() and digits.isdigit() and len(digits) <= 10 and int(digits) <= _MAX_ID:
+        if digits.isascii() and digits.isdigit() and len(digits) <= 10 and int(digits) <= MAX_ID:
             return int(digits)
-        self.error(element, "E506", f"`{name}` is a number from 0 to {_MAX_ID}, not `{value[:40]}`")
+        self.error(element, "E506", f"`{name}` is a number from 0 to {MAX_ID}, not `{value[:40]}`")
         return 0
 
     def number(self, element: XmlElement | None) -> float:
@@ -204,7 +208,9 @@ class ElementReader:
             return
         for message, (first, *others) in self._remarked.items():
             lines = sorted({element.line for element in others} - {first.line})
-            where = f"also in line{'s' if len(lines) > 1 else ''} {', '.join(map(str, lines))}"
+            listed = ", ".join(map(str, lines[:_MOST_LINES]))
+            more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
+            where = f"also in line{'s' if len(lines) > 1 else ''} {listed}{more}"
             self.remarks.note("N501", message, self.place(first), [Note(where)] if lines else [])
 
 

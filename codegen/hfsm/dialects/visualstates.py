@@ -7,9 +7,7 @@ a namespace: here they belong to the automaton that the state owns, and all are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from itertools import count
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
@@ -32,6 +30,7 @@ from .elements import ElementReader
 from .native import DOCUMENT_TAGS, STATE_TAGS, TRANSITION_TAGS
 from .parts import NOTHING, Parts, kept_element, node_fields, text_of
 from .visualstates_config import read_interfaces, read_libraries, read_parameters
+from .visualstates_levels import Level, levels_of, states_in
 
 __all__ = ["PSEUDO_STATE", "VisualStatesReader"]
 
@@ -51,16 +50,6 @@ _TRANSITION: Final = {
 }
 _DOCUMENT: Final = {"functions": "", "variables": "", "global_namespace": "", "configs": ""}
 _TRIGGERS: Final = {"0": "time", "1": "condition"}
-
-
-@dataclass(frozen=True, slots=True)
-class _Level:
-    """The states of one automaton, and the state around them that owns it."""
-
-    id: int
-    father: int
-    owner: XmlElement | None
-    states: tuple[XmlElement, ...]
 
 
 class VisualStatesReader(ElementReader):
@@ -86,24 +75,22 @@ class VisualStatesReader(ElementReader):
             containers=("config", "configs", "libraries", "global_namespace"),
             taken=DOCUMENT_TAGS,
         )
-        levels = self._levels(parts.all("state"))
+        levels, self._ids = levels_of(self, parts.all("state"))
+        self._owned = {level.owner: level.id for level in levels if level.owner is not None}
         for level in levels:
             for state in (*level.states, level.owner):
                 if state is not None and state not in self._parts:
                     self._read(state)
         shared_element = parts.first("global_namespace")
         shared = self._namespace(shared_element)
+        # Before any state is made, for what is moved is no longer kept with the state.
+        code = {level: self._code_of(level, (parts, shared)) for level in levels}
         outgoing = self._outgoing(levels)
         self._ids |= self.ids(
             [each for level in levels for each, _ in outgoing[level]],
             lambda transition: transition.attributes.get("id"),
         )
-        automata = tuple(
-            self._automaton(
-                level, outgoing[level], (parts, shared) if level.father == NO_CHILD else (), parts
-            )
-            for level in levels
-        )
+        automata = tuple(self._automaton(level, outgoing[level], code[level], parts) for level in levels)
         owners = [self._namespaces[level.owner] for level in levels if level.owner is not None]
         libraries, libraries_extras = read_libraries(self, parts.first("libraries"))
         interfaces, config_extras = read_interfaces(self, parts.first("config"), parts.first("configs"))
@@ -123,37 +110,6 @@ class VisualStatesReader(ElementReader):
             **fields,
         )
 
-    def _levels(self, outermost: list[XmlElement]) -> list[_Level]:
-        """Return the automata, the root first, each before those below it; finds the ids of all states.
-
-        An automaton's id is that of the state that owns it and one, so that it does not change with what is
-        drawn elsewhere.
-        """
-        owner = outermost[0] if len(outermost) == 1 else None
-        if len(outermost) > 1:
-            message = "there are several outermost states: they are taken for those of the root"
-            self.warn(outermost[1], "W505", message)
-        top = tuple(outermost) if owner is None else _states_in(owner)
-        every = [state for outer in top for state in _with_states_below(outer)]
-        self._ids = self.ids(every, lambda state: state.attributes.get("id"))
-        used: set[int] = set()
-
-        def number(wanted: int) -> int:
-            found = wanted if wanted not in used else next(n for n in count(1) if n not in used)
-            used.add(found)
-            return found
-
-        around = 0 if owner is None else self.optional_id(owner, "id", owner.attributes.get("id"))
-        levels = [_Level(number(around + 1), NO_CHILD, owner, top)]
-        # A level's own levels follow it in the list, which grows while it is walked.
-        for level in levels:
-            for state in level.states:
-                inside = _states_in(state)
-                if inside:
-                    self._owned[state] = number(self._ids[state] + 1)
-                    levels.append(_Level(self._owned[state], level.id, state, inside))
-        return levels
-
     def _read(self, state: XmlElement) -> None:
         self._parts[state] = self.parts(
             state,
@@ -168,18 +124,24 @@ class VisualStatesReader(ElementReader):
         """Return what a namespace holds; what is unknown in it is kept with it."""
         return NOTHING if element is None else self.parts(element, leaves=_CODE, containers=("parameters",))
 
+    def _code_of(self, level: Level, shared: tuple[Parts, ...]) -> tuple[Text, ...]:
+        """Return the functions and the variables of an automaton; the root has the `shared` ones, too."""
+        around = list(shared) if level.is_root else []
+        if level.owner is not None:
+            around += [self._parts[level.owner], self._namespaces[level.owner]]
+        inside = [self._parts[state] for state in level.states if state not in self._owned]
+        return tuple(self._code(tag, around, inside) for tag in _CODE)
+
     def _automaton(
         self,
-        level: _Level,
+        level: Level,
         transitions: list[tuple[XmlElement, XmlElement]],
-        shared: tuple[Parts, ...],
+        code: tuple[Text, ...],
         root: Parts,
     ) -> Automaton:
         owner = level.owner
         owned = NOTHING if owner is None else self._parts[owner]
-        around = (*shared, owned, NOTHING if owner is None else self._namespaces[owner])
-        inside = [self._parts[state] for state in level.states if state not in self._owned]
-        functions, variables = (self._code(tag, around, inside) for tag in _CODE)
+        functions, variables = code
         period = text_of(owned.first("timestep"), default=DEFAULT_PERIOD)
         before = root if owner is None else owned
         return Automaton(
@@ -238,20 +200,20 @@ class VisualStatesReader(ElementReader):
             **fields,
         )
 
-    def _outgoing(self, levels: list[_Level]) -> dict[_Level, list[tuple[XmlElement, XmlElement]]]:
+    def _outgoing(self, levels: list[Level]) -> dict[Level, list[tuple[XmlElement, XmlElement]]]:
         """Return the transitions of each automaton, each with the state in which it stands.
 
         They stand in the state that they leave; one that stands around that is found, too.
         """
         owned = {level.owner: level for level in levels}
-        found: dict[_Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
+        found: dict[Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
         if levels[0].owner is not None:
             outermost = levels[0].owner
             found[levels[0]] += [(each, outermost) for each in self._parts[outermost].all("transition")]
         for level in levels:
             own = {self._ids[state] for state in level.states}
             for state in level.states:
-                below = {self._ids[inner] for inner in _states_in(state)}
+                below = {self._ids[inner] for inner in states_in(state)}
                 for each in self._parts[state].all("transition"):
                     origin = self._origin(each, state)
                     home = owned[state] if origin in below - own else level
@@ -321,16 +283,6 @@ class VisualStatesReader(ElementReader):
         parts = self._parts[element]
         children += parts.lost_details(_STATE) + self._kept_namespace(parts.first("namespace"))
         return Element(PSEUDO_STATE, tuple(element.attributes.items()), "", children)
-
-
-def _states_in(element: XmlElement) -> tuple[XmlElement, ...]:
-    return tuple(each for each in element.elements() if each.tag == "state")
-
-
-def _with_states_below(state: XmlElement) -> Iterator[XmlElement]:
-    yield state
-    for inner in _states_in(state):
-        yield from _with_states_below(inner)
 
 
 def _is_empty_list(element: XmlElement) -> bool:
