@@ -23,7 +23,7 @@ from hfsm_runtime.supervision import Supervision
 from hfsm_runtime.tree import ChangeKind, Run, Tree
 from tests.support.automata import component
 
-TREES = int(os.environ.get("VISUALHFSM_RANDOM_AUTOMATA", "300"))
+TREES = int(os.environ.get("VISUALHFSM_RANDOM_AUTOMATA", "200"))
 STEP = 10  # ms, which divides every period
 END = 2500  # ms
 EVENTS = ("ping", "pong")
