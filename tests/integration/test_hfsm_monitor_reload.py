@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import random
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -349,7 +350,11 @@ def test_a_component_that_has_ended_is_not_reloaded(pair: Pair, version: Version
             proxy.reload()
 
 
-def test_what_is_edited_within_a_second_to_the_same_size_counts(pair: Pair, version: Version) -> None:
+def test_what_is_edited_within_a_second_to_the_same_size_counts(
+    pair: Pair, version: Version, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)  # it is what would not see the edit
+
     def write(value: int) -> None:
         version.write(walker().replace("count += 1<", f"count = {value}<"))
         os.utime(version.file, (1_000_000_000, 1_000_000_000))
@@ -360,6 +365,21 @@ def test_what_is_edited_within_a_second_to_the_same_size_counts(pair: Pair, vers
             write(value)
             proxy.reload()
             until(proxy, lambda snapshot, value=value: count(snapshot) == value)  # type: ignore[misc]
+
+
+def test_what_guards_of_the_former_version_said_is_forgotten(pair: Pair, version: Version) -> None:
+    version.write(walker().replace('type="event">go<', 'type="condition">count &lt; 0<'))
+    with running(pair, version) as (_, proxy):
+        until(proxy, lambda snapshot: snapshot.automata[0].cycles > 3)
+        proxy.pause()
+        assert proxy.explain(1).transitions[0].reason.startswith("its guard `count < 0` was false")
+        proxy.reload()
+        assert (
+            proxy.explain(1).transitions[0].reason
+            == "its guard has not been asked since the state was entered"
+        )
+        proxy.step(1)
+        assert proxy.explain(1).transitions[0].askedAt > 0
 
 
 def test_what_follows_an_error_is_what_the_new_document_says(pair: Pair, version: Version) -> None:

@@ -65,6 +65,12 @@ def test_a_name_that_several_have_is_told_with_all_of_them(addresses: Addresses)
     )
 
 
+def test_a_full_name_wins_over_the_same_name_elsewhere() -> None:
+    structure = dance_and_follow()
+    structure.automata[0].states[1].name = "red"
+    assert Addresses(structure).state("red") == Address("red", 1, state=2)
+
+
 def test_a_name_that_is_spelled_wrong_is_put_right(addresses: Addresses) -> None:
     with pytest.raises(VisualHfsmError, match="no state gren; did you mean green"):
         addresses.state("gren")
