@@ -163,7 +163,7 @@ class Replay:
             return self.now() if kind == "component" else self.now() / _SECOND
         if waits:
             self.knowledge.wait(context, waits)
-        elif kind not in ("component", "sleep", "handover", "break", "future"):
+        elif kind not in ("component", "sleep", "future"):
             self.knowledge.guesses[str(want)] += 1
         return self.knowledge.reading(want, context, self.now())
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -185,7 +185,10 @@ def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) ->
         def look(self, count: int) -> list[Any]:
             found: list[Any] = []
             wrong: Any = self.head.setSpeed
-            calls: list[Callable[[], object]] = [self.head.stop, self.head.getLimits, lambda: wrong("fast")]
+            calls: list[Callable[[], object]] = [
+                self.head.stop, self.head.getLimits, lambda: wrong("fast"),
+                lambda: self.head.getPose.wait(timeout=0.001),
+            ]  # fmt: skip
             for call in calls:
                 try:
                     call()
@@ -219,11 +222,13 @@ def test_clocks_sleeps_and_random_numbers_are_those_of_the_run(tmp_path: Path, w
 def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world: World) -> None:
     class Streams(Watcher, document="watcher.xml"):
         last: Sample[HeadPose] | None = None
+        identities: ClassVar[set[bool]] = set()
 
         def look(self, count: int) -> list[Any]:
             sample = self.head.getPose.latest()
             again = self.head.getPose.latest()
             found: list[Any] = [sample is self.last, sample is again]
+            self.identities.add(sample is again)
             if sample is not None:
                 found += [sample.value, sample.age, sample.sequence, sample.time, sample.wall_time]
             if count % 7 == 0:
@@ -243,6 +248,7 @@ def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world
             if step % 3 == 0:
                 publisher.publish(world[1].pose(), time=float(step))
             clock.sleep(0.1)
+    assert Streams.identities == {True}
     identical(path, Streams)
 
 

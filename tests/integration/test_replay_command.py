@@ -7,16 +7,19 @@ import os
 import signal
 import subprocess
 import time
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
+import zstandard
+from mcap.data_stream import RecordBuilder
 from mcap.reader import make_reader
-from mcap.writer import CompressionType, Writer
+from mcap.records import Chunk, Header, Metadata
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from hfsm_runtime.recording.messages import Reading
-from hfsm_runtime.recording.writer import Entry, RecordingWriter
+from hfsm_runtime.replay.reader import Recording
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 
@@ -285,21 +288,22 @@ def test_a_malformed_message_is_told(tmp_path: Path) -> None:
 
 
 def test_a_chunk_that_unpacks_to_more_than_it_says_is_not_unpacked(tmp_path: Path) -> None:
-    import zstandard
-
-    from hfsm_runtime.replay.reader import Recording
-
     path = tmp_path / "run.mcap"
-    writer = RecordingWriter(path, {"name": "a", "start": "0"}, {}, 0)
-    writer.put(Entry("/readings", 1, Reading("", "now", 1)))
-    writer.close()
-    data = path.read_bytes()
-    begin = data.index(zstandard.FRAME_HEADER)
+    builder = RecordBuilder()
+    builder.write(MCAP0_MAGIC)
+    Header("", "").write(builder)
+    Metadata("visualhfsm.component", {"name": "a", "start": "0"}).write(builder)
     bomb = zstandard.compress(b"\0" * (300 << 20))
-    path.write_bytes(data[:begin] + bomb + data[begin + len(bomb) :])
-    with Recording(path) as recorded:
-        assert recorded.truncated
-        assert len(recorded) == 0
+    Chunk("zstd", bomb, 0, 0, uncompressed_crc=0, uncompressed_size=100).write(builder)
+    path.write_bytes(builder.end())
+    tracemalloc.start()
+    try:
+        with Recording(path) as recorded:
+            assert recorded.truncated
+            assert len(recorded) == 0
+        assert tracemalloc.get_traced_memory()[1] < 100 << 20
+    finally:
+        tracemalloc.stop()
 
 
 def test_the_metadata_tell_versions_hashes_and_the_seed(recorded: Path) -> None:
