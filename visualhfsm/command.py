@@ -40,7 +40,7 @@ app.command(epilog=REPLAY_EPILOG)(replay)
 
 @app.callback()
 def visualhfsm() -> None:
-    """See what a component of hierarchical finite state machines does."""
+    """Check and convert automata, and watch, steer and replay the components that are made of them."""
 
 
 @app.command(epilog=_WATCH_EPILOG)
