@@ -1,1 +1,1 @@
-"""See what a component of hierarchical finite state machines does."""
+"""See and steer components of hierarchical finite state machines, and keep their documents."""

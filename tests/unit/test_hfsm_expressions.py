@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime.expressions import Expression, ExpressionError, Members
@@ -77,6 +77,7 @@ def test_values(text, expected):
     assert type(found) is type(expected)
 
 
+@settings(deadline=None)
 @given(st.integers(-100, 100), st.integers(-100, 100), st.booleans())
 def test_it_says_what_python_says(a, b, c):
     for text in (
@@ -224,12 +225,14 @@ def test_numbers_of_other_types_do_not_run_their_own_code():
     assert value("t > 1", t=Sly(2.0)) is True
 
 
+@settings(deadline=None)
 @given(st.text(max_size=60))
 def test_no_text_does_any_harm(text):
     with contextlib.suppress(ExpressionError):
         Expression(text).holds({"a": 1, "b": [1, 2], "self": Members(x=1)})
 
 
+@settings(deadline=None)
 @given(
     st.recursive(
         st.sampled_from(["a", "b", "1", "'x'", "None", "open", "print", "exec", "t"]),

@@ -3,7 +3,7 @@
 import contextlib
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -112,6 +112,7 @@ def test_a_structure_that_is_no_tree_ends() -> None:
     assert Addresses(structure).automaton("5").automaton == 5
 
 
+@settings(deadline=None)
 @given(st.text(max_size=30), st.text(max_size=10))
 def test_no_name_breaks_it(text: str, name: str) -> None:
     structure = dance_and_follow()
