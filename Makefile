@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 SECONDS ?=
 
-.PHONY: help demo test lint format bench oracle codegen constraints system clean
+.PHONY: help demo test lint format bench oracle codegen constraints vendor system clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -43,6 +43,9 @@ codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/,
 
 constraints: ## Resolve the newest versions anew into constraints.txt
 	sh deploy/setup/resolve_constraints.sh
+
+vendor: ## Bundle the libraries of the editor's page anew (needs Node.js and npm)
+	cd deploy/vendor && npm ci --silent && npm run --silent build
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
 	@sh deploy/setup/system_packages.sh $(BIN)/python

@@ -1,0 +1,95 @@
+// Bundle the page's libraries: one minified ES module each, in visualhfsm/web/static/vendor/.
+// Run by `make vendor`. The same lock file gives the same bytes.
+import { build } from "esbuild";
+import { copyFile, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const shipped = join(here, "../../visualhfsm/web/static/vendor");
+const testsOnly = join(here, "../../tests/support/vendor");
+
+const litDirectives = {
+  "async-directive": ["AsyncDirective"],
+  "directive": ["Directive", "PartType", "directive"],
+  "directives/cache": ["cache"],
+  "directives/class-map": ["classMap"],
+  "directives/guard": ["guard"],
+  "directives/if-defined": ["ifDefined"],
+  "directives/keyed": ["keyed"],
+  "directives/live": ["live"],
+  "directives/ref": ["createRef", "ref"],
+  "directives/repeat": ["repeat"],
+  "directives/style-map": ["styleMap"],
+  "directives/until": ["until"],
+  "directives/when": ["when"],
+};
+
+// What each bundle exports; the page imports it by the key, through the import map.
+const bundles = {
+  lit: [
+    "export * from 'lit';",
+    ...Object.entries(litDirectives).map(([path, names]) => `export { ${names} } from 'lit/${path}.js';`),
+  ],
+  codemirror: [
+    "export { basicSetup, minimalSetup } from 'codemirror';",
+    ...["autocomplete", "commands", "language", "lint", "search", "state", "theme-one-dark", "view"].map(
+      (name) => `export * from '@codemirror/${name}';`),
+    "export { python, pythonLanguage, globalCompletion, localCompletionSource } from '@codemirror/lang-python';",
+    "export { tags } from '@lezer/highlight';",
+  ],
+  uplot: ["export { default } from 'uplot';"],
+  dagre: ["export * from '@dagrejs/dagre';"],
+  three: [
+    "export * from 'three';",
+    "export { OrbitControls } from 'three/addons/controls/OrbitControls.js';",
+  ],
+};
+
+/** The directory of the package that a bundled file belongs to, below node_modules/. */
+function packageOf(input) {
+  const parts = input.slice(input.lastIndexOf("node_modules/") + "node_modules/".length).split("/");
+  return parts.slice(0, parts[0].startsWith("@") ? 2 : 1).join("/");
+}
+
+async function licenceOf(name) {
+  const directory = join(here, "node_modules", name);
+  const { version, license } = JSON.parse(await readFile(join(directory, "package.json"), "utf8"));
+  const file = (await readdir(directory)).find((entry) => /^licen[cs]e(\.|$)/i.test(entry));
+  if (!file) throw new Error(`${name} has no licence file`);
+  const text = (await readFile(join(directory, file), "utf8")).replaceAll("\r\n", "\n").trim();
+  return `${name} ${version} (${license})\n\n${text}\n`;
+}
+
+const packages = new Set();
+await rm(shipped, { recursive: true, force: true });
+await mkdir(shipped, { recursive: true });
+for (const [name, exports] of Object.entries(bundles)) {
+  const { metafile } = await build({
+    stdin: { contents: exports.join("\n"), resolveDir: here, sourcefile: `${name}.js` },
+    outfile: join(shipped, `${name}.js`),
+    absWorkingDir: here,
+    bundle: true,
+    charset: "utf8",
+    format: "esm",
+    legalComments: "none", // they stand whole in LICENSES.txt
+    metafile: true,
+    minify: true,
+    target: "es2022",
+    banner: { js: `/* ${name}: made by deploy/vendor/build.mjs; licences in LICENSES.txt */` },
+  });
+  for (const input of Object.keys(metafile.inputs)) {
+    if (input.includes("node_modules/")) packages.add(packageOf(input));
+  }
+}
+await copyFile(join(here, "node_modules/uplot/dist/uPlot.min.css"), join(shipped, "uplot.css"));
+
+const licences = await Promise.all([...packages].sort().map(licenceOf));
+await writeFile(join(shipped, "LICENSES.txt"),
+  "The bundles in this folder hold these packages (made by deploy/vendor/build.mjs).\n\n" +
+  licences.join(`\n${"-".repeat(100)}\n\n`));
+
+// The checker of accessibility is for the tests alone: it is not part of the package.
+await mkdir(testsOnly, { recursive: true });
+await copyFile(join(here, "node_modules/axe-core/axe.min.js"), join(testsOnly, "axe.min.js"));
+await copyFile(join(here, "node_modules/axe-core/LICENSE"), join(testsOnly, "axe.LICENSE.txt"));
