@@ -85,6 +85,16 @@ def test_it_follows_again_what_the_search_finds(b: Behavior) -> None:
     assert b.run_until("search") - found > 2.5, "the time since the last loss has not begun anew"
 
 
+def test_a_find_that_was_a_mistake_is_given_half_a_second(b: Behavior) -> None:
+    b.robot.ball("green").hide()
+    b.run_until("search")
+    b.advance(2.0)
+    b.guard("found", True)
+    found = b.run_until("follow")
+    b.guard("found", None)
+    assert b.run_until("search") == pytest.approx(found + 0.55)
+
+
 def test_the_red_ball_is_none_of_its_business(b: Behavior) -> None:
     b.robot.ball("green").hide()
     b.robot.ball("red").place(pan=0.0)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_pytest import BehaviorFailed, MakeBehavior
+from hfsm_pytest.stubs import make_stub
 from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import (
     CameraPrx,
@@ -247,6 +248,18 @@ class TestStubs:
         b.stub("Head", getPose=RuntimeError("dead"))
         b.advance(2.0)
         assert head.getPose.latest().age == pytest.approx(2.0)
+
+    def test_a_servant_that_takes_the_place_of_another_publishes_for_itself(
+        self, behavior: MakeBehavior
+    ) -> None:
+        b = behavior(Nothing, robot="fake")
+        head = b.component.Head
+        head.getPose.latest()
+        b.advance(0.1)
+        silent, _ = make_stub("Head", PoseHeadPrx.ice_interface, {})
+        b.stub("Head", silent)
+        b.advance(1.0)
+        assert head.getPose.latest().age == pytest.approx(1.0, abs=0.021)
 
     def test_the_streams_of_other_operations_go_on_as_before(self, behavior: MakeBehavior) -> None:
         b = behavior(Nothing, robot="fake")
