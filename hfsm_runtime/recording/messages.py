@@ -32,6 +32,7 @@ __all__ = [
     "Overlap",
     "Reading",
     "Result",
+    "Stamp",
     "Timers",
     "Variables",
     "schema_of",
@@ -134,10 +135,22 @@ class Failure(Message, frozen=True):
     location: Text = ""
 
 
+class Stamp(msgspec.Struct, frozen=True):
+    """A wall time, as Foxglove writes it."""
+
+    sec: int
+    nsec: int
+
+    @classmethod
+    def of(cls, time: int) -> Stamp:
+        """Return a time in ns since the epoch."""
+        return cls(*divmod(time, 1_000_000_000))
+
+
 class LogLine(Message, frozen=True):
     """A line of the component's log, in the shape of foxglove.Log."""
 
-    timestamp: dict[str, int]
+    timestamp: Stamp
     level: int
     message: Text
     name: Text
@@ -191,7 +204,7 @@ class Result(Message, frozen=True):
 class Image(Message, frozen=True):
     """An image, in the shape of foxglove.RawImage; of other bytes width and height are their number and 1."""
 
-    timestamp: dict[str, int]
+    timestamp: Stamp
     frame_id: Text
     width: int
     height: int

@@ -22,6 +22,7 @@ from .messages import (
     Message,
     Overlap,
     Reading,
+    Stamp,
     Timers,
     Variables,
 )
@@ -193,8 +194,7 @@ class LogRecorder(logging.Handler):
         except Exception:  # noqa: BLE001 - its arguments are the user's own
             text = str(record.msg)[:_LONGEST_MESSAGE]
         level = next((value for least, value in _FOXGLOVE_LEVELS if record.levelno >= least), 1)
-        seconds, nanoseconds = divmod(self._recorder.now(), _SECOND)
-        stamp = {"sec": seconds, "nsec": nanoseconds}
+        stamp = Stamp.of(self._recorder.now())
         self._recorder.put("/log", LogLine(stamp, level, text, record.name, record.filename, record.lineno))
 
 

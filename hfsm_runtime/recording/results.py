@@ -14,7 +14,7 @@ from zenoh_ice import Sample, ZenohIceError
 from zenoh_ice.operation import Operation
 from zenoh_ice.wire_errors import encode_error
 
-from .messages import Image, Message, Missing, Result
+from .messages import Image, Message, Missing, Result, Stamp
 from .recorder import Recorder, describe_error
 from .values import readable
 
@@ -26,7 +26,6 @@ _BULK: Final = 1024
 """Bytes sequences of more bytes than this are kept apart from the values that hold them."""
 _LARGEST: Final = 256 * 1024
 _REMEMBERED: Final = 64
-_SECOND: Final = 1_000_000_000
 
 
 @dataclass(slots=True)
@@ -172,8 +171,6 @@ def _image(plain: Any, data: bytes, hash: str, attribute: str, time: int) -> Cal
                     plain_encoding = "rgb8" if depth == 3 else "8UC1"
                     encodings = {"RGB8": "rgb8", "BGR8": "bgr8"}
                     encoding = encodings.get(str(description.get("format", "")), plain_encoding)
-        seconds, nanoseconds = divmod(time, _SECOND)
-        stamp = {"sec": seconds, "nsec": nanoseconds}
-        return Image(stamp, attribute, width, height, encoding, step, data, hash)
+        return Image(Stamp.of(time), attribute, width, height, encoding, step, data, hash)
 
     return make
