@@ -1,0 +1,113 @@
+"""Where a doubt about code is shown, what the hand-written code beside a component changes, and odd code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.documents import document, problems, state, sub, transition
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "behavior.xml"
+
+
+def with_code(code: str, functions: str = "", variables: str = "") -> str:
+    return document(sub(1, 0, state(1, "a", code, initial=True), functions=functions, variables=variables))
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "distance",
+        "\n        if True:\n            distance\n    ",
+        '\n    text = """\nno\n  indentation"""; distance\n    print(text)',
+        "print('ñandú', distance)",
+    ],
+)
+def test_the_place_is_that_in_the_document(path: Path, code: str) -> None:
+    text = with_code(code)
+    before = text[: text.index("distance")]
+    line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+    assert problems(path, text) == [f"{line}:{column}: W520: nothing defines `distance`"]
+
+
+def test_a_condition_that_is_no_expression_is_told_once(path: Path) -> None:
+    there_and_back = (transition(1, 1, 2, "seen, near"), transition(2, 2, 1, "100", type="time"))
+    text = document(sub(1, 0, state(1, "a", initial=True), state(2, "b"), *there_and_back))
+    assert [problem.split(": ")[1] for problem in problems(path, text)] == ["E520"]
+
+
+def test_a_statement_that_returns_is_a_condition(path: Path) -> None:
+    there_and_back = (
+        transition(1, 1, 2, "limit = 3\nreturn self.clock.now() &gt; limit".replace("&gt;", ">")),
+        transition(2, 2, 1, "100", type="time"),
+    )
+    text = document(sub(1, 0, state(1, "a", initial=True), state(2, "b"), *there_and_back))
+    assert problems(path, text) == []
+
+
+def test_the_extension_gives_attributes(path: Path) -> None:
+    text = with_code("self.wave(self.speed)")
+    assert len(problems(path, text)) == 2
+    path.with_name("behavior_ext.py").write_text(
+        "class BehaviorExtension:\n    speed = 3\n\n    def wave(self, speed):\n        self.last = speed\n"
+    )
+    assert problems(path, text) == []
+
+
+def test_an_extension_with_a_base_may_give_any_attribute(path: Path) -> None:
+    path.with_name("behavior_ext.py").write_text(
+        "from lab import Base\n\n\nclass BehaviorExtension(Base):\n    pass\n"
+    )
+    assert problems(path, with_code("self.wave()")) == []
+
+
+def test_an_extension_may_send_events(path: Path) -> None:
+    there_and_back = (transition(1, 1, 2, "clap", type="event"), transition(2, 2, 1, "100", type="time"))
+    text = document(sub(1, 0, state(1, "a", initial=True), state(2, "b"), *there_and_back))
+    assert len(problems(path, text)) == 1
+    path.with_name("behavior_ext.py").write_text("class BehaviorExtension:\n    pass\n")
+    assert problems(path, text) == []
+
+
+def test_the_component_by_the_names_of_visualstates(path: Path) -> None:
+    code = "self.globalNamespace.speed = 3\nself.rosNode.go(self.namespace.speed)\nself.interfaces.stop()"
+    found = problems(path, with_code(code, functions="def go(self, speed):\n    pass"))
+    assert [problem.split(": ", 1)[1][:30] for problem in found] == ["W524: `self.stop` is no interf"]
+
+
+def test_a_sleep_is_told_for_the_shortest_period_that_calls_it(path: Path) -> None:
+    functions = "def rest(self):\n    self.nap()\n\ndef nap(self):\n    self.sleep(0.5)"
+    fast = sub(2, 1, state(1, "b", "self.rest()", initial=True), period="200")
+    text = document(
+        sub(1, 0, state(1, "a", "self.rest()", initial=True, child=2), period="1000", functions=functions),
+        fast,
+    )
+    (found,) = problems(path, text)
+    assert "W523: `self.sleep` waits for 0.5 s, longer than a period" in found
+    assert problems(path, text.replace(">200<", ">600<")) == []
+
+
+def test_automata_that_own_one_another_are_told_and_end_the_checks(path: Path) -> None:
+    def restarting(id: int, father: int, child: int) -> str:
+        timed = transition(id, 1, 1, "100", type="time")
+        owner = state(1, "a", initial=True, child=child)
+        return sub(id, father, owner.replace("<code>", "<history>restart</history><code>"), timed)
+
+    text = document(sub(1, 0, state(1, "a", initial=True)), restarting(2, 3, 3), restarting(3, 2, 2))
+    assert any("is its own ancestor" in problem for problem in problems(path, text))
+
+
+def test_code_may_be_nested_as_deeply_as_python_allows(path: Path) -> None:
+    loops = "\n".join(f"{'  ' * level}for i{level} in range(2):" for level in range(19))
+    assert problems(path, with_code(f"{loops}\n{'  ' * 19}self.log.info(str(i18))")) == []
+
+
+@pytest.mark.parametrize(
+    "code", [" + ".join(["1"] * 5000), "x = " + "-" * 300 + "1", "if 0: pass\n" + "elif 0: pass\n" * 400]
+)
+def test_code_that_is_too_deep_to_look_into_is_left_alone(path: Path, code: str) -> None:
+    assert [problem for problem in problems(path, with_code(code)) if "W5" in problem] == []
