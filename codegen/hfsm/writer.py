@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import partial
-from typing import Final
 
 from .document import (
     NO_CHILD,
     Argument,
     Automaton,
-    Comment,
     Document,
     Event,
     Extra,
@@ -26,18 +23,9 @@ from .document import (
     Text,
     Transition,
 )
+from .xml_text import INDENT, DocumentNotWritableError, attributes_text, content_text, escaped, lines_of
 
 __all__ = ["DocumentNotWritableError", "write_document"]
-
-_INDENT: Final = "  "
-# What XML 1.0 cannot hold, not even as a reference.
-_UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_TEXT_ESCAPES: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
-_ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
-
-
-class DocumentNotWritableError(ValueError):
-    """A text of the document holds a character that XML cannot hold."""
 
 
 def write_document(document: Document) -> str:
@@ -187,9 +175,9 @@ class _Writer:
         self._extras(leaf.comments)
         if not items and not extras:
             if always or leaf.comments or leaf.attributes:
-                self._line(f"<{tag}{_attributes(leaf.attributes)}/>")
+                self._line(f"<{tag}{attributes_text(leaf.attributes)}/>")
             return
-        self._line(f"<{tag}{_attributes(leaf.attributes)}>")
+        self._line(f"<{tag}{attributes_text(leaf.attributes)}>")
         self._depth += 1
         for write in items:
             write()
@@ -207,18 +195,18 @@ class _Writer:
         leaf = self._leaves[-1].get(tag, Leaf(tag))
         self._extras(leaf.comments)
         if leaf.children:
-            content = _content(leaf.text, leaf.children)
+            content = content_text(leaf.text, leaf.children)
             if leaf.text + "".join(child.tail for child in leaf.children) != written:
                 # The text was changed since: where the rest stood in it means nothing any more.
-                content = _content(written, tuple(replace(child, tail="") for child in leaf.children))
+                content = content_text(written, tuple(replace(child, tail="") for child in leaf.children))
         else:
-            content = _escaped(written)
-        self._line(f"<{tag}{_attributes(attributes + leaf.attributes)}>{content}</{tag}>")
+            content = escaped(written)
+        self._line(f"<{tag}{attributes_text(attributes + leaf.attributes)}>{content}</{tag}>")
 
     def _open(self, tag: str, node: Node, attributes: tuple[tuple[str, str], ...] = ()) -> None:
         """Write the comments before an element of the model and its start."""
         self._extras(node.comments)
-        self._line(f"<{tag}{_attributes(attributes + node.attributes)}>")
+        self._line(f"<{tag}{attributes_text(attributes + node.attributes)}>")
         self._leaves.append({leaf.tag: leaf for leaf in node.leaves})
         self._depth += 1
 
@@ -231,56 +219,11 @@ class _Writer:
 
     def _extras(self, extras: tuple[Extra, ...]) -> None:
         for extra in extras:
-            self._extra(extra)
-
-    def _extra(self, extra: Extra) -> None:
-        if isinstance(extra, Comment):
-            self._line(_inline(extra))
-        elif extra.children and not extra.text and not any(child.tail for child in extra.children):
-            self._line(f"<{extra.tag}{_attributes(extra.attributes)}>")
-            self._depth += 1
-            self._extras(extra.children)
-            self._depth -= 1
-            self._line(f"</{extra.tag}>")
-        else:
-            # Indentation would become part of the text.
-            self._line(_inline(extra))
+            self._lines += lines_of(extra, self._depth)
 
     def _line(self, text: str) -> None:
-        self._lines.append(_INDENT * self._depth + text)
+        self._lines.append(INDENT * self._depth + text)
 
 
 def _number(value: float) -> str:
     return str(int(value)) if value.is_integer() else repr(value)
-
-
-def _inline(extra: Extra) -> str:
-    if isinstance(extra, Comment):
-        if "--" in extra.text or extra.text.endswith("-"):
-            raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
-        return f"<!--{_checked(extra.text)}-->"
-    content = _content(extra.text, extra.children)
-    start = f"<{extra.tag}{_attributes(extra.attributes)}"
-    return f"{start}>{content}</{extra.tag}>" if content else f"{start}/>"
-
-
-def _content(text: str, children: tuple[Extra, ...]) -> str:
-    return _escaped(text) + "".join(_inline(child) + _escaped(child.tail) for child in children)
-
-
-def _attributes(attributes: tuple[tuple[str, str], ...]) -> str:
-    return "".join(
-        f' {name}="{"".join(_ATTRIBUTE_ESCAPES.get(c, c) for c in _checked(value))}"'
-        for name, value in attributes
-    )
-
-
-def _escaped(text: str) -> str:
-    return "".join(_TEXT_ESCAPES.get(character, character) for character in _checked(text))
-
-
-def _checked(text: str) -> str:
-    found = _UNWRITABLE.search(text)
-    if found:
-        raise DocumentNotWritableError(f"XML cannot hold the character {found.group()!r} in `{text[:40]!r}`")
-    return text
