@@ -6,6 +6,7 @@ import ast
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..extension import extension_path
 from ..names import identifier
 
 __all__ = ["Extension", "extension_of"]
@@ -22,7 +23,7 @@ class Extension:
 
 def extension_of(document: Path) -> Extension:
     """Return the extension that lies beside a document, or an empty one when there is no such file."""
-    path = document.with_name(f"{identifier(document.stem, 'component')}_ext.py")
+    path = extension_path(document.with_stem(identifier(document.stem, "component")))
     try:
         tree = ast.parse(path.read_bytes())
     except FileNotFoundError:

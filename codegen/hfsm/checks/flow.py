@@ -77,21 +77,21 @@ class _Flow:
     def _follow(self) -> None:
         initial = self._graph.initial
         assert initial is not None
-        # In its first cycle an automaton has not run the code of its state yet.
-        beginnings = list(self._one_cycle(initial, self._enter(initial, self._declared), is_first=True))
         known: dict[int, _Names] = {}
         pending: list[State] = []
-        while beginnings or pending:
-            if not beginnings:
-                state = pending.pop()
-                beginnings = list(self._one_cycle(state, known[state.id], is_first=False))
-            for target, names in beginnings:
-                before = known.get(target.id)
+        # In its first cycle an automaton has not run the code of its state yet.
+        ends = self._one_cycle(initial, self._enter(initial, self._declared), is_first=True)
+        while True:
+            for state, names in ends:
+                before = known.get(state.id)
                 after = names if before is None else before & names
                 if after != before:
-                    known[target.id] = after
-                    pending.append(target)
-            beginnings = []
+                    known[state.id] = after
+                    pending.append(state)
+            if not pending:
+                return
+            state = pending.pop()
+            ends = self._one_cycle(state, known[state.id], is_first=False)
 
     def _one_cycle(self, state: State, names: _Names, *, is_first: bool) -> Iterator[tuple[State, _Names]]:
         """Yield the states in which the next cycle may begin, with the names that are assigned then."""
