@@ -297,7 +297,7 @@ def play(document: Document, example: Counterexample, rounds: int = 3) -> Player
     begins = end if loop == len(example.steps) else round(example.steps[loop].time_ms * 1e6)
     period = end - begins
     for number, step in enumerate(example.steps):
-        for turn in range(rounds if number >= loop else 1):
+        for turn in range(rounds + 1 if number >= loop else 1):  # the last one begins as the run ends
             time = round(step.time_ms * 1e6) + turn * period
             if step.kind is StepKind.GUARD and step.transition is not None:
                 guards.add((time, step.automaton, step.transition))

@@ -19,7 +19,17 @@ from codegen.hfsm.model_checker import (
     read_operations,
     report_model,
 )
-from tests.support.model_documents import PATH, after, automaton, document, play, state, stated, when
+from tests.support.model_documents import (
+    PATH,
+    after,
+    automaton,
+    document,
+    finished,
+    play,
+    state,
+    stated,
+    when,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))
@@ -172,6 +182,55 @@ def test_what_takes_too_long_is_undecided() -> None:
     assert result.verdict is Verdict.UNDECIDED
     assert 0 < result.explored < 300
     assert result.until_ms > 0
+
+
+def test_finished_children_begin_anew() -> None:
+    doc = document(
+        automaton(1, [state(1, children=[2, 3])]),
+        automaton(2, [state(1), state(2, "late")], [after(700, 1, 2)], father=1),
+        automaton(3, [state(1, children=[4]), state(2)], [finished(1, 2), after(200, 2, 1)], father=1),
+        automaton(4, [state(1), state(2, final=True)], [after(300, 1, 2)], father=3),
+    )
+    assert verdict(doc, "never", "#2/late and #4/s1", "800") == "violated"
+    assert verdict(doc, "never", "active(#4) and #4/s1 and #3/s2") == "holds"
+
+
+def test_cycles_of_unlike_periods_are_counted_where_something_has_to_happen() -> None:
+    hurry = [when("True", 1, 2), when("True", 2, 3), when("True", 3, 4)]
+    states = [state(each) for each in range(1, 5)]
+    doc = document(
+        automaton(1, [state(1, children=[2, 3])]),
+        automaton(2, states, hurry, father=1, period=50),
+        automaton(3, states, hurry, father=1, period=100),
+    )
+    assert verdict(doc, "never", "#2/s4 and #3/s2") == "violated"
+    assert verdict(doc, "never", "#2/s4 and #3/s1") == "holds"
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "followBall/red and followBall/green",
+        "followBall/red and dance/left",
+        "active(dance) and followBall",
+        "dance and ghost(dance)",
+        "finished(dance)",
+        "not (followBall or dance)",
+        "followBall/red/search and ghost(followBall/red)",
+    ],
+)
+def test_states_that_exclude_each_other_need_no_search(expression: str) -> None:
+    doc = read(ROOT / "behaviors" / "dance_and_follow.xml")
+    assert verdict(doc, "never", expression, limit=0) == "holds"
+
+
+@pytest.mark.parametrize(
+    "expression",
+    ["ghost(dance)", "dance/left", "followBall/red/search", "followBall and ghost(followBall/red)"],
+)
+def test_states_that_do_not_exclude_each_other_do(expression: str) -> None:
+    doc = read(ROOT / "behaviors" / "dance_and_follow.xml")
+    assert verdict(doc, "never", expression) == "violated"
 
 
 XML = """<?xml version="1.0" encoding="UTF-8"?>

@@ -162,15 +162,57 @@ def test_a_state_that_is_entered_once_is_left_for_good() -> None:
     assert never(check(doc)) == {(2, 1): WhyNever.ANCESTORS}
 
 
-def test_entry_code_is_run_in_the_first_cycle_and_timers_start_with_it() -> None:
-    doc = document(
+def visits(entry: str) -> Document:
+    """Return an automaton of 130 ms that begins anew at 200 ms, 700 ms, ... for 300 ms, and has a timer of 270."""
+    return document(
         automaton(
-            1, [state(1, children=[2], history="restart"), state(2)], [after(400, 1, 2), after(200, 2, 1)]
+            1, [state(1), state(2, children=[2], history="restart")], [after(200, 1, 2), after(300, 2, 1)]
         ),
-        automaton(2, [state(1, entry="pass"), state(2)], [after(240, 1, 2, id=1)], father=1, period=130),
+        automaton(2, [state(1, entry=entry), state(2)], [after(270, 1, 2, id=1)], father=1, period=130),
     )
-    # woken at 600, its first cycle is at 650, and 240 ms later there is none before 1000 but that at 910
-    assert not never(check(doc))
+
+
+def test_timers_start_with_the_entry_code_which_waits_for_a_cycle() -> None:
+    assert never(check(visits("pass"))) == {(2, 1): WhyNever.ANCESTORS}
+
+
+def test_timers_start_at_once_where_there_is_no_entry_code() -> None:
+    assert not never(check(visits("")))
+
+
+def first_cycle(entry: str) -> Document:
+    """Return an automaton whose initial state, which owns another, is left in its first cycle."""
+    return document(
+        automaton(
+            1, [state(1, children=[2], history="restart", entry=entry), state(2)], [when("True", 1, 2)]
+        ),
+        automaton(2, [state(1)], father=1),
+    )
+
+
+def test_an_automaton_that_is_left_before_its_first_cycle_was_active_for_a_moment() -> None:
+    assert entered(check(first_cycle("")), 2) == {1}
+
+
+def test_an_automaton_that_wakes_and_is_left_in_one_cycle_is_never_active() -> None:
+    assert entered(check(first_cycle("pass")), 2) == set()
+
+
+def test_the_first_cycle_comes_at_any_multiple_of_what_the_periods_share() -> None:
+    def doc(early: float, late: float) -> Document:
+        return document(
+            automaton(1, [state(1), state(2, children=[2])], [when("g", 1, 2)]),
+            automaton(
+                2,
+                [state(1), state(2), state(3)],
+                [after(late, 1, 2, id=1), after(early, 1, 3, "h", id=2)],
+                father=1,
+                period=130,
+            ),
+        )
+
+    assert not never(check(doc(10, 20))), "woken at 900 ms, the first cycle is at 910"
+    assert never(check(doc(5, 10))) == {(2, 2): WhyNever.ANCESTORS}
 
 
 def test_nothing_runs_below_a_final_state() -> None:

@@ -41,7 +41,7 @@ class WhyNever(StrEnum):
     EARLIER = "earlier"
     """Another transition always fires first."""
     ANCESTORS = "ancestors"
-    """The states above are left before there is time for it."""
+    """The states above are left before there is time for it, or no cycle comes in the time that there is."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,7 +64,7 @@ class _Reporter:
             WhyNever.EVENT: f"nothing sends the event `{transition.trigger.text.strip()[:40]}`",
             WhyNever.CHILDREN: "the automata below never finish",
             WhyNever.EARLIER: "another always fires before it",
-            WhyNever.ANCESTORS: "a state above is always left before",
+            WhyNever.ANCESTORS: "timers here and above leave no time for it",
         }[result.why]
         message = f"{_name(transition)} can never fire: {why}"
         self._diagnostics.warning("W602", message, self._place(transition), notes)
