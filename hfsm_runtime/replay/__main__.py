@@ -89,9 +89,9 @@ def _outcome(run: Replay, comparison: Comparison) -> dict[str, Any]:
         "differences": comparison.differences,
         "recorded": comparison.recorded_steps[:_MOST_STEPS],
         "replayed": comparison.replayed_steps[:_MOST_STEPS],
-        "guesses": dict(run.knowledge.guesses),
+        "guesses": run.guesses,
         "notes": run.notes,
-        "halted": run.ended.is_set(),
+        "halted": run.ended,
         "lost": run.recording.lost,
     }
 

@@ -2,48 +2,36 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from functools import partial
-from typing import Any, Final, NoReturn
+from typing import Final, Self
 
-import msgspec
-
-from ..automaton import Transition
-from ..carrying import take_attributes
-from ..component import Component, make_automata, parameters_of, source_of
+from ..component import Component
 from ..cycle import run_cycle
-from ..errors import ComponentError, ComponentStoppedError, CycleCutError
-from ..events import make_event
-from ..recording.clocks import replaced_time
 from ..recording.messages import Action, Change, Cycle, Gap, Overlap, Reading, Result
 from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, seed_random
-from ..recording.turns import Turns
-from ..recording.values import readable
-from ..recording.writer import Entry
-from ..replacement import Replacement, first_values_of
 from ..schedule import slot_after, slot_from
-from ..supervision import OnError, Supervision
-from ..tree import ChangeKind, Run, Tree
-from ..variables import assign
+from ..supervision import OnError
+from ..tree import ChangeKind, Run
+from .actions import act
+from .answers import Answers
 from .comparison import Comparison
-from .errors import ReplayEndedError, ReplayError
-from .knowledge import Knowledge
+from .errors import ReplayError
+from .host import Host
 from .reader import Record, Recording
 from .script import Script, Want, context_of
-from .stand_ins import ReplayClock, ReplayedSample, ReplayTimeline, connect, time_function
 from .strands import Strand, Strands
+from .trace import ComparisonSink, StrandContext
 
 __all__ = ["Replay"]
 
 _SECOND: Final = 1_000_000_000
 _PROGRESS: Final = 1.0
 """Wall seconds between words of how far it is."""
-_MOST_GUESSES: Final = 100_000
-"""Answers without a record in one cycle: code that asks for more does not end."""
+_MOST_OVERLAPS: Final = 20
 
 
 class Replay:
@@ -64,41 +52,52 @@ class Replay:
         progress: Callable[[float], None] = lambda _seconds: None,
     ) -> None:
         self.recording = recording
-        self.comparison = Comparison()
-        self.knowledge = Knowledge()
-        self.newest_samples: dict[tuple[str, str], ReplayedSample[Any]] = {}
         self.notes: list[str] = []
-        self.ended = threading.Event()
         self._make = make
         self._edited = edited
         self._since = since
         self._progress = progress
         self._told_at = time.monotonic()
-        self._script = Script(recording, until, self._passed)
         self._strands = Strands()
-        self._stack = ExitStack()
-        self._stack.callback(self._strands.close)
-        self._recorder = Recorder(_Sink(self), 0, _Here(self._strands))
-        self._recorder.component_time = self.now
-        self._fatal: ReplayError | None = None
-        self._expected: dict[str, Callable[[Record], object]] = {}
+        self._script = Script(recording, until, self._passed)
+        self._answers = Answers(recording, self._script, self._strands)
+        recorder = Recorder(ComparisonSink(self._answers), 0, StrandContext(self._strands))
+        recorder.component_time = self.now
+        self._host = Host(recording, self._answers, recorder)
         self._begun: set[str] = set()
-        self._own_time: int | None = None
-        self._guesses_in_cycle = 0
+        """The contexts of automata in the middle of a recorded cycle."""
         self._recorded_active: set[int] = set()
         self._periods: dict[int, int] = {}
         self._next_slots: dict[int, int] = {}
         self._on_error: OnError | None = None
+        self._stack = ExitStack()
+        self._stack.callback(self._strands.close)
+        self._stack.enter_context(self._host)
 
-    def __enter__(self) -> Replay:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
+    @property
+    def comparison(self) -> Comparison:
+        """What was found so far."""
+        return self._answers.comparison
+
+    @property
+    def guesses(self) -> dict[str, int]:
+        """How often the recording had no answer and something older was taken, by what was asked for."""
+        return dict(self._answers.knowledge.guesses)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the component ended by itself, or by an error."""
+        return self._host.ended.is_set()
+
     def now(self) -> int:
         """Return the component time in ns at which the replay is."""
-        return self._script.time if self._own_time is None else self._own_time
+        return self._answers.now()
 
     def run(self) -> Comparison:
         """Replay to the end; raises ReplayError."""
@@ -106,13 +105,13 @@ class Replay:
         self._begin()
         while (record := self._script.peek_input()) is not None:
             self._run_unrecorded(record.time)
-            if self._edited is not None and record.time >= self._since and self._resting:
+            if self._edited is not None and record.time >= self._since and self._host.resting:
                 self._exchange(self._edited)
                 self._edited = None
             self._step(record)
             self._tell_progress()
-            if self._fatal is not None:
-                raise self._fatal
+            if self._answers.fatal is not None:
+                raise self._answers.fatal
         self._run_unrecorded(self._script.time)
         self.comparison.finish()
         return self.comparison
@@ -123,183 +122,32 @@ class Replay:
             self._told_at = now
             self._progress(self.now() / _SECOND)
 
-    # What stand-ins ask for.
-
-    def take(self, want: Want, arguments: tuple[object, ...] | None = None) -> Record | None:
-        """Return what the recording has in answer to code that asks; None where it has nothing."""
-        strand = self._strands.current
-        if strand is None:
-            return None
-        if self._own_time is not None:
-            record = None
-        else:
-            following = self._script.peek_input()
-            fits = following is not None and context_of(following.message) == strand.context
-            if fits and following is not None and want.fits(following):
-                self._script.advance()
-                record = following
-            else:
-                record = self._park(strand, want)
-        if record is None:
-            self._guesses_in_cycle += 1
-            if self._guesses_in_cycle > _MOST_GUESSES:
-                self.give_up(ReplayError(f"a cycle of {strand.context} does not end: it asks for {want}"))
-        elif arguments is not None and isinstance(record.message, Result):
-            message = record.message
-            shown = readable(arguments)
-            what = f"{want.attribute}.{want.operation}"
-            self.comparison.called(self.now(), strand.context, what, message.arguments, shown)
-        return record
-
-    def read(self, kind: str, waits: float = 0.0) -> Any:  # noqa: ANN401 - what the recording says
-        """Return a reading: the recorded one, or one that follows from the time."""
-        want = Want(kind)
-        record = self.take(want)
-        if record is not None:
-            assert isinstance(record.message, Reading)
-            return record.message.value
-        context = self._strands.context
-        if context is None:
-            return self.now() if kind == "component" else self.now() / _SECOND
-        if waits:
-            self.knowledge.wait(context, waits)
-        elif kind not in ("component", "sleep", "future"):
-            self.knowledge.guesses[str(want)] += 1
-        return self.knowledge.reading(want, context, self.now())
-
-    def guess(self, want: Want) -> Record | None:
-        """Return the newest value that an operation had until now."""
-        self.knowledge.guesses[str(want)] += 1
-        return self.knowledge.newest(want)
-
-    def pass_time(self, seconds: float) -> None:
-        """Let time pass for the running code until the end of its cycle."""
-        context = self._strands.context
-        if context is not None:
-            self.knowledge.wait(context, seconds)
-
-    def expect(self, context: str, deliver: Callable[[Record], object] | None) -> None:
-        """Call a function when what belongs to a context arrives; with None, no more."""
-        if deliver is None:
-            self._expected.pop(context, None)
-        else:
-            self._expected[context] = deliver
-
-    def image(self, hash: str) -> bytes | None:
-        """Return bytes that were recorded, or None."""
-        return self.recording.image(hash)
-
-    def give_up(self, error: ReplayError) -> NoReturn:
-        """End the replay from within user code, which must not catch that."""
-        self._fatal = self._fatal or error
-        raise ReplayEndedError
-
-    # The component.
-
     def _begin(self) -> None:
         """Make the component, on a strand, since its variables may read whatever they like."""
         strand = self._strands[START]
-        strand.run(self._make_component)
+        strand.run(partial(self._host.make, self._make))
         while not strand.idle:
             record = self._script.peek_input()
             fits = record is not None and context_of(record.message) == START
             self._answer(strand, record if fits else None)
         if strand.failure is not None:
             raise strand.failure
-        if self._fatal is not None:
-            raise self._fatal
-
-    def _make_component(self) -> None:
-        component = self._make()
-        self.component = component
-        self._equip(component)
-        self.tree = ReplayTree(make_automata(component), self)
-        self._recorder.watch(self.tree)
-        self.tree.on_change.append(self._changed)
-        self._first = first_values_of(self.tree.runs)
-        self._timeline = ReplayTimeline(self)
-
-    def _start(self) -> None:
-        component = self.component
-        self._supervision = Supervision(
-            self.tree,
-            self._timeline,
-            component.log,
-            on_error=self._on_error or component._hfsm_on_error,
-            file=source_of(component),
-            document=component._hfsm_document,
-            halt=self.ended.set,
-            entered=self._entered,
-        )
-        self.tree.start(0)
-
-    @property
-    def _resting(self) -> bool:
-        """Whether no code is under way: the moment to exchange it."""
-        started = hasattr(self, "tree") and self.tree.root.entered is not None
-        return started and not any(run.in_cycle for run in self.tree.runs)
+        if self._answers.fatal is not None:
+            raise self._answers.fatal
 
     def _exchange(self, make: Callable[[], Component]) -> None:
-        """Let another version of the component take the place of this one."""
-        at = self._own_time = self.now()
+        """Let another version of the component take over."""
+        at = self._answers.own_time = self.now()
         strand = self._strands["exchange"]
+        not_kept: list[str] = []
         try:
-            strand.run(partial(self._exchange_now, make, at))
+            strand.run(lambda: not_kept.extend(self._host.exchange(make, at)))
         finally:
-            self._own_time = None
+            self._answers.own_time = None
         if strand.failure is not None:
             raise strand.failure
-
-    def _exchange_now(self, make: Callable[[], Component], at: int) -> None:
-        former, component = self.component, make()
-        told = take_attributes(former, component)
-        self._equip(component)
-        replacement = Replacement(component, tuple(told))
-        with self.tree.lock:
-            replacement.apply(self.tree, former, self._first, at)
-        self.component = component
-        self._supervision.turn_to(
-            component.log,
-            on_error=self._on_error or component._hfsm_on_error,
-            file=source_of(component),
-            document=component._hfsm_document,
-        )
         self.notes.append(f"the edited document took over at {at / _SECOND:.3f} s")
-        self.notes += [f"it could not keep: {text}" for text in replacement.not_kept]
-
-    def _equip(self, component: Component) -> None:
-        """Give a component what it sees of the world."""
-        _set_parameters(component, self.recording)
-        connect(component, self)
-        self._stack.enter_context(replaced_time(type(component), partial(time_function, self)))
-        component.clock = ReplayClock(self)
-        vars(component)["sleep"] = self._sleep
-        vars(component)["send"] = self._send
-
-    def _sleep(self, seconds: float) -> None:
-        ending = self.read("sleep", waits=seconds)
-        if ending == "stopped":
-            raise ComponentStoppedError
-        if ending == "cut":
-            raise CycleCutError
-
-    def _send(self, name: str, data: object = None) -> None:
-        self.tree.send(make_event(name, data), self._timeline.now())
-
-    def _changed(self, _now: int, run: Run, kind: ChangeKind) -> None:
-        if kind is ChangeKind.FINISHED and run is self.tree.root:
-            self.ended.set()
-
-    def _entered(self, _run: Run, _transition: Transition | None) -> bool:
-        """Stop where a breakpoint stopped the recorded component."""
-        record = self._script.peek_input() if self._own_time is None else None
-        if record is None or context_of(record.message) != self._strands.context:
-            return False
-        if not Want("break").fits(record):
-            return False
-        self._script.advance()
-        self.tree.held = True
-        return True
+        self.notes += [f"it could not keep: {text}" for text in not_kept]
 
     # The drive.
 
@@ -345,25 +193,25 @@ class Replay:
     def _begin_cycle(self, strand: Strand, context: str) -> None:
         cycle = self._script.cycle_ahead(context)
         self._begun.add(context)
-        run = self.tree.run(cycle.automaton) if cycle is not None else None
+        run = self._host.tree.run(cycle.automaton) if cycle is not None else None
         if cycle is not None and run is not None and not self._is_unrecorded(run):
             self._run_cycle(strand, run, cycle.at)
 
     def _run_cycle(self, strand: Strand, run: Run, at: int) -> None:
-        self._guesses_in_cycle = 0
-        self.knowledge.begin_cycle(strand.context)
-        if self.ended.is_set():
+        self._answers.guesses_in_cycle = 0
+        self._answers.knowledge.begin_cycle(strand.context)
+        if self._host.ended.is_set() or not self._host.started:
             return
         self._next_slots[run.automaton.id] = slot_after(at, run.automaton.interval)
-        run.stepping = self.tree.held
-        strand.run(partial(run_cycle, self.tree, run, at, self._supervision))
+        run.stepping = self._host.tree.held
+        strand.run(partial(run_cycle, self._host.tree, run, at, self._host.supervision))
         self._look_after(strand)
 
     def _end_cycle(self, message: Cycle) -> None:
         """Let a cycle that takes longer here than it took come to its end."""
         context = automaton_context(message.automaton)
         strand = self._strands[context]
-        while not strand.idle and self._fatal is None:
+        while not strand.idle and self._answers.fatal is None:
             self._answer(strand, None)
         self._begun.discard(context)
 
@@ -383,17 +231,17 @@ class Replay:
 
     def _end_cycles_below(self, strand: Strand) -> None:
         """Let automata end their cycles whose parent waits for that, where the recording does not say how."""
-        for run in self.tree.runs:
+        for run in self._host.tree.runs:
             below = self._strands[automaton_context(run.automaton.id)]
             while below is not strand and run.in_cycle and not run.active and not below.idle:
                 self._answer(below, None)
 
     def _deliver(self, strand: Strand, record: Record, context: str) -> None:
-        deliver = self._expected.get(context)
+        deliver = self._answers.expected.get(context)
         if deliver is None or not strand.idle:
             return
         if isinstance(record.message, Result) and record.message.kind == "async":
-            self._expected.pop(context)
+            self._answers.expected.pop(context)
         strand.run(partial(deliver, record))
         self._look_after(strand)
 
@@ -406,60 +254,31 @@ class Replay:
             self.notes.append(
                 f"the code of {strand.context} ended the component at {self.now() / _SECOND:.3f} s"
             )
-            self.ended.set()
+            self._host.ended.set()
         elif isinstance(failure, Exception) and not strand.context.startswith("automaton "):
             self.notes.append(f"a callback failed: {type(failure).__name__}: {failure}")
-        else:
+        elif isinstance(failure, ReplayError):
             raise failure
-
-    def _park(self, strand: Strand, want: Want) -> Record | None:
-        answer = strand.wait(want)
-        assert answer is None or isinstance(answer, Record)
-        return answer
+        else:
+            problem = f"{type(failure).__name__}: {failure}"
+            raise ReplayError(f"{strand.context} cannot be replayed: {problem}") from failure
 
     def _act(self, action: Action) -> None:
-        """Do to the component what somebody did to it."""
-        arguments = action.arguments
         if action.kind == "made":
-            with suppress(ValueError, TypeError, AttributeError):
-                self._on_error = OnError(str(arguments.get("on_error")))
-                self._periods = {int(key): int(value) for key, value in arguments["periods"].items()}
+            self._take_settings(action.arguments)
         elif action.kind == "start":
-            self._start()
-        elif action.kind == "pause":
-            self.tree.held = True
-        elif action.kind == "resume":
-            self.tree.held = False
-        elif action.kind == "force":
-            run = self.tree.run(arguments.get("automaton", 0))
-            for transition in run.automaton.outgoing(run.current) if run is not None else ():
-                if run is not None and transition.id == arguments.get("transition"):
-                    run.forced = transition
-        elif action.kind == "set":
-            self._set(arguments)
-        elif action.kind == "send":
+            self._host.start(self._on_error)
+        elif self._host.started:
             strand = self._strands[MONITOR]
-            strand.run(partial(self._send_recorded, arguments))
-            while not strand.idle:
-                self._answer(strand, self._script.peek())
-        elif action.kind == "reload":
-            self.notes.append("the component was reloaded here: the replay ends")
-            self._script.stop()
+            strand.run(partial(act, self._host, action, self.now()))
+            self._look_after(strand)
 
-    def _send_recorded(self, arguments: dict[str, Any]) -> None:
-        with suppress(ComponentError, ValueError):
-            data = msgspec.json.decode(str(arguments.get("json")).encode())
-            self.tree.send(make_event(arguments.get("name", ""), data), self.now())
-
-    def _set(self, arguments: dict[str, Any]) -> None:
-        with suppress(ComponentError, ValueError):
-            value = msgspec.json.decode(str(arguments.get("json")).encode())
-            name = str(arguments.get("name"))
-            run = self.tree.run(arguments.get("automaton", 0))
-            if run is not None:
-                assign(run.automaton, name, value)
-            elif name in parameters_of(self.component):
-                setattr(self.component, name, value)
+    def _take_settings(self, arguments: dict[str, object]) -> None:
+        """Take what was settled when the component was made: its policy, and the periods of its automata."""
+        policy, periods = arguments.get("on_error"), arguments.get("periods")
+        self._on_error = OnError(policy) if isinstance(policy, str) and policy in set(OnError) else None
+        if isinstance(periods, dict):
+            self._periods = {int(key): value for key, value in periods.items() if str(key).isdecimal()}
 
     # Automata that run in the replay and did not in the recording.
 
@@ -471,11 +290,11 @@ class Replay:
 
     def _run_unrecorded(self, now: int) -> None:
         """Run the cycles that the recording does not have up to a time, ancestors first."""
-        if not hasattr(self, "tree") or self.tree.root.entered is None:
+        if not self._host.started:
             return
-        while not self.ended.is_set() and not self.tree.held and self._fatal is None:
+        while not self._host.ended.is_set() and not self._host.tree.held and self._answers.fatal is None:
             due: list[tuple[int, int, Run]] = []
-            for index, run in enumerate(self.tree.runs):
+            for index, run in enumerate(self._host.tree.runs):
                 if run.active and not run.finished and self._is_unrecorded(run) and not run.in_cycle:
                     slot = slot_from(run.activated, run.automaton.interval)
                     slot = max(slot, self._next_slots.get(run.automaton.id, 0))
@@ -487,16 +306,16 @@ class Replay:
             strand = self._strands[automaton_context(run.automaton.id)]
             if not strand.idle:
                 return
-            self._own_time = slot
+            self._answers.own_time = slot
             try:
                 self._run_cycle(strand, run, slot)
             finally:
-                self._own_time = None
+                self._answers.own_time = None
 
     # The records.
 
     def _passed(self, record: Record) -> None:
-        self.knowledge.learn(record)
+        self._answers.knowledge.learn(record)
         self.comparison.recorded(record)
         message = record.message
         if isinstance(message, Change):
@@ -510,55 +329,5 @@ class Replay:
             f"the code of {message.beside} blocked at {self.now() / _SECOND:.3f} s, and "
             f"{message.context} ran beside it: in which order is not known"
         )
-        if len(self.notes) < 20:
+        if len(self.notes) < _MOST_OVERLAPS:
             self.notes.append(text)
-
-
-class ReplayTree(Tree):
-    """Automata that hand over when they did."""
-
-    def __init__(self, root: Any, replay: Replay) -> None:  # noqa: ANN401
-        super().__init__(root)
-        self._replay = replay
-
-    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:  # noqa: ARG002
-        """Wait until the automata below have ended their cycles, or had not when the wait was given up."""
-        if not run.below:
-            return []
-        late = self._replay.read("handover")
-        found = [self.run(each) for each in late] if isinstance(late, list) else []
-        return [each for each in found if each is not None]
-
-
-class _Sink:
-    """Where what the replay does is told: to the comparison."""
-
-    crowded: Final = True
-
-    def __init__(self, replay: Replay) -> None:
-        self._replay = replay
-
-    def put(self, entry: Entry) -> None:
-        message = entry.message if not callable(entry.message) else entry.message()
-        self._replay.comparison.replayed(entry.time, message)
-
-
-class _Here(Turns):
-    """Turns that nobody takes: the code of a context is that on its strand."""
-
-    def __init__(self, strands: Strands) -> None:
-        super().__init__(lambda _context, _beside: None)
-        self._strands = strands
-
-    @property
-    def context(self) -> str | None:
-        return self._strands.context
-
-
-def _set_parameters(component: Component, recording: Recording) -> None:
-    with suppress(msgspec.MsgspecError, AttributeError):
-        values = msgspec.json.decode(recording.metadata.get("parameters", "{}").encode())
-        declared = parameters_of(component)
-        for name, value in values.items():
-            if name in declared and type(value) is type(declared[name].default):
-                setattr(component, name, value)

@@ -1,17 +1,15 @@
-"""What a component sees in a replay in place of the world: proxies, clock, time, and the module `time`."""
+"""What a component sees in a replay in place of servants: proxies that answer from the recording."""
 
 from __future__ import annotations
 
 import builtins
-import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn, TypeVar, cast
+from typing import Any, ClassVar, Final, NoReturn, TypeVar, cast
 
 import msgspec
 
 from zenoh_ice import ObjectPrx, Sample, Subscription, exceptions
-from zenoh_ice.clock import WallClock
 from zenoh_ice.exceptions import MarshalException, SystemException, TimeoutException, UnknownException
 from zenoh_ice.operation import Operation
 from zenoh_ice.presence import Target
@@ -21,107 +19,50 @@ from zenoh_ice.wire_errors import decode_error
 from ..component import Component, proxies_of
 from ..recording.messages import Reading, Result
 from ..recording.results import put_bytes
-from ..timeline import Timeline
+from .answers import Answers
 from .errors import MissingImageError, NothingRecordedError, RecordingError, ReplayError
 from .reader import Record
 from .script import Want
 
-if TYPE_CHECKING:
-    from .engine import Replay
-
-__all__ = ["ReplayClock", "ReplayTimeline", "ReplayedSample", "connect", "time_function"]
+__all__ = ["connect"]
 
 V = TypeVar("V")
 
 _TIMEOUT: Final = 2.0
 
 
-def connect(component: Component, replay: Replay) -> None:
+def connect(component: Component, answers: Answers) -> None:
     """Give a component proxies that answer from a recording."""
     for name, declared in proxies_of(component).items():
         if isinstance(vars(component).get(name), _Replayed):  # another version of the component had it
             continue
         if not issubclass(declared.type, ObjectPrx):
             raise ReplayError(f"self.{name} is no proxy that can be replayed")
-        members = {"_replay": replay, "_attribute": name}
+        members = {"_answers": answers, "_attribute": name}
         made: Any = type(declared.type.__name__, (_Replayed, declared.type), members)
         identity, _, realm = declared.identity.partition("@")
         vars(component)[name] = made(_Nobody(), Target(realm or "recording", identity), _TIMEOUT)
 
 
-class ReplayedSample(Sample[V]):
+class _ReplayedSample(Sample[V]):
     """A sample whose age is what it was."""
 
-    __slots__ = ("_age", "_arrived", "_replay")
+    __slots__ = ("_age", "_answers", "_arrived")
 
-    def __init__(self, value: V, message: Result, arrived: int, replay: Replay) -> None:
+    def __init__(self, value: V, message: Result, arrived: int, answers: Answers) -> None:
         time = float("nan") if message.time is None else message.time
         super().__init__(value, message.sequence, time, message.wall_time)
         self._arrived = arrived
         self._age = message.age or 0.0
-        self._replay = replay
+        self._answers = answers
 
     @property
     def age(self) -> float:
         """Wall seconds since it was sent."""
-        record = self._replay.take(Want("age"))
+        record = self._answers.take(Want("age"))
         if record is not None:
             return _number(record)
-        return self._age + max(0, self._replay.now() - self._arrived) / 1e9
-
-
-class ReplayClock:
-    """The component's clock."""
-
-    simulated: Final = True
-
-    def __init__(self, replay: Replay) -> None:
-        self._replay = replay
-
-    @property
-    def rate(self) -> float:
-        """The seconds of this clock that passed in a second of wall time."""
-        return float(self._replay.read("rate"))
-
-    def now(self) -> float:
-        """Return the time in s."""
-        return float(self._replay.read("now"))
-
-    def sleep(self, seconds: float) -> None:
-        """Wait for a duration in s."""
-        self._replay.read("clock.sleep", waits=seconds)
-
-    def sleep_until(self, when: float) -> None:
-        """Wait until a time in s."""
-        if self._replay.take(Want("clock.sleep_until")) is None:
-            self._replay.pass_time(when - float(self._replay.read("now")))
-
-    def wait(self, event: threading.Event, timeout: float) -> bool:
-        """Wait for an event for at most `timeout` s; return whether it is set."""
-        return bool(self._replay.read("clock.wait", waits=timeout)) or event.is_set()
-
-
-class ReplayTimeline(Timeline):
-    """Component time as it was."""
-
-    def __init__(self, replay: Replay) -> None:
-        super().__init__(WallClock())
-        self._replay = replay
-
-    def now(self) -> int:
-        """Return the component time in ns."""
-        return int(self._replay.read("component"))
-
-
-def time_function(replay: Replay, name: str, genuine: Callable[..., Any]) -> Callable[..., Any]:  # noqa: ARG001
-    """Return what stands for a function of the module `time`."""
-
-    def read(*arguments: float) -> Any:  # noqa: ANN401 - int or float
-        waits = float(arguments[0]) if name == "sleep" and arguments else 0.0
-        value = replay.read(f"time.{name}", waits=waits)
-        return None if name == "sleep" else value
-
-    return read
+        return self._age + max(0, self._answers.now() - self._arrived) / 1e9
 
 
 class _Nobody:
@@ -145,18 +86,18 @@ class _Nobody:
 class _Replayed(ObjectPrx):
     """A proxy that answers from the recording: mixed into the proxy's class, for one attribute."""
 
-    _replay: ClassVar[Replay]
+    _answers: ClassVar[Answers]
     _attribute: ClassVar[str]
 
     def ice_invoke(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> V:  # noqa: ANN401, ARG002
         """Return, or raise, what the call brought."""
         want = Want("call", self._attribute, operation.name)
-        record = self._replay.take(want, args)
+        record = self._answers.take(want, args)
         return cast("V", self._outcome(operation, want, record))
 
     def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> Future[V]:  # noqa: ANN401, ARG002
         """Return a future that is settled when the outcome arrived."""
-        future: Future[V] = _ReplayedFuture(self._replay)
+        future: Future[V] = _ReplayedFuture(self._answers)
         future.set_running_or_notify_cancel()
 
         def settle(record: Record | None) -> None:
@@ -167,16 +108,16 @@ class _Replayed(ObjectPrx):
             else:
                 future.set_result(cast("V", value))
 
-        record = self._replay.take(Want("begin", self._attribute, operation.name), args)
+        record = self._answers.take(Want("begin", self._attribute, operation.name), args)
         if record is None:
             settle(None)
         else:
-            self._replay.expect(f"future {_result(record).ticket}", settle)
+            self._answers.expect(f"future {_result(record).ticket}", settle)
         return future
 
     def ice_stream(self, operation: Operation[..., V]) -> StreamReader[V]:
         """Return a reader of the recorded samples."""
-        reader = _ReplayedReader(self._replay, self._attribute, operation, self._outcome)
+        reader = _ReplayedReader(self._answers, self._attribute, operation, self._outcome)
         return cast("StreamReader[V]", reader)
 
     def ice_subscribe(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
@@ -186,18 +127,18 @@ class _Replayed(ObjectPrx):
 
         def deliver(record: Record) -> None:
             value = cast("V", self._outcome(operation, want, record))
-            callback(ReplayedSample(value, _result(record), record.time, self._replay))
+            callback(_ReplayedSample(value, _result(record), record.time, self._answers))
 
-        record = self._replay.take(Want("subscribe", self._attribute, operation.name))
+        record = self._answers.take(Want("subscribe", self._attribute, operation.name))
         context = f"subscription {_result(record).ticket}" if record is not None else ""
         if context:
-            self._replay.expect(context, deliver)
-        return cast("Subscription", _ReplayedSubscription(self._replay, context))
+            self._answers.expect(context, deliver)
+        return cast("Subscription", _ReplayedSubscription(self._answers, context))
 
     def _outcome(self, operation: Operation[..., Any], want: Want, record: Record | None) -> object:
         """Return or raise what was recorded, or the newest that is known."""
         if record is None:
-            record = self._replay.guess(want)
+            record = self._answers.guess(want)
             if record is None:
                 if not operation.result.fields:
                     return None
@@ -208,7 +149,7 @@ class _Replayed(ObjectPrx):
         if message.error:
             raise _error(message, operation, want)
         if message.too_large:
-            self._replay.give_up(
+            self._answers.give_up(
                 ReplayError(f"{want}: a value of {message.too_large} bytes was too large to be recorded")
             )
         packed = message.packed if message.packed is not None else b"\x80"
@@ -217,7 +158,7 @@ class _Replayed(ObjectPrx):
         try:
             return operation.result.unpack_result(packed, str(want), cast("Any", self._communicator))
         except MarshalException as error:
-            self._replay.give_up(
+            self._answers.give_up(
                 RecordingError(f"a recorded value does not fit the interface: {error}; has it changed since?")
             )
 
@@ -225,9 +166,9 @@ class _Replayed(ObjectPrx):
         try:
             plain = msgspec.msgpack.decode(packed)
             for missing in message.missing:
-                data = self._replay.image(missing.hash)
+                data = self._answers.image(missing.hash)
                 if data is None:
-                    self._replay.give_up(
+                    self._answers.give_up(
                         MissingImageError(
                             f"{want} brought {missing.size} bytes that are not in the recording: "
                             "code that looks at images can be replayed when the run was recorded "
@@ -237,7 +178,7 @@ class _Replayed(ObjectPrx):
                 put_bytes(plain, missing, data)
             return msgspec.msgpack.encode(plain)
         except (msgspec.MsgspecError, LookupError, TypeError) as error:
-            self._replay.give_up(RecordingError(f"a recorded value of {want} is malformed: {error}"))
+            self._answers.give_up(RecordingError(f"a recorded value of {want} is malformed: {error}"))
 
 
 class _ReplayedReader:
@@ -245,13 +186,13 @@ class _ReplayedReader:
 
     def __init__(
         self,
-        replay: Replay,
+        answers: Answers,
         attribute: str,
         operation: Operation[..., Any],
         outcome: Callable[[Operation[..., Any], Want, Record | None], object],
     ) -> None:
         self.operation = operation
-        self._replay = replay
+        self._answers = answers
         self._attribute = attribute
         self._outcome = outcome
 
@@ -268,11 +209,11 @@ class _ReplayedReader:
 
     def _sample(self, kind: str) -> Sample[Any] | None:
         want = Want(kind, self._attribute, self.operation.name)
-        newest = self._replay.newest_samples
+        newest = self._answers.newest_samples
         key = self._attribute, self.operation.name
-        record = self._replay.take(want)
+        record = self._answers.take(want)
         if record is None:
-            record = self._replay.guess(want)
+            record = self._answers.guess(want)
             if record is None:
                 return None
         message = _result(record)
@@ -283,16 +224,16 @@ class _ReplayedReader:
         if message.packed is None and not message.too_large:
             return None
         value = self._outcome(self.operation, want, record)
-        newest[key] = ReplayedSample(value, message, record.time, self._replay)
+        newest[key] = _ReplayedSample(value, message, record.time, self._answers)
         return newest[key]
 
 
 class _ReplayedFuture(Future[V]):
     """A future that is settled in its time."""
 
-    def __init__(self, replay: Replay) -> None:
+    def __init__(self, answers: Answers) -> None:
         super().__init__()
-        self._replay = replay
+        self._answers = answers
 
     def result(self, timeout: float | None = None) -> V:  # noqa: ARG002
         """Wait for the outcome."""
@@ -306,19 +247,19 @@ class _ReplayedFuture(Future[V]):
 
     def _wait(self) -> None:
         if not self.done():
-            self._replay.read("future")
+            self._answers.read("future")
 
 
 class _ReplayedSubscription:
     """A subscription to recorded samples."""
 
-    def __init__(self, replay: Replay, context: str) -> None:
-        self._replay = replay
+    def __init__(self, answers: Answers, context: str) -> None:
+        self._answers = answers
         self._context = context
 
     def close(self) -> None:
         """End it."""
-        self._replay.expect(self._context, None)
+        self._answers.expect(self._context, None)
 
     def __enter__(self) -> _ReplayedSubscription:
         return self

@@ -123,7 +123,7 @@ def identical(path: Path, make: Callable[[], Component]) -> Comparison:
     assert comparison.divergences == []
     assert comparison.differences == []
     assert comparison.identical
-    assert not run.knowledge.guesses
+    assert not run.guesses
     return comparison
 
 
@@ -360,7 +360,7 @@ def test_values_that_nobody_had_asked_for_are_the_newest_before(tmp_path: Path, 
     record_watcher(Watcher, world, path)
     run, comparison = replayed(path, Curious)
     assert comparison.divergences == []
-    assert set(run.knowledge.guesses) == {"self.head.getPose (call)"}
+    assert set(run.guesses) == {"self.head.getPose (call)"}
     assert {found.what for found in comparison.differences} == {"values"}
 
 

@@ -1,0 +1,139 @@
+"""What user code asks of the world in a replay, and what the recording answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, NoReturn
+
+from zenoh_ice import Sample
+
+from ..recording.messages import Reading, Result
+from ..recording.values import readable
+from .comparison import Comparison
+from .errors import RecordingError, ReplayEndedError, ReplayError
+from .knowledge import Knowledge
+from .reader import Record, Recording
+from .script import Script, Want, context_of
+from .strands import Strand, Strands
+
+__all__ = ["Answers"]
+
+_SECOND: Final = 1_000_000_000
+_MOST_GUESSES: Final = 100_000
+"""Answers without a record in one cycle: code that asks for more does not end."""
+_NUMBERS: Final = frozenset({"component", "now", "rate", "age"})
+
+
+class Answers:
+    """Answer the code on strands from a script.
+
+    Where the next record is the answer it is used at once; otherwise the strand waits until its driver brings
+    the answer, or says that there is none. While there is an `own_time` in ns the code is none that was
+    recorded, and there is never one.
+    """
+
+    def __init__(self, recording: Recording, script: Script, strands: Strands) -> None:
+        self.comparison = Comparison()
+        self.knowledge = Knowledge()
+        self.newest_samples: dict[tuple[str, str], Sample[Any]] = {}
+        """The sample that was read last, by attribute and operation."""
+        self.expected: dict[str, Callable[[Record], object]] = {}
+        """What is to be called when something arrives in a context."""
+        self.own_time: int | None = None
+        self.fatal: ReplayError | None = None
+        """Why the replay cannot go on."""
+        self.guesses_in_cycle = 0
+        self._recording = recording
+        self._script = script
+        self._strands = strands
+
+    def now(self) -> int:
+        """Return the component time in ns at which the replay is."""
+        return self._script.time if self.own_time is None else self.own_time
+
+    def take(self, want: Want, arguments: tuple[object, ...] | None = None) -> Record | None:
+        """Return what the recording has in answer to code that asks; None where it has nothing."""
+        strand = self._strands.current
+        if strand is None:
+            return None
+        if self.own_time is not None:
+            record = None
+        else:
+            following = self._script.peek_input()
+            fits = following is not None and context_of(following.message) == strand.context
+            if fits and following is not None and want.fits(following):
+                self._script.advance()
+                record = following
+            else:
+                record = self._park(strand, want)
+        if record is None:
+            self.guesses_in_cycle += 1
+            if self.guesses_in_cycle > _MOST_GUESSES:
+                self.give_up(ReplayError(f"a cycle of {strand.context} does not end: it asks for {want}"))
+        elif arguments is not None and isinstance(record.message, Result):
+            message = record.message
+            shown = readable(arguments)
+            what = f"{want.attribute}.{want.operation}"
+            self.comparison.called(self.now(), strand.context, what, message.arguments, shown)
+        return record
+
+    def read(self, kind: str, waits: float = 0.0) -> Any:  # noqa: ANN401 - what the recording says
+        """Return a reading: the recorded one, or one that follows from the time."""
+        want = Want(kind)
+        record = self.take(want)
+        if record is not None:
+            assert isinstance(record.message, Reading)
+            value = record.message.value
+            if kind in _NUMBERS and not isinstance(value, int | float):
+                self.give_up(RecordingError(f"the recorded {kind} is malformed: {value!r:.40}"))
+            return value
+        context = self._strands.context
+        if context is None:
+            return self.now() if kind == "component" else self.now() / _SECOND
+        if waits:
+            self.knowledge.wait(context, waits)
+        elif kind not in ("component", "sleep", "future"):
+            self.knowledge.guesses[str(want)] += 1
+        return self.knowledge.reading(want, context, self.now())
+
+    def guess(self, want: Want) -> Record | None:
+        """Return the newest value that an operation had until now."""
+        self.knowledge.guesses[str(want)] += 1
+        return self.knowledge.newest(want)
+
+    def pass_time(self, seconds: float) -> None:
+        """Let time pass for the running code until the end of its cycle."""
+        context = self._strands.context
+        if context is not None:
+            self.knowledge.wait(context, seconds)
+
+    def expect(self, context: str, deliver: Callable[[Record], object] | None) -> None:
+        """Call a function when what belongs to a context arrives; with None, no more."""
+        if deliver is None:
+            self.expected.pop(context, None)
+        else:
+            self.expected[context] = deliver
+
+    def image(self, hash: str) -> bytes | None:
+        """Return bytes that were recorded, or None."""
+        return self._recording.image(hash)
+
+    def give_up(self, error: ReplayError) -> NoReturn:
+        """End the replay from within user code, which must not catch that."""
+        self.fatal = self.fatal or error
+        raise ReplayEndedError
+
+    def was_stopped(self) -> bool:
+        """Return whether a breakpoint stopped the running code at this very moment."""
+        record = self._script.peek_input() if self.own_time is None else None
+        if record is None or context_of(record.message) != self._strands.context:
+            return False
+        if not Want("break").fits(record):
+            return False
+        self._script.advance()
+        return True
+
+    def _park(self, strand: Strand, want: Want) -> Record | None:
+        answer = strand.wait(want)
+        assert answer is None or isinstance(answer, Record)
+        return answer
