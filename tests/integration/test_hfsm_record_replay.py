@@ -19,6 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
+from hfsm_runtime.breakpoints import Breakpoint
 from hfsm_runtime.recording import writer
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
@@ -26,6 +27,7 @@ from hfsm_runtime.replay.engine import Replay
 from hfsm_runtime.replay.reader import Recording
 from hfsm_runtime.robot import connect
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from tests.support.robot_server import eventually
 from zenoh_ice import Communicator, Current, Sample, initialize
 
 FOREVER = 10**18
@@ -320,6 +322,20 @@ def test_what_others_did_to_it_is_done_again(tmp_path: Path, world: World) -> No
         clock.sleep(0.3)
     comparison = identical(path, Steered)
     assert [step.state for step in comparison.replayed_steps] == ["a", "b", "a"]
+
+
+def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, world: World) -> None:
+    path = tmp_path / "run.mcap"
+    with running(Watcher, world, path) as (runtime, clock):
+        runtime.breakpoints.set([Breakpoint(1, 2, 0, "")], runtime.tree, {})
+        eventually(lambda: runtime.timeline.paused)
+        clock.sleep(0.5)
+        runtime.step(0)
+        runtime.breakpoints.set([], runtime.tree, {})
+        runtime.resume()
+        clock.sleep(1.5)
+    comparison = identical(path, Watcher)
+    assert [step.state for step in comparison.replayed_steps][:3] == ["a", "b", "a"]
 
 
 # Edited documents.
