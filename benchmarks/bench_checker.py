@@ -3,9 +3,9 @@
 `flat` is one automaton; `deep` 20 automata of 10 states, one below the other; `parallel` 20 side by side
 below one state; `tree` 20 in three levels. `guards` has conditions only, `timers` timers, `mixed` both, and
 in `stops` automata begin anew each time the state above is entered. Periods are `100 ms` each, or `awkward`:
-five that have no small common multiple. The properties are about the first automaton and the last.
+five that have no small common multiple. Five properties are about the first and the last automata.
 
-    python benchmarks/bench_checker.py [--limit 1000000] [--json FILE]
+    python benchmarks/bench_checker.py [--limit 500000] [--json FILE]
 """
 
 from __future__ import annotations
@@ -89,6 +89,8 @@ def build(shape: str, leave: Leave, periods: tuple[int, ...], history: str = "")
         stated("never", f"#1/s{size} and #{last}/s{size}"),
         stated("always", f"#{last}/s2 -> active(#{last})"),
         stated("eventually", f"#1/s{size}", "60000"),
+        stated("never", f"#{max(1, last - 1)}/s{size - 1} and #{last}/s{size - 2}"),
+        stated("eventually", f"#{last}/s{size}", "3600000"),
     ]
     return document(*automata, properties=properties, interfaces=(Interface(name="Head", type="PoseHead"),))
 

@@ -294,8 +294,7 @@ def play(document: Document, example: Counterexample, rounds: int = 3) -> Player
     events: dict[tuple[int, int], set[str]] = {}
     end = round(example.ends_ms * 1e6)
     loop = len(example.steps) if example.repeats is None else example.repeats
-    begins = end if loop == len(example.steps) else round(example.steps[loop].time_ms * 1e6)
-    period = end - begins
+    period = 0 if example.repeats_ms is None else end - round(example.repeats_ms * 1e6)
     for number, step in enumerate(example.steps):
         for turn in range(rounds + 1 if number >= loop else 1):  # the last one begins as the run ends
             time = round(step.time_ms * 1e6) + turn * period
@@ -308,5 +307,7 @@ def play(document: Document, example: Counterexample, rounds: int = 3) -> Player
         lambda time, automaton, transition: (time, automaton, transition.id) in guards,
         lambda time, automaton: events.get((time, automaton), ()),
     )
-    player.virtual.advance((end + (rounds - 1) * period * (example.repeats is not None)) / 1e9)
+    if example.repeats is not None and not period:
+        period = 5_000_000_000  # nothing has to happen any more
+    player.virtual.advance((end + (rounds - 1) * period) / 1e9)
     return player

@@ -25,7 +25,7 @@ from .reachability import (
 
 __all__ = ["DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model"]
 
-DEFAULT_LIMIT: Final = 1_000_000
+DEFAULT_LIMIT: Final = 500_000
 """The work of a check, in automata that are looked at in configurations: about a second."""
 
 QUICK_LIMIT: Final = 30_000

@@ -54,12 +54,14 @@ class Counterexample:
     """The steps from the start until a property is violated, at `ends_ms`.
 
     Where it is violated because something never comes, the steps from the index `repeats` on may repeat for
-    ever, and `ends_ms` is the end of the first round.
+    ever: the first round lasts from `repeats_ms` to `ends_ms`. When nothing need happen any more the index is
+    their number, and both times are the same.
     """
 
     steps: tuple[Step, ...]
     ends_ms: float
     repeats: int | None = None
+    repeats_ms: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the counterexample as JSON objects."""
@@ -86,7 +88,12 @@ def counterexample(model: Model, system: TransitionSystem, run: Run) -> Countere
         if number == run.repeats:
             repeats = len(steps)
         steps += teller.move(move)
-    return Counterexample(tuple(steps), run.ends / _NANO, repeats)
+    if run.repeats == len(run.moves):
+        repeats = len(steps)
+    begins = None
+    if run.repeats is not None:
+        begins = (run.moves[run.repeats].time if run.repeats < len(run.moves) else run.ends) / _NANO
+    return Counterexample(tuple(steps), run.ends / _NANO, repeats, begins)
 
 
 class _Teller:

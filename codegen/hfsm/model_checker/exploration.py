@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from .transition_system import Choice, Configuration, Node, TransitionSystem
@@ -56,8 +56,9 @@ class Move:
 class Run:
     """A run of the automata: `start`, then the moves.
 
-    When it goes on for ever by repeating itself, `repeats` is the place of the first move to be repeated.
-    Else nothing happens after `ends`, or nothing that matters until then; in ns.
+    When it goes on for ever by repeating itself, `repeats` is the place of the first move to be repeated:
+    their number when nothing need happen any more. Else nothing happens after `ends`, or nothing that matters
+    until then; in ns.
     """
 
     start: Configuration
@@ -173,6 +174,8 @@ def find_avoiding(system: TransitionSystem, good: Holds, within: int | None, bud
     search.start, first, elapsed = system.start()
     if good(search.start):
         return Outcome(None, True, 1, 0)
+    if system.may_rest(search.start):
+        return Outcome(Run(search.start, (), 0, repeats=0), True, 1, 0)
     search.came[first] = None
     search.times[first] = elapsed
     edges: dict[Node, list[tuple[Choice, Configuration, Node, int]]] = {}
@@ -191,6 +194,9 @@ def find_avoiding(system: TransitionSystem, good: Holds, within: int | None, bud
             break
         edges[node] = [edge for edge in system.successors(node) if not good(edge[1])]
         for choice, configuration, following, elapsed in edges[node]:
+            if system.may_rest(configuration):
+                run = search.run_to(node, (choice, configuration), time)
+                return Outcome(replace(run, repeats=len(run.moves)), True, len(edges), time)
             if following not in search.times:
                 search.times[following] = time + elapsed
                 search.came[following] = node, choice, configuration
@@ -200,9 +206,9 @@ def find_avoiding(system: TransitionSystem, good: Holds, within: int | None, bud
     if loop is not None:
         return Outcome(_repeating(search, loop, edges), True, len(edges), until)
     if within is not None:
-        run = _longest(search, order, edges, within)
-        if run is not None:
-            return Outcome(run, True, len(edges), until)
+        longest = _longest(search, order, edges, within)
+        if longest is not None:
+            return Outcome(longest, True, len(edges), until)
     return Outcome(None, complete, len(edges), until)
 
 

@@ -108,6 +108,7 @@ class TransitionSystem:
             )
             for index in self.cone
         )
+        self._resting: dict[tuple[int, int], bool] = {}
         self._choices: dict[tuple[int, int, tuple[int, ...]], tuple[Choice, ...]] = {}
 
     def start(self) -> tuple[Configuration, Node, int]:
@@ -126,6 +127,22 @@ class TransitionSystem:
             configuration = self._cycle(node.configuration, node.position, choice.transition)
             following, elapsed = self._next(configuration, node.phase, node.position)
             yield choice, configuration, following, elapsed
+
+    def may_rest(self, configuration: Configuration) -> bool:
+        """Return whether nothing need ever change any more: whatever could change waits for a guard."""
+        for position, (index, flags, _) in enumerate(configuration):
+            if flags & (ACTIVE | FINISHED) == ACTIVE and (flags & OWED or not self._rests(position, index)):
+                return False
+        return True
+
+    def _rests(self, position: int, index: int) -> bool:
+        known = self._resting.get((position, index))
+        if known is None:
+            state = self._states[position][index]
+            needs = (transition.needs or () for transition in state.outgoing)
+            known = not state.final and satisfy((), needs) is not None
+            self._resting[position, index] = known
+        return known
 
     def enabled(self, node: Node) -> list[TransitionModel]:
         """Return the transitions whose guards are asked in the cycle, in order, should none of them hold."""
