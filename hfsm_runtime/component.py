@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import PurePath
 from typing import Any, ClassVar, Generic, TypeVar, overload
@@ -22,6 +23,7 @@ __all__ = [
     "Component",
     "Parameter",
     "Proxy",
+    "equip",
     "libraries",
     "make_automata",
     "parameter_values",
@@ -89,14 +91,22 @@ class _Itself:
         return owner if instance is None else instance
 
 
+class _ItsClock:
+    """The clock that a component goes by, unless a document calls something else `clock`."""
+
+    def __get__(self, instance: Component | None, owner: type[Component]) -> Clock:
+        return (owner if instance is None else instance)._hfsm_clock
+
+
 class Component:
     """What user code sees as `self`: proxies and functions of the document, the clock and the log.
 
     A subclass names the document it was generated from and what follows an error (`stop` or `continue`), and
-    defines `automaton`. It must not rely on `__init__`, which a document may define for itself.
+    defines `automaton`. Nobody must rely on `__init__`, `clock`, `log`, `sleep` and `send`: a document may
+    call functions of its own so.
     """
 
-    clock: Clock = WallClock()
+    clock = _ItsClock()
     """The clock of the component: the wall's, or the robot's."""
     log: logging.Logger = logging.getLogger("component")
     """Where user code may write."""
@@ -106,12 +116,18 @@ class Component:
 
     _hfsm_document: ClassVar[str] = ""
     _hfsm_on_error: ClassVar[OnError] = OnError.STOP
+    _hfsm_log: ClassVar[logging.Logger] = log
+    _hfsm_clock: Clock = WallClock()
+    _hfsm_sleep: Callable[[float], None] | None = None
+    _hfsm_send: Callable[[str, object], None] | None = None
 
     def __init_subclass__(cls, *, document: str = "", on_error: str = "stop", **others: Any) -> None:  # noqa: ANN401
         super().__init_subclass__(**others)
         cls._hfsm_document = document
         cls._hfsm_on_error = OnError(on_error)
-        cls.log = logging.getLogger(PurePath(document).stem or cls.__name__)
+        cls._hfsm_log = logging.getLogger(PurePath(document).stem or cls.__name__)
+        if isinstance(inspect.getattr_static(cls, "log"), logging.Logger):
+            cls.log = cls._hfsm_log
 
     def automaton(self) -> Automaton:
         """Return the root automaton with all below it; called once, before the first cycle."""
@@ -119,14 +135,29 @@ class Component:
 
     def sleep(self, seconds: float) -> None:
         """Wait by the component's clock; ends early, with the whole cycle, when the component does."""
-        self.clock.sleep(seconds)
+        if self._hfsm_sleep is None:
+            self.clock.sleep(seconds)
+        else:
+            self._hfsm_sleep(seconds)
 
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active; nobody is before the component has started.
 
         `data` is what JSON knows. Raises EventError.
         """
-        make_event(name, data)
+        if self._hfsm_send is None:
+            make_event(name, data)
+        else:
+            self._hfsm_send(name, data)
+
+
+def equip(
+    component: Component, clock: Clock, sleep: Callable[[float], None], send: Callable[[str, object], None]
+) -> None:
+    """Give a component its clock, and what its `sleep` and `send` do."""
+    component._hfsm_clock = clock
+    component._hfsm_sleep = sleep
+    component._hfsm_send = send
 
 
 def proxies_of(component: Component | type[Component]) -> dict[str, Proxy[Any]]:

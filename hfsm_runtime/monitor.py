@@ -109,7 +109,7 @@ class MonitorServant(HfsmMonitor):
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
         """End the component."""
-        self._runtime.component.log.warning("the monitor ends the component")
+        self._runtime.component._hfsm_log.warning("the monitor ends the component")
         self._runtime.request_stop()
 
 
@@ -168,7 +168,7 @@ class Monitor:
             last = self._closing
             if publisher.listening:
                 try:
-                    publisher.publish(take_snapshot(self._runtime), self._runtime.component.clock.now())
+                    publisher.publish(take_snapshot(self._runtime), self._runtime.clock.now())
                 except Exception:  # variables are user objects, and a watcher must not end the watching
                     _logger.exception("a snapshot could not be published")
             if not last:

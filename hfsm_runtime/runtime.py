@@ -13,7 +13,7 @@ from zenoh_ice.clock import Clock
 from .automaton import Automaton, Transition
 from .breakpoints import Breakpoints
 from .carrying import FirstValues
-from .component import Component, make_automata, parameter_values, parameters_of, source_of
+from .component import Component, equip, make_automata, parameter_values, parameters_of, source_of
 from .errors import ComponentStoppedError, ReloadRefusedError, UnknownElementError
 from .events import make_event
 from .replacement import Replacement
@@ -64,15 +64,15 @@ class Runtime:
         self.ended = threading.Event()
         self.failed = False
         """Whether an error ended the component."""
-        component.clock = clock
-        vars(component)["sleep"] = self._sleep
-        vars(component)["send"] = self.send
+        self.clock = clock
+        """The clock of the component."""
+        equip(component, clock, self._sleep, self.send)
         self.tree = self._make_tree(make_automata(component))
         self.timeline = self._make_timeline(clock)
         self._supervision = Supervision(
             self.tree,
             self.timeline,
-            component.log,
+            component._hfsm_log,
             on_error=on_error or component._hfsm_on_error,
             file=source_of(component),
             document=component._hfsm_document,
@@ -121,7 +121,7 @@ class Runtime:
         """End the automata: running cycles end, or are told as errors after 2 s."""
         self.request_stop()
         for run in self._threads.stop(_STOP):
-            self.component.log.error(
+            self.component._hfsm_log.error(
                 "the cycle of %s in the state %s did not end within %g s and is abandoned: "
                 "its code must not block",
                 run.automaton.name,
@@ -195,7 +195,7 @@ class Runtime:
                 leaving = replacement.apply(self.tree, former, first, self.timeline.now()).gone
                 self.generation += 1
                 self._supervision.turn_to(
-                    self.component.log,
+                    self.component._hfsm_log,
                     on_error=self._on_error or self.component._hfsm_on_error,
                     file=source_of(self.component),
                     document=self.component._hfsm_document,
@@ -246,8 +246,8 @@ class Runtime:
         return run
 
     def _sleep(self, seconds: float) -> None:
-        if not self._threads.sleep(self.component.clock, seconds, self.ended):
-            self.component.clock.wait(self.ended, max(0.0, seconds))
+        if not self._threads.sleep(self.clock, seconds, self.ended):
+            self.clock.wait(self.ended, max(0.0, seconds))
         if self.ended.is_set():
             raise ComponentStoppedError
 
@@ -276,10 +276,10 @@ class Runtime:
     def _crashed(self, run: Run, error: BaseException) -> None:
         if isinstance(error, SystemExit):
             self.failed = self.failed or error.code not in (None, 0)
-            self.component.log.warning("the code of %s ends the component", run.automaton.name)
+            self.component._hfsm_log.warning("the code of %s ends the component", run.automaton.name)
         else:
             self.failed = True
-            self.component.log.critical("the thread of %s failed", run.automaton.name, exc_info=error)
+            self.component._hfsm_log.critical("the thread of %s failed", run.automaton.name, exc_info=error)
         self.request_stop()
 
 

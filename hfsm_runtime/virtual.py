@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from zenoh_ice.clock import VirtualClock
 
 from .carrying import take_attributes
-from .component import Component, make_automata, source_of
+from .component import Component, equip, make_automata, source_of
 from .cycle import run_cycle
 from .events import make_event
 from .replacement import Replacement, first_values_of
@@ -48,9 +48,7 @@ class VirtualRun:
     ) -> None:
         self.component = component
         self.clock = clock or VirtualClock()
-        component.clock = self.clock
-        vars(component)["sleep"] = self._sleep
-        vars(component)["send"] = self.send
+        equip(component, self.clock, self._sleep, self.send)
         self.trace: list[Change] = []
         self.halted = False
         self.tree = Tree(make_automata(component))
@@ -59,7 +57,7 @@ class VirtualRun:
         self._supervision = Supervision(
             self.tree,
             self._timeline,
-            component.log,
+            component._hfsm_log,
             on_error=component._hfsm_on_error if on_error is None else OnError(on_error),
             file=source_of(component),
             document=component._hfsm_document,

@@ -30,7 +30,7 @@ class Attributes:
     def add_functions(self, places: dict[str, Location]) -> None:
         """Add functions by their names with their places."""
         for name, place in places.items():
-            if name in COMPONENT_ATTRIBUTES or name.startswith("_hfsm"):
+            if name == "automaton" or name.startswith("_hfsm"):
                 message = f"`self.{name}` belongs to every component: rename the function"
                 self._diagnostics.error("E523", message, place)
             elif name in self._functions:

@@ -12,7 +12,7 @@ import msgspec
 
 from ..automaton import Automaton, Transition
 from ..carrying import take_attributes
-from ..component import Component, make_automata, parameters_of, source_of
+from ..component import Component, equip, make_automata, parameters_of, source_of
 from ..errors import ComponentStoppedError, CycleCutError
 from ..events import make_event
 from ..recording.clocks import replaced_time
@@ -75,7 +75,7 @@ class Host:
         self.supervision = Supervision(
             self.tree,
             self._timeline,
-            component.log,
+            component._hfsm_log,
             on_error=on_error or component._hfsm_on_error,
             file=source_of(component),
             document=component._hfsm_document,
@@ -99,7 +99,7 @@ class Host:
             replacement.apply(self.tree, former, self._first, at)
         self.component = component
         self.supervision.turn_to(
-            component.log,
+            component._hfsm_log,
             on_error=self._on_error or component._hfsm_on_error,
             file=source_of(component),
             document=component._hfsm_document,
@@ -112,9 +112,7 @@ class Host:
         connect(component, self._answers)
         made = partial(time_function, self._answers)
         self._stack.enter_context(replaced_time(type(component), made))
-        component.clock = ReplayClock(self._answers)
-        vars(component)["sleep"] = self._sleep
-        vars(component)["send"] = self._send
+        equip(component, ReplayClock(self._answers), self._sleep, self._send)
 
     def _sleep(self, seconds: float) -> None:
         ending = self._answers.read("sleep", waits=seconds)

@@ -171,12 +171,19 @@ def test_variables_and_functions_are_checked(path: Path) -> None:
 
 def test_functions_that_collide(path: Path) -> None:
     text = document(
-        sub(1, 0, state(1, "a", initial=True, child=2), functions="def f(self): pass\ndef clock(self): pass"),
+        sub(
+            1,
+            0,
+            state(1, "a", initial=True, child=2),
+            functions="def f(self): pass\ndef automaton(self): pass",
+        ),
         sub(2, 1, A, functions="def f(self): pass\ndef head(self): pass"),
         config=head(),
     )
     found = problems(path, text)
-    assert any("`self.clock` belongs to every component: rename the function" in problem for problem in found)
+    assert any(
+        "`self.automaton` belongs to every component: rename the function" in problem for problem in found
+    )
     assert any(problem.startswith("13:1: E523: a second function is called `f`") for problem in found)
     assert any("`head` is both an interface and a function" in problem for problem in found)
 
@@ -236,7 +243,8 @@ def test_an_unknown_policy(path: Path) -> None:
 
 def test_names_that_are_empty_or_repeated_are_warned_of(path: Path) -> None:
     there_and_back = [
-        transition(id, *ends, "100", type="time") for id, ends in enumerate(((1, 2), (2, 3), (3, 1)), 1)
+        transition(number, *ends, "100", type="time")
+        for number, ends in enumerate(((1, 2), (2, 3), (3, 1)), 1)
     ]
     found = problems(path, document(sub(1, 0, A, state(2, "a"), state(3, " "), *there_and_back)))
     assert [problem.split(": ")[1] for problem in found] == ["W511", "W510"]

@@ -168,6 +168,15 @@ def statement_condition(run: VirtualRun) -> None:
 
 
 @behavior
+def own_names(run: VirtualRun) -> None:
+    run.send("rest")  # from outside: the document's own `send` has nothing to do with events
+    run.advance(1)
+    assert run.changes("own_names") == [(0, "work"), (0.3, "rest")]
+    assert notes(run)[:3] == ["sent line", "asleep at 60", "slept, todaytoday"]
+    assert len(notes(run)) == 9, "it ran three times, and no cycle slept"
+
+
+@behavior
 def proxies(run: VirtualRun) -> None:
     run.advance(0.5)
     assert not run.halted, "the document says to continue after an error"

@@ -6,14 +6,19 @@ import sys
 import threading
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime.errors import ComponentStoppedError, UnknownElementError
-from hfsm_runtime.runtime import Status
+from hfsm_runtime.runtime import Runtime, Status
 from tests.support.automata import after, automaton, finished, on, when
+from tests.support.documents import load
 from tests.support.running import LIMIT, eventually, running
+from zenoh_ice import WallClock
+
+COMPONENTS = Path(__file__).parents[1] / "data" / "components"
 
 
 def test_cycles_keep_to_their_schedule() -> None:
@@ -300,3 +305,30 @@ def test_a_sleep_on_a_thread_of_the_users_own_lasts_until_the_component_ends() -
         assert not ended.is_set()
     assert ended.wait(LIMIT)
     threads[0].join(LIMIT)
+
+
+def test_functions_of_a_document_may_be_called_like_those_of_every_component() -> None:
+    runtime = Runtime(load(COMPONENTS / "own_names.py"), WallClock())
+    runtime.start()
+    try:
+        eventually(lambda: runtime.tree.active == "rest")
+    finally:
+        runtime.stop()
+    assert runtime.errors == ()
+
+
+def test_what_is_called_like_a_function_of_every_component_may_still_use_it() -> None:
+    class Loud(Component):
+        def send(self, name: str, data: object = None) -> None:
+            super().send(name.upper(), data)
+
+        def automaton(self) -> Automaton:
+            states = [State(id=1, name="a", code=lambda: self.send("go")), State(id=2, name="b", final=True)]
+            return automaton(1, "root", states, [on("GO", 1, 2)], period=0.02)
+
+    runtime = Runtime(Loud(), WallClock())
+    runtime.start()
+    try:
+        assert runtime.ended.wait(LIMIT)
+    finally:
+        runtime.stop()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 from ...diagnostics import Note
-from .accesses import Access
+from .accesses import Access, defined_names
 from .assignments import own_nodes
 from .constants import milliseconds, seconds, truth
 from .pieces import AutomatonCode, Piece
@@ -45,6 +45,8 @@ def check_blocking(
 
     `modules` says what the names of libraries stand for: `np` for `numpy`, `sleep` for `time.sleep`.
     """
+    own = frozenset[str]().union(*(defined_names(piece) for piece in functions))
+    sleeps = _SLEEPS - {f"self.{name}" for name in own}
     calls: dict[Piece | str, set[str]] = {}
     for access in found:
         calls.setdefault(access.function or access.piece, set()).add(access.name)
@@ -54,19 +56,19 @@ def check_blocking(
         if period is None:
             continue
         for piece in code.running():
-            for node, message in _blocking(piece.tree, "self", modules, period):
+            for node, message in _blocking(piece.tree, "self", modules, period, sleeps):
                 _tell(piece, node, message, period, report)
             for name in _called(calls.get(piece, ()), calls):
                 shortest[name] = min(period, shortest.get(name, period))
         if code.variables is not None:
-            for node, message in _blocking(code.variables.tree, "self", modules, None):
+            for node, message in _blocking(code.variables.tree, "self", modules, None, sleeps):
                 _tell(code.variables, node, message, None, report)
     for piece in functions:
         for function in piece.tree.body:
             if isinstance(function, ast.FunctionDef) and function.name in shortest:
                 period = shortest[function.name]
                 self_name = function.args.args[0].arg if function.args.args else ""
-                for node, message in _blocking(function, self_name, modules, period):
+                for node, message in _blocking(function, self_name, modules, period, sleeps):
                     _tell(piece, node, message, period, report)
 
 
@@ -94,13 +96,13 @@ def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[
 
 
 def _blocking(
-    tree: ast.AST, self_name: str, modules: Mapping[str, str], period: float | None
+    tree: ast.AST, self_name: str, modules: Mapping[str, str], period: float | None, sleeps: Collection[str]
 ) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
     modules = {**modules, **_imports(tree)}
     for node in own_nodes(tree):
         match node:
             case ast.Call(func=func):
-                message = _blocking_call(node, _dotted(func, self_name, modules), period)
+                message = _blocking_call(node, _dotted(func, self_name, modules), period, sleeps)
                 if message:
                     yield node, message
             case ast.While(test=test) if truth(test) is True and not _has_way_out(node):
@@ -109,13 +111,13 @@ def _blocking(
                 yield node.iter, f"{_ENDLESS}: `samples` goes on as long as there are some"
 
 
-def _blocking_call(call: ast.Call, name: str, period: float | None) -> str | None:
+def _blocking_call(call: ast.Call, name: str, period: float | None, sleeps: Collection[str]) -> str | None:
     if name in _WAITS:
         return f"`{name}` waits for as long as it takes"
     has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
     if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
         return f"`{name}` waits for as long as it takes: it has no `timeout`"
-    if name in _SLEEPS and period is not None:
+    if name in sleeps and period is not None:
         argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
         duration = None if argument is None else seconds(argument)
         if duration is not None and duration * 1000 > period:

@@ -18,7 +18,7 @@ ON_ERROR: Final = ("stop", "continue")
 """What a component may do after an error in its code; the first is the default."""
 
 COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "send", "sleep"})
-"""Attributes that every component has and that a document must not redefine."""
+"""Attributes that every component has. A function of a document may be called like one, and wins."""
 
 _IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
 
