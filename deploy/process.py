@@ -12,11 +12,11 @@ from collections import deque
 from pathlib import Path
 from typing import TextIO
 
+import startup
 from deploy.stack import ProcessSpec
 
 __all__ = ["StackProcess", "describe_exit"]
 
-_TETHER = str(Path(__file__).with_name("tether.py"))
 _TAIL_LINES = 15
 _LONGEST_LINE = 8192
 _CHUNK = 65536
@@ -45,7 +45,7 @@ class StackProcess:
         foreground = self.spec.foreground
         place = "foreground" if foreground else "background"
         program, *arguments = self.spec.command
-        tether = [sys.executable, "-I", "-S", _TETHER, str(os.getpid()), place]
+        tether = [sys.executable, "-I", "-S", startup.TETHER, str(os.getpid()), place]
         # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:

@@ -10,7 +10,10 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["end_at_ctrl_c", "loading"]
+__all__ = ["TETHER", "end_at_ctrl_c", "loading"]
+
+TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
+"""The script that ties a command to the process that starts it."""
 
 _INTERRUPTED = 130
 

@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 LIMIT = 20.0
-TETHER = str(Path(__file__).resolve().parents[2] / "deploy" / "tether.py")
+TETHER = str(Path(__file__).resolve().parents[2] / "startup" / "tether.py")
 
 # A process that tells its pid, says that it is ready, and notes how it is asked to end.
 SERVICE = """

@@ -14,6 +14,7 @@ from typing import IO, Final
 
 import msgspec
 
+from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
 
 from .outcome import Line, Outcome
@@ -36,15 +37,13 @@ def replay_in_process(
     VisualHfsmError.
     """
     command = [sys.executable, "-m", "hfsm_runtime.replay", *arguments]
-    path = [*map(str, include), *(entry for entry in sys.path if entry)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
     with tempfile.TemporaryFile() as errors:
         child = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=None if shows_output else errors,
-            env=environment,
+            env=child_environment(include),
             start_new_session=True,  # Ctrl-C is ours; the child is ended below
         )
         try:

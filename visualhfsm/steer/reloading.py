@@ -10,16 +10,15 @@ from typing import Final
 import typer
 
 from codegen.diagnostics import Diagnostics
-from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
-from codegen.hfsm import compile_document
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.generation import generate_component
 from visualhfsm.steer.actions import print_json
 from visualhfsm.steer.target import Target
 from visualhfsm.watch.automata import printable
 
-__all__ = ["reload_document"]
+__all__ = ["RELOAD_PATIENCE", "reload_document"]
 
-_PATIENCE: Final = 30_000
+RELOAD_PATIENCE: Final = 30_000
 """Milliseconds that a component may take to load its file, with its libraries."""
 _PLACES: Final = (Path(), Path("behaviors"))
 
@@ -32,11 +31,10 @@ def reload_document(
     Errors of the document are shown and end the command with exit code 1 before anything is touched. Raises
     VisualHfsmError.
     """
-    for file in _compile(document or _find(target), output, include):
-        _write(file)
-        if not as_json:
-            typer.echo(f"{file.path} is written")
-    report = target.monitor.ice_invocationTimeout(_PATIENCE).reload()
+    written = _generate(document or _find(target), output, include)
+    if not as_json:
+        typer.echo(f"{written} is written")
+    report = target.monitor.ice_invocationTimeout(RELOAD_PATIENCE).reload()
     if as_json:
         print_json(report)
         return
@@ -56,19 +54,12 @@ def _find(target: Target) -> Path:
     raise VisualHfsmError(f"which document? {printable(name) or 'it'} is {places}: name it")
 
 
-def _compile(document: Path, output: Path | None, include: Sequence[Path]) -> list[GeneratedFile]:
+def _generate(document: Path, output: Path | None, include: Sequence[Path]) -> Path:
     diagnostics = Diagnostics()
-    files = compile_document(document, output, diagnostics, include)
+    written = generate_component(document, output, diagnostics, include)
     if len(diagnostics):
         rendered = diagnostics.render(color=sys.stderr.isatty(), outcome="nothing was written or reloaded")
         typer.echo(rendered, err=True)
-    if files is None:
+    if written is None:
         raise typer.Exit(1)
-    return files
-
-
-def _write(file: GeneratedFile) -> None:
-    try:
-        apply(compare_with_disk([file]))
-    except FilesNotWrittenError as error:
-        raise VisualHfsmError(str(error)) from error
+    return written

@@ -1,0 +1,158 @@
+"""Child processes: their output, how they are stopped, and that nothing is left of them on any way out."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.support.processes import REPOSITORY
+from tests.support.running import eventually
+from visualhfsm.running.process import ChildProcess, Lines
+
+LIMIT = 20.0
+
+
+class Told:
+    """Keeps what a child wrote, and waits for it."""
+
+    def __init__(self) -> None:
+        self.lines: list[tuple[str, str]] = []
+        self.dropped = 0
+        self.changed = asyncio.Event()
+
+    def __call__(self, lines: Lines) -> None:
+        self.lines += lines.lines
+        self.dropped += lines.dropped
+        self.changed.set()
+
+    async def wait_for(self, text: str) -> None:
+        async with asyncio.timeout(LIMIT):
+            while not any(text in line for _, line in self.lines):
+                self.changed.clear()
+                await self.changed.wait()
+
+
+async def started(code: str, told: Told) -> ChildProcess:
+    child = ChildProcess(told)
+    await child.start([sys.executable, "-c", code], os.environ)
+    return child
+
+
+def test_both_streams_are_told_line_by_line_with_the_exit_code() -> None:
+    async def go() -> None:
+        told = Told()
+        code = "import sys; print('one'); print('two'); sys.stderr.write('bad\\nrest'); sys.exit(3)"
+        child = await started(code, told)
+        assert await asyncio.wait_for(child.wait(), LIMIT) == 3
+        assert [line for line in told.lines if line[0] == "out"] == [("out", "one"), ("out", "two")]
+        assert [line for line in told.lines if line[0] == "err"] == [("err", "bad"), ("err", "rest")]
+
+    asyncio.run(go())
+
+
+def test_a_flood_is_bounded_and_counted() -> None:
+    async def go() -> None:
+        told = Told()
+        child = await started("for number in range(200_000): print(number)", told)
+        assert await asyncio.wait_for(child.wait(), LIMIT) == 0
+        assert len(told.lines) + told.dropped == 200_000
+        assert told.dropped > 0
+        assert told.lines[-1] == ("out", "199999")
+
+    asyncio.run(go())
+
+
+def test_a_line_without_end_is_cut_into_pieces() -> None:
+    async def go() -> None:
+        told = Told()
+        child = await started("import sys; sys.stdout.write('x' * 10_000)", told)
+        await asyncio.wait_for(child.wait(), LIMIT)
+        assert [len(line) for _, line in told.lines] == [4000, 4000, 2000]
+
+    asyncio.run(go())
+
+
+IGNORES = (
+    "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in ({})]; print('up'); time.sleep(600)"
+)
+
+
+@pytest.mark.parametrize(
+    ("ignored", "expected"),
+    [
+        ("", -signal.SIGINT),
+        ("signal.SIGINT,", -signal.SIGTERM),
+        ("signal.SIGINT, signal.SIGTERM", -signal.SIGKILL),
+    ],
+)
+def test_stopping_rises_in_force(ignored: str, expected: int) -> None:
+    async def go() -> None:
+        told = Told()
+        child = await started(IGNORES.format(ignored), told)
+        await told.wait_for("up")
+        await child.stop((0.3, 0.3) if ignored else (LIMIT, LIMIT))
+        assert await child.wait() == expected
+
+    asyncio.run(go())
+
+
+def test_what_a_child_leaves_behind_ends_with_it() -> None:
+    async def go() -> int:
+        told = Told()
+        code = (
+            "import subprocess, sys\n"
+            "other = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
+            "print('pid', other.pid)"
+        )
+        child = await started(code, told)
+        assert await asyncio.wait_for(child.wait(), LIMIT) == 0
+        return int(told.lines[0][1].split()[1])
+
+    pid = asyncio.run(go())
+    eventually(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
+
+
+SERVER = """
+import asyncio, os, sys
+from visualhfsm.running.process import ChildProcess
+
+async def go():
+    child = ChildProcess(lambda lines: None)
+    await child.start([sys.executable, "-c", "import time; time.sleep(600)"], os.environ)
+    print(child.pid, flush=True)
+    await child.wait()
+
+asyncio.run(go())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the parent-death signal is Linux's")
+def test_a_child_ends_with_a_server_that_is_killed() -> None:
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVER], cwd=REPOSITORY, stdout=subprocess.PIPE, text=True
+    )
+    assert server.stdout is not None
+    with server.stdout:
+        pid = int(server.stdout.readline())
+        child = psutil.Process(pid)
+        server.kill()
+        server.wait(LIMIT)
+        eventually(lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE)
+
+
+def test_a_command_that_does_not_exist_is_told(tmp_path: Path) -> None:
+    async def go() -> None:
+        told = Told()
+        child = ChildProcess(told)
+        await child.start([str(tmp_path / "missing")], os.environ)
+        assert await asyncio.wait_for(child.wait(), LIMIT) == 127
+        assert "cannot run" in told.lines[0][1]
+
+    asyncio.run(go())

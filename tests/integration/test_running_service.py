@@ -1,0 +1,226 @@
+"""Run documents from the editor: real components, generated and started as child processes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from codegen.hfsm.document import Document, Text
+from tests.support.documents import document, state, sub, transition
+from tests.support.processes import free_endpoint
+from visualhfsm.places import CodePlace, replace_text
+from visualhfsm.running.service import RunningComponents
+from visualhfsm.web.protocol import Output, OutputLine, Place, RunPush
+from visualhfsm.web.services import ServiceError, Source
+from zenoh_ice import Settings
+
+LIMIT = 30.0
+E = TypeVar("E")
+
+
+@pytest.fixture(autouse=True)
+def wall_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let components not look for a robot whose clock they could follow."""
+    monkeypatch.setenv("VISUALHFSM_CLOCK", "wall")
+
+
+def text(code: str, head: str = "") -> str:
+    return document(
+        sub(1, 0, state(1, "go", code, initial=True), state(2, "end"), transition(1, 1, 2, "False"), period="20"),
+        head=head,
+    )  # fmt: skip
+
+
+class Pushes:
+    """What the service published, and a wait for what is to come."""
+
+    def __init__(self) -> None:
+        self.all: list[object] = []
+        self._changed = asyncio.Event()
+
+    def __call__(self, push: object) -> None:
+        self.all.append(push)
+        self._changed.set()
+
+    @property
+    def lines(self) -> list[OutputLine]:
+        return [line for push in self.all if isinstance(push, Output) for line in push.lines]
+
+    @property
+    def changes(self) -> list[RunPush]:
+        return [push for push in self.all if isinstance(push, RunPush)]
+
+    async def until(self, find: Callable[[], E | None]) -> E:
+        async with asyncio.timeout(LIMIT):
+            while not (found := find()):
+                self._changed.clear()
+                await self._changed.wait()
+            return found
+
+    async def line(self, wanted: str) -> OutputLine:
+        return await self.until(lambda: next((each for each in self.lines if wanted in each.text), None))
+
+    async def end(self) -> RunPush:
+        return await self.until(lambda: next((c for c in self.changes if c.status == "ended"), None))
+
+
+@asynccontextmanager
+async def running(pushes: Pushes) -> AsyncIterator[RunningComponents]:
+    service = RunningComponents(pushes, Settings(realm="test-run", connect=(free_endpoint(),)))
+    try:
+        yield service
+    finally:
+        await service.close()
+
+
+def source(path: Path, content: str, *, dirty: bool = False, saved: bool = True) -> Source:
+    path.write_text(content, encoding="utf-8")
+    found = read_document(path, Diagnostics())
+    assert found is not None
+    if not saved:
+        path.unlink()
+    return Source(1, 1, found, path if saved else None, dirty)
+
+
+def edited(before: Source, code: str) -> Source:
+    changed: Document | None = replace_text(before.document, CodePlace("state", "code", 1, 1), Text(code))
+    assert changed is not None
+    return Source(before.tab, before.revision + 1, changed, before.path, True)
+
+
+def test_a_saved_document_runs_beside_its_file(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        async with running(pushes) as service:
+            await service.run(source(tmp_path / "walk.xml", text("print('walking')")), [])
+            await pushes.line("walking")
+            assert (tmp_path / "walk.py").is_file()
+            await service.stop(1)
+            end = await pushes.end()
+        assert (end.exit_code, end.message) == (130, "it was stopped")
+        statuses = [change.status for change in pushes.changes]
+        assert statuses == ["generating", "starting", "running", "stopping", "ended"]
+
+    asyncio.run(go())
+
+
+def test_an_unsaved_document_runs_aside_and_leaves_nothing(tmp_path: Path) -> None:
+    async def go() -> str:
+        pushes = Pushes()
+        async with running(pushes) as service:
+            await service.run(source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False), [])
+            return (await pushes.line("at /")).text.removeprefix("at ")
+
+    component = Path(asyncio.run(go()))
+    assert component.name == "untitled.py"
+    assert not component.parent.exists()
+    assert not list(tmp_path.iterdir())
+
+
+def test_changes_that_are_not_saved_run_and_do_not_touch_the_component_beside(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        saved = source(tmp_path / "walk.xml", text("print('old')"))
+        (tmp_path / "walk_ext.py").write_text("class WalkExtension:\n    greeting = 'from the extension'\n")
+        async with running(pushes) as service:
+            await service.run(edited(saved, "print('new', self.greeting)"), [])
+            await pushes.line("new from the extension")
+        assert not (tmp_path / "walk.py").exists()
+
+    asyncio.run(go())
+
+
+def test_an_error_of_the_code_is_led_back_to_the_document(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        async with running(pushes) as service:
+            await service.run(source(tmp_path / "walk.xml", text("\nx = 1\nx / 0\n")), [])
+            end = await pushes.end()
+            found = await pushes.until(lambda: [line for line in pushes.lines if line.place is not None])
+        assert end.exit_code == 1
+        assert {(line.place, line.line) for line in found} == {
+            (Place(kind="state", part="code", automaton=1, id=1), 3)
+        }
+        assert any(line.text.startswith("  File ") for line in found)
+
+    asyncio.run(go())
+
+
+def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
+    head = (
+        "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter>"
+        "</parameters>"
+    )
+
+    async def go() -> None:
+        pushes = Pushes()
+        async with running(pushes) as service:
+            document = source(tmp_path / "walk.xml", text("print('speed', self.speed)", head))
+            await service.run(document, ["--speed", "0.75", "--seconds", "0.2"])
+            assert (await pushes.end()).exit_code == 0
+            assert (await pushes.line("speed")).text == "speed 0.75"
+
+    asyncio.run(go())
+
+
+def test_running_again_stops_the_former_process(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        async with running(pushes) as service:
+            document = source(tmp_path / "walk.xml", text("import os; print('pid', os.getpid())"))
+            await service.run(document, [])
+            first = (await pushes.line("pid")).text
+            await service.run(document, [])
+            await pushes.until(
+                lambda: [line for line in pushes.lines if "pid" in line.text and line.text != first]
+            )
+            statuses = [change.status for change in pushes.changes]
+            assert statuses.count("ended") == 1
+            assert statuses.index("ended") < len(statuses) - 3
+
+    asyncio.run(go())
+
+
+def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        async with running(pushes) as service:
+            with pytest.raises(ServiceError, match="not valid Python"):
+                await service.run(source(tmp_path / "walk.xml", text("x = = 1")), [])
+            assert pushes.changes[-1].status == "ended"
+            assert not (tmp_path / "walk.py").exists()
+
+    asyncio.run(go())
+
+
+def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) -> None:
+    async def go() -> None:
+        async with running(Pushes()) as service:
+            saved = source(tmp_path / "walk.xml", text("print('old')"))
+            written = await service.generate(edited(saved, "print('edited')"))
+            assert written == {"path": str(tmp_path / "walk.py")}
+            assert "print('edited')" in (tmp_path / "walk.py").read_text()
+            with pytest.raises(ServiceError, match="save the document first"):
+                await service.generate(Source(2, 1, saved.document, None, True))
+
+    asyncio.run(go())
+
+
+def test_what_runs_aside_is_generated_anew_where_it_runs(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        async with running(pushes) as service:
+            document = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
+            await service.run(document, [])
+            component = Path((await pushes.line("at /")).text.removeprefix("at "))
+            await service.generate(edited(document, "print('edited')"))
+            assert "print('edited')" in component.read_text()
+
+    asyncio.run(go())

@@ -1,0 +1,31 @@
+"""Generate the component of a document and write it where it belongs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from codegen.diagnostics import Diagnostics
+from codegen.files import FilesNotWrittenError, apply, compare_with_disk
+from codegen.hfsm import compile_document
+from visualhfsm.errors import VisualHfsmError
+
+__all__ = ["generate_component"]
+
+
+def generate_component(
+    document: Path, output: Path | None, diagnostics: Diagnostics, include: Sequence[Path] = ()
+) -> Path | None:
+    """Write the component of a document; return its file, or None after errors, when nothing is touched.
+
+    `output` is the directory of the file, by default that of the document. Raises VisualHfsmError when the
+    file cannot be written.
+    """
+    files = compile_document(document, output, diagnostics, include)
+    if files is None:
+        return None
+    try:
+        apply(compare_with_disk(files))
+    except FilesNotWrittenError as error:
+        raise VisualHfsmError(str(error)) from error
+    return files[0].path

@@ -1,0 +1,1 @@
+"""Run a component as a child process of the editor."""

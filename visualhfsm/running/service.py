@@ -1,0 +1,101 @@
+"""Run the components of the editor's tabs: what the server asks for and is told."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.places import CodePlace
+from visualhfsm.web.protocol import Output, Place, RunPush
+from visualhfsm.web.protocol import OutputLine as OutputLineMessage
+from visualhfsm.web.services import Publish, ServiceError, Source
+from zenoh_ice import Settings
+
+from .run import DocumentSource, OutputLine, Run, RunChange
+
+__all__ = ["RunningComponents", "run_environment"]
+
+_CLOSE_PATIENCE = (3.0, 2.0)
+
+
+class RunningComponents:
+    """At most one child process for each tab. Implements `visualhfsm.web.services.Running`."""
+
+    def __init__(self, publish: Publish, settings: Settings | None = None) -> None:
+        self._publish = publish
+        self._environment = run_environment(settings) if settings else {}
+        self._runs: dict[int, Run] = {}
+
+    async def generate(self, source: Source) -> object:
+        """Write the component beside its document, or where the tab's component runs; return its path."""
+        if source.path is None and source.tab not in self._runs:
+            raise ServiceError("save the document first: its component is written beside it")
+        try:
+            generated = await self._run_of(source.tab).generate(_document(source))
+        except VisualHfsmError as error:
+            raise ServiceError(str(error)) from error
+        return {"path": str(generated.component)}
+
+    async def run(self, source: Source, arguments: Sequence[str]) -> object:
+        """Generate and start; the tab's former process is stopped first."""
+        try:
+            await self._run_of(source.tab).start(_document(source), arguments)
+        except VisualHfsmError as error:
+            raise ServiceError(str(error)) from error
+        return None
+
+    async def stop(self, tab: int) -> object:
+        """Stop the tab's process, if one runs."""
+        run = self._runs.get(tab)
+        if run is not None:
+            await asyncio.shield(run.stop())
+        return None
+
+    async def close(self) -> None:
+        """Stop everything that runs."""
+        runs, self._runs = list(self._runs.values()), {}
+        await asyncio.gather(*(run.close(_CLOSE_PATIENCE) for run in runs))
+
+    def _run_of(self, tab: int) -> Run:
+        run = self._runs.get(tab)
+        if run is None:
+
+            def told(lines: Sequence[OutputLine], dropped: int) -> None:
+                self._publish(Output(tab=tab, lines=[_line(line) for line in lines], dropped=dropped))
+
+            def changed(change: RunChange) -> None:
+                self._publish(
+                    RunPush(
+                        tab=tab,
+                        status=change.status,
+                        exit_code=change.exit_code,
+                        message=change.message,
+                    )
+                )
+
+            run = self._runs[tab] = Run(told, changed, self._environment)
+        return run
+
+
+def run_environment(settings: Settings) -> dict[str, str]:
+    """Return what leads a component to the same realm, by the same endpoints."""
+    return {"VISUALHFSM_REALM": settings.realm, "VISUALHFSM_CONNECT": ",".join(settings.connect)}
+
+
+def _document(source: Source) -> DocumentSource:
+    return DocumentSource(source.document, source.path, source.dirty)
+
+
+def _line(line: OutputLine) -> OutputLineMessage:
+    origin = line.origin
+    return OutputLineMessage(
+        text=line.text,
+        stream=line.stream,
+        place=_place(origin.place) if origin else None,
+        line=origin.line if origin else 0,
+    )
+
+
+def _place(place: CodePlace) -> Place:
+    return Place(kind=place.kind, part=place.part, automaton=place.automaton, id=place.id, name=place.name)
