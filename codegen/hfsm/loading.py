@@ -13,7 +13,7 @@ from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
 from .names import identifier
 from .program import Program
-from .reader import read_document
+from .reader import parse_document, read_document
 from .understanding import understand
 
 __all__ = ["LoadedDocument", "component_path", "load_document"]
@@ -29,15 +29,24 @@ class LoadedDocument:
 
 
 def load_document(
-    path: Path, output: Path | None, diagnostics: Diagnostics, include: Sequence[Path] = ()
+    path: Path,
+    output: Path | None,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    *,
+    content: bytes | str | None = None,
 ) -> LoadedDocument | None:
     """Return what a document says, or None after errors were reported.
 
     `output` is the directory of its component, by default that of the document. `include` are directories
-    with packages of proxies, and with files to import.
+    with packages of proxies, and with files to import. `content` is what the file is to hold, where it has
+    not been saved yet.
     """
     errors = len(diagnostics.errors)
-    document = read_document(path, diagnostics)
+    if content is None:
+        document = read_document(path, diagnostics)
+    else:
+        document = parse_document(content, path, diagnostics)
     if document is None:
         return None
     document = resolve(document, path, diagnostics, include)
