@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -85,6 +85,14 @@ class Diagnostics:
     def note(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
         """Tell something that needs no change. `code` is like `N001`."""
         self._add(Diagnostic(Severity.NOTE, code, message, location, tuple(notes)))
+
+    def add_all(self, others: Diagnostics, leave_out: Collection[Severity] = ()) -> None:
+        """Take over what others have found, without some severities, and the sources that they quote."""
+        for path, lines in others._lines.items():
+            self._lines.setdefault(path, lines)
+        for diagnostic in others._found.values():
+            if diagnostic.severity not in leave_out:
+                self._add(diagnostic)
 
     def _add(self, diagnostic: Diagnostic) -> None:
         key = (diagnostic.location, diagnostic.code, diagnostic.message)

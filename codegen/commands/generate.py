@@ -156,7 +156,9 @@ def _run(job: _Job) -> _Result:
         from codegen.hfsm import compile_document
 
         for path in job.documents:
-            made = compile_document(path, job.document_output, result.diagnostics, job.include)
+            made = compile_document(
+                path, job.document_output, result.diagnostics, job.include, with_properties=True
+            )
             result.generated += made or []
     return result
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from ..diagnostics import Diagnostics, Location
+from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
 from .extension import extension_path
 from .generator import GENERATED_BY, generate
@@ -37,15 +37,27 @@ _HEAD: Final = 4000
 
 
 def compile_document(
-    path: Path, output: Path | None, diagnostics: Diagnostics, include: Sequence[Path] = ()
+    path: Path,
+    output: Path | None,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    *,
+    with_properties: bool = False,
 ) -> list[GeneratedFile] | None:
     """Return the component of a document as a file, or None after errors were reported.
 
     `output` is the directory of the file, by default that of the document. `include` are directories with
-    packages of proxies beside the package `interfaces`. Nothing is written.
+    packages of proxies beside the package `interfaces`. `with_properties` makes an error of each property
+    that is seen at once to be violated. Errors and warnings are reported, without notes. Nothing is written.
     """
-    loaded = load_document(path, output, diagnostics, include)
-    if loaded is None:
+    found = Diagnostics()
+    loaded = load_document(path, output, found, include)
+    if loaded is not None and with_properties and loaded.document.properties:
+        from .checking import report_violations  # the model checker takes its time to load
+
+        report_violations(loaded.document, path, found)
+    diagnostics.add_all(found, leave_out=[Severity.NOTE])
+    if loaded is None or found.has_errors:
         return None
     target = component_path(path, output)
     try:

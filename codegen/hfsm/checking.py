@@ -7,26 +7,41 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..diagnostics import Diagnostics
-from .document import State, Text, Transition
+from .document import Document, State, Text, Transition
 from .loading import LoadedDocument, load_document
-from .model_checker import DEFAULT_LIMIT, ModelReport, WhyNever, check_model, read_operations, report_model
+from .model_checker import (
+    DEFAULT_LIMIT,
+    QUICK_LIMIT,
+    ModelReport,
+    WhyNever,
+    check_model,
+    read_operations,
+    report_model,
+    report_properties,
+)
 from .model_checker.reporting import STRUCTURAL
 
-__all__ = ["check_document"]
+__all__ = ["check_document", "report_violations"]
 
 _TOLD = STRUCTURAL | {WhyNever.CHILDREN}
 """What the checks of the structure tell wherever it is so."""
 
 
 def check_document(
-    path: Path, diagnostics: Diagnostics, include: Sequence[Path] = (), *, limit: int = DEFAULT_LIMIT
+    path: Path,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    *,
+    limit: int = DEFAULT_LIMIT,
+    content: bytes | str | None = None,
 ) -> ModelReport | None:
     """Report what is wrong or doubtful in a document, and return what its automata can do.
 
     The model checker looks at `limit` configurations at most, and not at all with a limit of 0 or after
-    errors: then there is no such report. `include` is as for `compile_document`.
+    errors: then there is no such report. `include` is as for `compile_document`, `content` what the file is
+    to hold, where it has not been saved yet.
     """
-    loaded = load_document(path, None, diagnostics, include)
+    loaded = load_document(path, None, diagnostics, include, content=content)
     if loaded is None or limit <= 0:
         return None
     schemas = {
@@ -38,6 +53,14 @@ def check_document(
     report = check_model(loaded.document, path, operations=operations, limit=limit)
     report_model(_without_known(report, loaded, path, diagnostics), diagnostics, leave_out=_TOLD)
     return report
+
+
+def report_violations(document: Document, path: Path, diagnostics: Diagnostics) -> None:
+    """Report the properties of a document that are violated, or are none, as far as little work tells.
+
+    What it leaves undecided is not told: `check_document` looks longer.
+    """
+    report_properties(check_model(document, path, limit=QUICK_LIMIT), diagnostics, with_undecided=False)
 
 
 def _without_known(

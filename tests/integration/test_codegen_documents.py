@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.codegen_command import ROOT, codegen
-from tests.support.documents import document, state, sub
+from tests.support.documents import document, state, sub, transition
 from tests.support.processes import ComponentProcess
 from tests.support.running import eventually
 
@@ -49,6 +49,26 @@ def test_an_imported_file_may_lie_in_a_directory_that_is_searched(home: Path) ->
     (home / "include").mkdir()
     (home / "elsewhere").rename(home / "include" / "parts")
     assert codegen("-I", "include", "main.xml", cwd=home).returncode == 0
+
+
+def test_a_property_that_is_violated_keeps_the_component_from_being_written(home: Path) -> None:
+    never = '<properties><property kind="never"><name>no search</name><expression>{}</expression></property></properties>'
+    (home / "main.xml").write_text(MAIN.replace(PARAMETERS, never.format("search/look")))
+    done = codegen("main.xml", cwd=home)
+    assert done.returncode == 1
+    assert "error[E610]: `no search` is violated: never search/look" in done.stderr
+    assert not (home / "main.py").exists()
+    (home / "main.xml").write_text(MAIN.replace(PARAMETERS, never.format("ghost(search)")))
+    assert codegen("main.xml", cwd=home).returncode == 0
+
+
+def test_what_needs_no_change_is_not_told_each_time(home: Path) -> None:
+    there = transition(1, 1, 2, "100", type="time")
+    (home / "main.xml").write_text(
+        document(sub(1, 0, state(1, "go", initial=True), state(2, "there"), there))
+    )
+    done = codegen("main.xml", cwd=home)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:

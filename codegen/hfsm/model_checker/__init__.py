@@ -15,7 +15,7 @@ from .deadlock import Deadlock
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
 from .reachability import Reachability, StateResult, TransitionResult, WhyNever
-from .reporting import report_model
+from .reporting import report_model, report_properties
 
 __all__ = [
     "DEFAULT_LIMIT",
@@ -40,4 +40,5 @@ __all__ = [
     "is_command",
     "read_operations",
     "report_model",
+    "report_properties",
 ]

@@ -14,7 +14,7 @@ from .model import AutomatonModel
 from .properties import PropertyResult, Verdict
 from .reachability import Reachability, StateResult, TransitionResult, WhyNever
 
-__all__ = ["STRUCTURAL", "report_model"]
+__all__ = ["STRUCTURAL", "report_model", "report_properties"]
 
 STRUCTURAL: Final = frozenset({WhyNever.GRAPH, WhyNever.GUARD, WhyNever.EVENT})
 """What the structural checks tell already."""
@@ -41,8 +41,15 @@ def report_model(
         reporter.conflict(conflict)
     for deadlock in report.deadlocks:
         reporter.deadlock(deadlock.state, deadlock.paths)
+    report_properties(report, diagnostics)
+
+
+def report_properties(report: ModelReport, diagnostics: Diagnostics, *, with_undecided: bool = True) -> None:
+    """Report what was found of the properties alone."""
+    reporter = _Reporter(report, diagnostics)
     for result in report.properties:
-        reporter.property(result)
+        if with_undecided or result.verdict is not Verdict.UNDECIDED:
+            reporter.property(result)
 
 
 class _Reporter:
