@@ -6,6 +6,7 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, Final, NamedTuple
 
@@ -81,7 +82,8 @@ class RecordingWriter:
                 self._writer.add_attachment(start, start, name, "text/plain", data)
             self._file.flush()
         except OSError as error:
-            self._file.close()
+            with suppress(OSError):  # it writes what is left
+                self._file.close()
             raise RecordingFailedError(f"the recording {path} cannot be written: {error.strerror}") from error
         self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
         self._thread.start()
@@ -131,15 +133,20 @@ class RecordingWriter:
                 if looks % _CHUNK == 0:
                     self._end_chunk()
             self._writer.finish()  # type: ignore[no-untyped-call]
-        except Exception as error:
-            _logger.exception("the recording %s cannot be written on: %s", self._path, error)
-            while not self._stopping.wait(1.0):
-                self._queue.clear()
+            self._file.close()
+        except OSError as error:
+            _logger.error("the recording %s is incomplete: %s", self._path, error.strerror)
+            self._lose_everything()
+        except Exception:
+            _logger.exception("the recording %s is incomplete", self._path)
+            self._lose_everything()
         finally:
-            try:
+            with suppress(OSError):
                 self._file.close()
-            except OSError as error:
-                _logger.error("the recording %s is incomplete: %s", self._path, error.strerror)
+
+    def _lose_everything(self) -> None:
+        while not self._stopping.wait(1.0):
+            self._queue.clear()
 
     def _drain(self) -> None:
         with self._lock:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import threading
 import time
 from pathlib import Path
@@ -117,6 +118,27 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(RecordingFailedError, match="No such file"):
         RecordingWriter(tmp_path / "no" / "run.mcap", STATE, {}, 0)
+
+
+def test_a_disk_that_is_full_from_the_start_is_told() -> None:
+    with pytest.raises(RecordingFailedError, match="/dev/full cannot be written: No space left"):
+        RecordingWriter(Path("/dev/full"), STATE, {"document/a.xml": "<a/>"}, 0)
+
+
+def test_a_disk_that_fills_up_is_told_in_one_line(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "run.mcap"
+    path.symlink_to("/dev/null")
+    writer = RecordingWriter(path, STATE, {}, 1000)
+    full = os.open("/dev/full", os.O_WRONLY)
+    try:
+        os.dup2(full, writer._file.fileno())
+    finally:
+        os.close(full)
+    writer.put(Entry("/log", 2000, Gap(1)))
+    writer.close()
+    (record,) = caplog.records
+    assert record.getMessage() == f"the recording {path} is incomplete: No space left on device"
+    assert record.exc_info is None
 
 
 def test_messages_that_come_too_fast_leave_a_gap_that_is_told(
