@@ -1,0 +1,263 @@
+"""Commands for automata and for the tree that they make."""
+
+# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from typing import Final, Literal
+
+from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, Text
+
+from ..errors import EditError
+from ..nodes import (
+    changed,
+    checked,
+    find_automaton,
+    find_state,
+    label,
+    swapped,
+    with_automaton,
+    with_leaf_text,
+)
+from ..numbering import automaton_ids, free_ids
+from ..subtrees import hanging, without_automata
+from .base import Command, Id, Index
+
+__all__ = [
+    "AddAutomaton",
+    "AddRoot",
+    "DeleteAutomaton",
+    "ExtractAutomaton",
+    "ReorderAutomaton",
+    "RepairNumbers",
+    "SetAutomatonCode",
+    "SetImport",
+    "SetPeriod",
+]
+
+_MAX_AUTOMATA: Final = 10_000
+
+
+class AddAutomaton(Command, frozen=True, kw_only=True):
+    """Give a state one more automaton, which is empty."""
+
+    automaton: Id
+    state: Id
+
+    def apply(self, document: Document) -> Document:
+        father = find_automaton(document, self.automaton)
+        state = find_state(father, self.state)
+        if len(document.automata) >= _MAX_AUTOMATA:
+            why = f"the document has {len(document.automata)}"
+            raise EditError("Cannot add an automaton", why, "import some from documents of their own")
+        number = next(automaton_ids(document))
+        new = replace(
+            father, states=swapped(father.states, state, replace(state, children=(*state.children, number)))
+        )
+        automata = swapped(document.automata, father, new)
+        return replace(document, automata=(*automata, Automaton(id=number, father=father.id)))
+
+    def title(self, document: Document) -> str:
+        state = find_state(find_automaton(document, self.automaton), self.state)
+        return f"Add an automaton to {label(state)}"
+
+
+class AddRoot(Command, frozen=True, kw_only=True):
+    """Begin a document that has no automaton that no state owns."""
+
+    def apply(self, document: Document) -> Document:
+        if any(automaton.father == NO_CHILD for automaton in document.automata):
+            raise EditError("Cannot add the root", "there is one already", "add automata below its states")
+        new = Automaton(id=next(automaton_ids(document)))
+        return replace(document, automata=(new, *document.automata))
+
+    def title(self, document: Document) -> str:
+        return "Add the root"
+
+
+class DeleteAutomaton(Command, frozen=True, kw_only=True):
+    """Delete an automaton with all below it; the states that name it stay."""
+
+    automaton: Id
+
+    def apply(self, document: Document) -> Document:
+        automaton = find_automaton(document, self.automaton)
+        if automaton is document.root:
+            raise EditError(
+                "Cannot delete the root", "a document begins with it", "delete its states instead"
+            )
+        doomed = hanging(document, automaton, automaton.states)
+        return without_automata(document, doomed | {automaton.id})
+
+    def title(self, document: Document) -> str:
+        owner = document.owner(find_automaton(document, self.automaton))
+        return f"Delete the automaton of {label(owner, 'nothing')}"
+
+
+class ReorderAutomaton(Command, frozen=True, kw_only=True):
+    """Put an automaton at the place `index`, from 0, among those of the state that owns it."""
+
+    automaton: Id
+    index: Index
+
+    def apply(self, document: Document) -> Document:
+        automaton = find_automaton(document, self.automaton)
+        owner = document.owner(automaton)
+        if owner is None:
+            why = "no state owns it"
+            raise EditError("Cannot move this automaton", why, "add it to a state first")
+
+        def reorder(father: Automaton) -> Automaton:
+            order = [child for child in owner.children if child != automaton.id]
+            order.insert(self.index, automaton.id)
+            children = tuple(order)
+            return changed(father, states=swapped(father.states, owner, changed(owner, children=children)))
+
+        return with_automaton(document, automaton.father, reorder)
+
+    def title(self, document: Document) -> str:
+        owner = document.owner(find_automaton(document, self.automaton))
+        return f"Reorder the automata of {label(owner, 'nothing')}"
+
+
+class SetPeriod(Command, frozen=True, kw_only=True):
+    """Set the milliseconds between the cycles of an automaton, as they were typed."""
+
+    automaton: Id
+    period: str
+
+    def apply(self, document: Document) -> Document:
+        return with_automaton(
+            document, self.automaton, lambda automaton: changed(automaton, iteration_time=self.period)
+        )
+
+    def title(self, document: Document) -> str:
+        return f"Set the period to {self.period.strip()[:20]} ms"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton
+
+
+class SetAutomatonCode(Command, frozen=True, kw_only=True):
+    """Set the variables or the functions of an automaton."""
+
+    automaton: Id
+    part: Literal["variables", "functions"]
+    text: str
+
+    def apply(self, document: Document) -> Document:
+        return with_automaton(
+            document, self.automaton, lambda automaton: changed(automaton, **{self.part: self.text})
+        )
+
+    def title(self, document: Document) -> str:
+        return f"Edit the {self.part}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, self.part
+
+
+class SetImport(Command, frozen=True, kw_only=True):
+    """Let the content of an empty automaton come from another file, or from none when `file` is blank.
+
+    `source` is the automaton in that file, 0 for its root.
+    """
+
+    automaton: Id
+    file: str
+    source: Id = NO_CHILD
+
+    def apply(self, document: Document) -> Document:
+        def set_import(automaton: Automaton) -> Automaton:
+            if not self.file.strip():
+                leaves = tuple(leaf for leaf in automaton.leaves if leaf.tag != "import")
+                return changed(automaton, imported=None, leaves=leaves)
+            if automaton.father == NO_CHILD:
+                why = "it is the root"
+                raise EditError("Cannot import this automaton", why, "import into an automaton of a state")
+            if automaton.states or automaton.transitions or automaton.inputs:
+                why = "it has states, transitions or inputs of its own"
+                raise EditError("Cannot import this automaton", why, "import into an empty one")
+            file = checked(self.file, "the name of the file")
+            if automaton.imported is None:
+                return changed(automaton, imported=Import(file=Text(file), automaton=self.source))
+            # The text of the import is one of the automaton's own elements in the file.
+            leaves = with_leaf_text(automaton.leaves, "import", file)
+            imported = changed(automaton.imported, file=Text(file), automaton=self.source)
+            return changed(automaton, imported=imported, leaves=leaves)
+
+        return with_automaton(document, self.automaton, set_import)
+
+    def title(self, document: Document) -> str:
+        return f"Import {self.file.strip()[:40]}" if self.file.strip() else "Import nothing"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton
+
+
+class ExtractAutomaton(Command, frozen=True, kw_only=True):
+    """Let the content of an automaton come from a file that holds it now; all below it goes."""
+
+    automaton: Id
+    file: str
+
+    def apply(self, document: Document) -> Document:
+        automaton = find_automaton(document, self.automaton)
+        document = without_automata(document, hanging(document, automaton, automaton.states))
+
+        def empty(former: Automaton) -> Automaton:
+            imported = Import(file=Text(checked(self.file, "the name of the file")))
+            stub = Automaton(id=former.id, father=former.father, imported=imported)
+            return replace(stub, comments=former.comments, iteration_time=former.iteration_time)
+
+        return with_automaton(document, self.automaton, empty)
+
+    def title(self, document: Document) -> str:
+        return f"Move the automaton to {self.file[:40]}"
+
+
+class RepairNumbers(Command, frozen=True, kw_only=True):
+    """Give automata, states and transitions that share a number one of their own.
+
+    The first keeps it, and with it all that names it. A second automaton becomes the child of nothing.
+    """
+
+    def apply(self, document: Document) -> Document:
+        ids = automaton_ids(document)
+        seen: set[int] = set()
+        automata = []
+        for automaton in document.automata:
+            repaired = _with_own_numbers(automaton)
+            if automaton.id in seen:
+                repaired = replace(repaired, id=next(ids))
+            seen.add(automaton.id)
+            automata.append(repaired)
+        return changed(document, automata=tuple(automata))
+
+    def title(self, document: Document) -> str:
+        return "Repair numbers"
+
+
+def _with_own_numbers(automaton: Automaton) -> Automaton:
+    used = {state.id for state in automaton.states}
+    for transition in automaton.transitions:
+        used |= {transition.origin, transition.destination}
+    state_numbers = free_ids(used)
+    transition_numbers = free_ids(transition.id for transition in automaton.transitions)
+    seen_states: set[int] = set()
+    seen_transitions: set[int] = set()
+    states: list[State] = []
+    for state in automaton.states:
+        states.append(replace(state, id=next(state_numbers)) if state.id in seen_states else state)
+        seen_states.add(state.id)
+    transitions = []
+    for transition in automaton.transitions:
+        is_second = transition.id in seen_transitions
+        transitions.append(replace(transition, id=next(transition_numbers)) if is_second else transition)
+        seen_transitions.add(transition.id)
+    return changed(automaton, states=tuple(states), transitions=tuple(transitions))

@@ -1,0 +1,53 @@
+"""What all commands are: values that come as JSON, and make a new document of one."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Annotated
+
+import msgspec
+
+from codegen.hfsm.document import Document
+
+from ..nodes import MAX_ID
+
+__all__ = ["Command", "Id", "Ids", "Index"]
+
+Id = Annotated[int, msgspec.Meta(ge=0, le=MAX_ID)]
+Index = Annotated[int, msgspec.Meta(ge=0, le=1_000_000)]
+Ids = tuple[Id, ...]
+
+
+def _tag(name: str) -> str:
+    return name[0].lower() + name[1:]
+
+
+class Command(
+    msgspec.Struct,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="command",
+    tag=_tag,
+    rename="camel",
+):
+    """A change of a document.
+
+    In JSON its `command` is the name of its class with a small first letter, and its fields are in camelCase.
+    """
+
+    def apply(self, document: Document) -> Document:
+        """Return the changed document, and the same one when there is nothing to change.
+
+        Depends on nothing else, so that it does the same when it is applied again. Raises EditError.
+        """
+        raise NotImplementedError
+
+    def title(self, document: Document) -> str:
+        """Return what the step is called in the list of what can be undone; `document` is the former one."""
+        raise NotImplementedError
+
+    @property
+    def merge_key(self) -> Hashable | None:
+        """What consecutive commands have in common that make one step, such as typing; None for none."""
+        return None

@@ -1,0 +1,178 @@
+"""Commands that bring in what was written as text: states from the clipboard, and whole documents."""
+
+# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+from codegen.hfsm.document import Automaton, Document, State, Transition
+
+from ..errors import EditError
+from ..fragments import parse
+from ..geometry import Point
+from ..nodes import changed, coordinate, find_automaton, swapped
+from ..numbering import automaton_ids, free_name, state_ids, transition_ids
+from ..subtrees import hanging, renumbered, renumbered_state, without_automata
+from .base import Command, Id
+
+__all__ = ["FillAutomaton", "PasteStates", "ReplaceDocument"]
+
+_STEP: Final = 30.0
+"""Pixels between a state and one that is pasted onto it."""
+_MAX_AUTOMATA: Final = 10_000
+
+
+class PasteStates(Command, frozen=True, kw_only=True):
+    """Paste a fragment into an automaton, with new numbers.
+
+    Its left upper corner comes to `x`, `y`; without those it comes where it was copied, or beside what stands
+    there. Names stay where they are free. Nothing that is pasted is initial where there is an initial state.
+    """
+
+    automaton: Id
+    content: str
+    x: float | None = None
+    y: float | None = None
+    name: str = ""
+
+    def apply(self, document: Document) -> Document:
+        target = find_automaton(document, self.automaton)
+        if target.imported is not None:
+            why = "its content comes from another file"
+            raise EditError("Cannot paste into this automaton", why, "change that file, or inline it first")
+        fragment = parse(self.content, "Cannot paste")
+        if not fragment.automata or not fragment.automata[0].states:
+            raise EditError("Cannot paste", "there is no state in it", "copy states first")
+        top, *others = fragment.automata
+        numbers = _numbers(document, others)
+        shift = self._shift(target, top)
+        states = list(_pasted_states(target, top, numbers, shift))
+        new_ids = {old.id: new.id for old, new in zip(top.states, states, strict=True)}
+        transitions = list(_pasted_transitions(target, top, new_ids, shift))
+        filled = replace(
+            target,
+            states=(*target.states, *states),
+            transitions=(*target.transitions, *transitions),
+        )
+        pasted = tuple(renumbered(each, numbers, target.id) for each in others)
+        return replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
+
+    def title(self, document: Document) -> str:
+        return self.name[:80] or "Paste"
+
+    def _shift(self, target: Automaton, top: Automaton) -> Point:
+        left = min(state.x for state in top.states)
+        upper = min(state.y for state in top.states)
+        if self.x is not None and self.y is not None:
+            return self.x - left, self.y - upper
+        taken = {(round(state.x), round(state.y)) for state in target.states}
+        steps = 0
+        while any((round(s.x + steps * _STEP), round(s.y + steps * _STEP)) in taken for s in top.states):
+            steps += 1
+        return steps * _STEP, steps * _STEP
+
+
+class FillAutomaton(Command, frozen=True, kw_only=True):
+    """Let an automaton hold the content of the first one of a document, with all below it.
+
+    What it imported so far, and what it held, goes.
+    """
+
+    automaton: Id
+    content: str
+    name: str = ""
+
+    def apply(self, document: Document) -> Document:
+        fragment = parse(self.content, "Cannot fill the automaton")
+        if not fragment.automata:
+            raise EditError("Cannot fill the automaton", "there is none in the text", "write one")
+        target = find_automaton(document, self.automaton)
+        document = without_automata(document, hanging(document, target, target.states))
+        target = find_automaton(document, self.automaton)
+        top, *others = fragment.automata
+        numbers = _numbers(document, others)
+        filled = replace(
+            target,
+            states=tuple(renumbered_state(state, numbers) for state in top.states),
+            transitions=top.transitions,
+            inputs=top.inputs,
+            imported=None,
+            iteration_time=top.iteration_time,
+            variables=top.variables,
+            functions=top.functions,
+            extras=top.extras,
+            leaves=top.leaves,
+        )
+        pasted = tuple(renumbered(each, numbers, target.id) for each in others)
+        return replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
+
+    def title(self, document: Document) -> str:
+        return self.name[:80] or "Fill the automaton"
+
+
+class ReplaceDocument(Command, frozen=True, kw_only=True):
+    """Put a whole document in place of another, such as the outcome of a merge."""
+
+    content: str
+    name: str = ""
+
+    def apply(self, document: Document) -> Document:
+        new = parse(self.content, "Cannot replace the document")
+        return document if new == document else new
+
+    def title(self, document: Document) -> str:
+        return self.name[:80] or "Replace the document"
+
+
+def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
+    """Return new ids for automata that come into a document. Raises EditError for too many of them."""
+    if len(document.automata) + len(automata) > _MAX_AUTOMATA:
+        why = f"the document would have more than {_MAX_AUTOMATA} automata"
+        raise EditError("Cannot add these automata", why, "import some from documents of their own")
+    ids = automaton_ids(document)
+    numbers: dict[int, int] = {}
+    for automaton in automata:
+        if automaton.id in numbers:
+            why = f"two automata in it have the number {automaton.id}"
+            raise EditError("Cannot add these automata", why, "repair the numbers of where they come from")
+        numbers[automaton.id] = next(ids)
+    return numbers
+
+
+def _pasted_states(
+    target: Automaton, top: Automaton, numbers: dict[int, int], shift: Point
+) -> Iterator[State]:
+    ids = state_ids(target)
+    taken = {state.name for state in target.states}
+    may_begin = not any(state.initial for state in target.states)
+    for state in top.states:
+        name = free_name(state.name, taken) if state.name.strip() else state.name
+        taken.add(name)
+        new = replace(
+            renumbered_state(state, numbers),
+            id=next(ids),
+            initial=state.initial and may_begin,
+            x=coordinate(state.x + shift[0]),
+            y=coordinate(state.y + shift[1]),
+        )
+        may_begin = may_begin and not state.initial
+        yield changed(new, name=name)
+
+
+def _pasted_transitions(
+    target: Automaton, top: Automaton, new_ids: dict[int, int], shift: Point
+) -> Iterator[Transition]:
+    ids = transition_ids(target)
+    for transition in top.transitions:
+        if transition.origin in new_ids and transition.destination in new_ids:
+            yield replace(
+                transition,
+                id=next(ids),
+                origin=new_ids[transition.origin],
+                destination=new_ids[transition.destination],
+                x=coordinate(transition.x + shift[0]),
+                y=coordinate(transition.y + shift[1]),
+            )

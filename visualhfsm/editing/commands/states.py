@@ -1,0 +1,200 @@
+"""Commands for states."""
+
+# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from typing import Final, Literal
+
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, State, Text
+
+from ..errors import EditError
+from ..nodes import (
+    changed,
+    checked,
+    coordinate,
+    find_automaton,
+    find_state,
+    label,
+    with_automaton,
+    with_state,
+)
+from ..numbering import free_name, state_ids
+from .base import Command, Id
+
+__all__ = [
+    "AddState",
+    "MarkFinal",
+    "MarkInitial",
+    "RemoveArgument",
+    "RenameState",
+    "SetArgument",
+    "SetHistory",
+    "SetStateCode",
+]
+
+_DEFAULT_NAME: Final = "state"
+
+
+class AddState(Command, frozen=True, kw_only=True):
+    """Add a state; the first one of an automaton is its initial one."""
+
+    automaton: Id
+    x: float
+    y: float
+    name: str = ""
+
+    def apply(self, document: Document) -> Document:
+        def add(automaton: Automaton) -> Automaton:
+            if automaton.imported is not None:
+                why = "its content comes from another file"
+                raise EditError("Cannot draw in this automaton", why, "change that file, or inline it first")
+            taken = {state.name for state in automaton.states}
+            number = next(state_ids(automaton))
+            state = State(
+                id=number,
+                name=checked(self.name, "the name") or free_name(f"{_DEFAULT_NAME} {number}", taken),
+                initial=not any(state.initial for state in automaton.states),
+                x=coordinate(self.x),
+                y=coordinate(self.y),
+            )
+            return replace(automaton, states=(*automaton.states, state))
+
+        return with_automaton(document, self.automaton, add)
+
+    def title(self, document: Document) -> str:
+        return "Add a state"
+
+
+class _StateCommand(Command, frozen=True, kw_only=True):
+    automaton: Id
+    state: Id
+
+    def change(self, state: State) -> State:
+        raise NotImplementedError
+
+    def apply(self, document: Document) -> Document:
+        return with_state(document, self.automaton, self.state, self.change)
+
+    def label(self, document: Document) -> str:
+        return label(find_state(find_automaton(document, self.automaton), self.state))
+
+
+class RenameState(_StateCommand, frozen=True, kw_only=True):
+    """Give a state another name."""
+
+    name: str
+
+    def change(self, state: State) -> State:
+        return changed(state, name=self.name)
+
+    def title(self, document: Document) -> str:
+        return f"Rename {self.label(document)}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, self.state
+
+
+class SetStateCode(_StateCommand, frozen=True, kw_only=True):
+    """Set the code that runs at the entry, in every cycle or at the exit of a state."""
+
+    part: Literal["entry", "code", "exit"]
+    text: str
+
+    def change(self, state: State) -> State:
+        return changed(state, **{self.part: self.text})
+
+    def title(self, document: Document) -> str:
+        what = self.part if self.part == "code" else f"{self.part} code"
+        return f"Edit the {what} of {self.label(document)}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, self.state, self.part
+
+
+class MarkInitial(_StateCommand, frozen=True, kw_only=True):
+    """Let an automaton begin in a state, and in no other."""
+
+    def apply(self, document: Document) -> Document:
+        def mark(automaton: Automaton) -> Automaton:
+            chosen = find_state(automaton, self.state)
+            states = tuple(changed(state, initial=state is chosen) for state in automaton.states)
+            return changed(automaton, states=states)
+
+        return with_automaton(document, self.automaton, mark)
+
+    def title(self, document: Document) -> str:
+        return f"Begin in {self.label(document)}"
+
+
+class MarkFinal(_StateCommand, frozen=True, kw_only=True):
+    """Say whether an automaton has finished in a state."""
+
+    final: bool
+
+    def change(self, state: State) -> State:
+        return changed(state, final=self.final)
+
+    def title(self, document: Document) -> str:
+        return f"{'End' if self.final else 'Do not end'} in {self.label(document)}"
+
+
+class SetHistory(_StateCommand, frozen=True, kw_only=True):
+    """Say what the automata of a state do when it is entered again."""
+
+    history: Literal["", "resume", "restart"]
+
+    def change(self, state: State) -> State:
+        return changed(state, history=self.history)
+
+    def title(self, document: Document) -> str:
+        return f"Set the history of {self.label(document)}"
+
+
+class SetArgument(_StateCommand, frozen=True, kw_only=True):
+    """Set what a state hands to an input of one of its automata; `child` 0 is the one that has the input."""
+
+    name: str
+    value: str
+    child: Id = NO_CHILD
+
+    def change(self, state: State) -> State:
+        value = checked(self.value, "the argument")
+        former = [each for each in state.arguments if (each.name, each.child) == (self.name, self.child)]
+        if former:
+            arguments = tuple(
+                changed(each, value=value) if each is former[0] else each for each in state.arguments
+            )
+            return changed(state, arguments=arguments)
+        if not self.name.strip():
+            raise EditError(
+                "Cannot add the argument", "it has no name", "name an input of the automaton below"
+            )
+        name = checked(self.name, "the name of the argument")
+        new = Argument(name=name, child=self.child, value=Text(value))
+        return changed(state, arguments=(*state.arguments, new))
+
+    def title(self, document: Document) -> str:
+        return f"Set the argument {self.name[:30]} of {self.label(document)}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, self.state, self.name, self.child
+
+
+class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
+    """Hand nothing to an input any more."""
+
+    name: str
+    child: Id = NO_CHILD
+
+    def change(self, state: State) -> State:
+        kept = tuple(each for each in state.arguments if (each.name, each.child) != (self.name, self.child))
+        return changed(state, arguments=kept)
+
+    def title(self, document: Document) -> str:
+        return f"Remove the argument {self.name[:30]} of {self.label(document)}"

@@ -1,0 +1,237 @@
+"""Commands for transitions."""
+
+# ruff: noqa: D102 - `Command` says what its methods do, and with what
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from typing import Literal
+
+from codegen.hfsm.document import Automaton, Document, Transition
+
+from ..geometry import default_handle
+from ..nodes import (
+    changed,
+    checked,
+    coordinate,
+    find_automaton,
+    find_state,
+    find_transition,
+    label,
+    with_automaton,
+    with_transition,
+)
+from ..numbering import transition_ids
+from .base import Command, Id, Index
+
+__all__ = [
+    "AddTransition",
+    "RenameTransition",
+    "ReorderTransition",
+    "RetargetTransition",
+    "SetPriority",
+    "SetTransitionCode",
+    "SetTransitionType",
+    "TransitionType",
+]
+
+TransitionType = Literal["time", "condition", "event", "finished"]
+
+
+class AddTransition(Command, frozen=True, kw_only=True):
+    """Add a transition between two states, or from one to itself; without a place its handle finds one."""
+
+    automaton: Id
+    origin: Id
+    destination: Id
+    type: TransitionType = "condition"
+    name: str = ""
+    x: float | None = None
+    y: float | None = None
+
+    def apply(self, document: Document) -> Document:
+        def add(automaton: Automaton) -> Automaton:
+            number = next(transition_ids(automaton))
+            transition = Transition(
+                id=number,
+                name=checked(self.name, "the name") or f"transition {number}",
+                origin=find_state(automaton, self.origin).id,
+                destination=find_state(automaton, self.destination).id,
+                type=self.type,
+            )
+            x, y = default_handle(automaton, transition)
+            placed = replace(
+                transition,
+                x=coordinate(x if self.x is None else self.x),
+                y=coordinate(y if self.y is None else self.y),
+            )
+            return replace(automaton, transitions=(*automaton.transitions, placed))
+
+        return with_automaton(document, self.automaton, add)
+
+    def title(self, document: Document) -> str:
+        automaton = find_automaton(document, self.automaton)
+        origin, destination = (find_state(automaton, number) for number in (self.origin, self.destination))
+        return f"Add a transition from {label(origin)} to {label(destination)}"
+
+
+class _TransitionCommand(Command, frozen=True, kw_only=True):
+    automaton: Id
+    transition: Id
+
+    def change(self, transition: Transition) -> Transition:
+        raise NotImplementedError
+
+    def apply(self, document: Document) -> Document:
+        return with_transition(document, self.automaton, self.transition, self.change)
+
+    def label(self, document: Document) -> str:
+        return label(find_transition(find_automaton(document, self.automaton), self.transition))
+
+
+class RenameTransition(_TransitionCommand, frozen=True, kw_only=True):
+    """Give a transition another name."""
+
+    name: str
+
+    def change(self, transition: Transition) -> Transition:
+        return changed(transition, name=self.name)
+
+    def title(self, document: Document) -> str:
+        return f"Rename {self.label(document)}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, self.transition
+
+
+class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
+    """Let a transition leave or enter another state; its handle goes where it stands by itself."""
+
+    origin: Id | None = None
+    destination: Id | None = None
+
+    def apply(self, document: Document) -> Document:
+        def retarget(automaton: Automaton) -> Automaton:
+            former = find_transition(automaton, self.transition)
+            origin = former.origin if self.origin is None else find_state(automaton, self.origin).id
+            destination = (
+                former.destination if self.destination is None else find_state(automaton, self.destination).id
+            )
+            if (origin, destination) == (former.origin, former.destination):
+                return automaton
+            index = next(index for index, each in enumerate(automaton.transitions) if each is former)
+            new = changed(former, origin=origin, destination=destination)
+            others = automaton.transitions[:index] + automaton.transitions[index + 1 :]
+            x, y = default_handle(replace(automaton, transitions=others), new)
+            new = changed(new, x=coordinate(x), y=coordinate(y))
+            return replace(automaton, transitions=(*others[:index], new, *others[index:]))
+
+        return with_automaton(document, self.automaton, retarget)
+
+    def title(self, document: Document) -> str:
+        automaton = find_automaton(document, self.automaton)
+        if self.destination is not None:
+            return f"Lead {self.label(document)} to {label(find_state(automaton, self.destination))}"
+        if self.origin is not None:
+            return f"Lead {self.label(document)} from {label(find_state(automaton, self.origin))}"
+        return f"Lead {self.label(document)} elsewhere"
+
+
+class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
+    """Say by what a transition fires, with a `trigger` unless that one is to stay.
+
+    A condition that becomes another type goes on as its guard, and the other way around, so that nothing
+    that was typed is lost.
+    """
+
+    type: TransitionType
+    trigger: str | None = None
+
+    def change(self, transition: Transition) -> Transition:
+        former, guard = transition.trigger.text, transition.guard.text
+        trigger = former
+        if self.type != transition.type:
+            if transition.type == "condition" and not guard.strip():
+                trigger, guard = "", former
+            elif self.type == "condition" and guard.strip():
+                trigger, guard = guard, ""
+        if self.type == "finished":
+            trigger = ""
+        if self.trigger is not None:
+            trigger = self.trigger
+        return changed(transition, type=self.type, trigger=trigger, guard=guard)
+
+    def title(self, document: Document) -> str:
+        return f"Make {self.label(document)} fire by {self.type}"
+
+
+class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
+    """Set what a transition fires by, its guard, or the code that runs when it fires."""
+
+    part: Literal["trigger", "guard", "fired"]
+    text: str
+
+    def change(self, transition: Transition) -> Transition:
+        return changed(transition, **{"code" if self.part == "fired" else self.part: self.text})
+
+    def title(self, document: Document) -> str:
+        what = "code" if self.part == "fired" else self.part
+        return f"Edit the {what} of {self.label(document)}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, self.transition, self.part
+
+
+class SetPriority(_TransitionCommand, frozen=True, kw_only=True):
+    """Set the priority of a transition as it was typed: a number from 1, or nothing."""
+
+    priority: str
+
+    def change(self, transition: Transition) -> Transition:
+        return changed(transition, priority=self.priority)
+
+    def title(self, document: Document) -> str:
+        return f"Set the priority of {self.label(document)}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, self.transition
+
+
+class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
+    """Try a transition at the place `index`, from 0, among those out of its state.
+
+    Where one of them has a priority, all get one; else they change places in the document.
+    """
+
+    index: Index
+
+    def apply(self, document: Document) -> Document:
+        def reorder(automaton: Automaton) -> Automaton:
+            chosen = find_transition(automaton, self.transition)
+            former = automaton.outgoing(chosen.origin)
+            order = [each for each in former if each is not chosen]
+            order.insert(self.index, chosen)
+            if all(new is old for new, old in zip(order, former, strict=True)):
+                return automaton
+            if any(not each.priority.is_blank for each in order):
+                ranks = {id(each): str(rank) for rank, each in enumerate(order, 1)}
+                transitions = tuple(
+                    changed(each, priority=ranks[id(each)]) if id(each) in ranks else each
+                    for each in automaton.transitions
+                )
+            else:
+                turns = iter(order)
+                moving = {id(each) for each in order}
+                transitions = tuple(
+                    next(turns) if id(each) in moving else each for each in automaton.transitions
+                )
+            return changed(automaton, transitions=transitions)
+
+        return with_automaton(document, self.automaton, reorder)
+
+    def title(self, document: Document) -> str:
+        return f"Try {self.label(document)} as number {self.index + 1}"

@@ -1,0 +1,97 @@
+"""Documents on disk: read with limits, written whole or not at all, and watched for other writers."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import secrets
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from codegen.hfsm.xml_tree import MAX_SIZE
+
+from .errors import EditError
+
+__all__ = ["FileVersion", "read_file", "write_file"]
+
+
+@dataclass(frozen=True, slots=True)
+class FileVersion:
+    """A file as it was at one time: when it was changed in ns, its bytes, and the SHA-256 of its content."""
+
+    changed_at: int
+    size: int
+    digest: str
+
+    def is_current(self, path: Path) -> bool:
+        """Return whether a file still holds this; its content is read when only its time differs."""
+        try:
+            status = path.stat()
+            if (status.st_mtime_ns, status.st_size) == (self.changed_at, self.size):
+                return True
+            return read_file(path)[1].digest == self.digest
+        except (OSError, EditError):
+            return False
+
+
+def read_file(path: Path) -> tuple[bytes, FileVersion]:
+    """Return what a file holds. Raises EditError when it cannot be read, or is no file of a sane size."""
+    what = f"Cannot open {path.name}"
+    try:
+        if not path.is_file():
+            why = "it is not a file" if path.exists() else "it is not there"
+            raise EditError(what, why, f"looked for {path}")
+        with path.open("rb") as stream:
+            status = os.fstat(stream.fileno())
+            content = stream.read(MAX_SIZE + 1)
+    except (OSError, ValueError) as error:
+        raise EditError(what, _reason(error), f"check the permissions of {path}") from error
+    if len(content) > MAX_SIZE:
+        why = f"it is larger than {MAX_SIZE >> 20} MiB"
+        raise EditError(what, why, "a document is far smaller")
+    return content, FileVersion(status.st_mtime_ns, len(content), _digest(content))
+
+
+def write_file(path: Path, text: str) -> FileVersion:
+    """Write a file whole or not at all, with the permissions that it had; a link stays one.
+
+    The content is on the disk before the file takes its place. Raises EditError.
+    """
+    content = text.encode()
+    temporary: Path | None = None
+    try:
+        target = path.resolve()
+        temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp")
+        with temporary.open("xb") as stream:
+            stream.write(content)
+            stream.flush()
+            if target.exists():
+                temporary.chmod(target.stat().st_mode & 0o7777)
+            os.fsync(stream.fileno())
+        temporary.replace(target)
+        _sync_directory(target.parent)
+        status = target.stat()
+    except (OSError, ValueError) as error:
+        if temporary is not None:
+            with suppress(OSError):  # it may never have been made; the first failure is the one to tell
+                temporary.unlink(missing_ok=True)
+        hint = f"nothing was written: check the permissions of {path.parent} and the space on the disk"
+        raise EditError(f"Cannot save {path.name}", _reason(error), hint) from error
+    return FileVersion(status.st_mtime_ns, status.st_size, _digest(content))
+
+
+def _sync_directory(directory: Path) -> None:
+    descriptor = os.open(directory, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

@@ -1,0 +1,68 @@
+"""Documents as text: whole ones, and parts of one on the way to another place.
+
+A fragment is a document in the native format. Its first automaton holds the states that were copied with the
+transitions among them, the others are what hangs on those. It can go through any clipboard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
+from codegen.hfsm.document import Automaton, Document
+
+from .errors import EditError
+from .nodes import find_automaton, find_state
+from .subtrees import below
+
+__all__ = ["MAX_SIZE", "copy_states", "parse", "written"]
+
+MAX_SIZE: Final = 12 << 20
+"""Bytes of the largest document that can be saved: fewer than the reader takes in size and in elements."""
+
+
+def copy_states(document: Document, automaton: int, states: Sequence[int]) -> str:
+    """Return states as a fragment: with the transitions among them and all automata below them.
+
+    Raises EditError when a state is not there.
+    """
+    source = find_automaton(document, automaton)
+    chosen = {find_state(source, number).id for number in states}
+    if not chosen:
+        raise EditError("Cannot copy", "no state is selected", "select states first")
+    top = Automaton(
+        id=source.id,
+        states=tuple(state for state in source.states if state.id in chosen),
+        transitions=tuple(
+            each for each in source.transitions if each.origin in chosen and each.destination in chosen
+        ),
+    )
+    children = [child for state in top.states for child in state.children]
+    others = tuple(each for each in below(document, children) if each.id != source.id)
+    return written(Document(automata=(top, *others)))
+
+
+def parse(text: str | bytes, what: str, path: Path | None = None) -> Document:
+    """Return the document in a text of any dialect. Raises EditError, which begins with `what`."""
+    diagnostics = Diagnostics()
+    document = parse_document(text, path or Path("document.xml"), diagnostics)
+    if document is None:
+        first = diagnostics.errors[0]
+        why = f"line {first.location.line}: {first.message}" if first.location.line else first.message
+        raise EditError(what, why, "it has to be a document of automata")
+    return document
+
+
+def written(document: Document) -> str:
+    """Return a document as a file holds it. Raises EditError when it is too large or cannot be written."""
+    try:
+        text = write_document(document)
+    except DocumentNotWritableError as error:
+        raise EditError("Cannot write the document", str(error), "remove that character") from error
+    if len(text) > MAX_SIZE or len(text.encode()) > MAX_SIZE:
+        why = f"it is larger than {MAX_SIZE >> 20} MiB"
+        raise EditError("Cannot write the document", why, "move parts of it to documents of their own")
+    return text

@@ -1,0 +1,229 @@
+"""Keep every change of a document on disk until it is closed, so that a crash loses nothing.
+
+A journal is a file of JSON lines: what the document was when it was opened, then every command. It is locked
+while its session lives, and the system takes the lock away when the process dies, however it does. A power
+failure may cost the last seconds.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import os
+import secrets
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from .errors import EditError
+
+__all__ = [
+    "Abandoned",
+    "Done",
+    "Entry",
+    "Header",
+    "Journal",
+    "Redone",
+    "Saved",
+    "Undone",
+    "find_abandoned",
+    "journal_directory",
+]
+
+_logger = logging.getLogger(__name__)
+
+_VERSION: Final = 1
+_SUFFIX: Final = ".journal"
+_LARGEST: Final = 256 << 20
+
+
+class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
+    """What the document was: the content of its file, blank for a new one, whose text is `content`, too."""
+
+    path: str | None
+    name: str
+    content: bytes
+    digest: str
+    opened_at: float
+    version: int = _VERSION
+
+
+class Done(msgspec.Struct, frozen=True, tag="do", tag_field="entry"):
+    """A command as JSON, and whether it continued the step before."""
+
+    command: msgspec.Raw
+    merged: bool = False
+
+
+class Undone(msgspec.Struct, frozen=True, tag="undo", tag_field="entry"):
+    """One step was undone."""
+
+
+class Redone(msgspec.Struct, frozen=True, tag="redo", tag_field="entry"):
+    """One step was done again."""
+
+
+class Saved(msgspec.Struct, frozen=True, tag="saved", tag_field="entry"):
+    """The document was saved, or its file turned out to hold `content` meanwhile."""
+
+    path: str
+    digest: str
+    content: bytes | None = None
+
+
+Entry = Done | Undone | Redone | Saved
+
+_HEADER: Final = msgspec.json.Decoder(Header)
+_ENTRY: Final = msgspec.json.Decoder(Entry)
+
+
+@dataclass(frozen=True, slots=True)
+class Abandoned:
+    """The journal of a session that ended without closing; times are in s since 1970."""
+
+    file: Path
+    path: Path | None
+    name: str
+    changed_at: float
+
+
+def journal_directory() -> Path:
+    """Return the directory of the journals: `visualhfsm/journals` in the user's directory of states."""
+    state = os.environ.get("XDG_STATE_HOME", "")
+    base = Path(state) if state.startswith("/") else Path.home() / ".local" / "state"
+    return base / "visualhfsm" / "journals"
+
+
+class Journal:
+    """The journal of one session; it comes into being with its first entry."""
+
+    def __init__(self, directory: Path, header: Header) -> None:
+        self._directory = directory
+        self._header = header
+        self._file: Path | None = None
+        self._descriptor = -1
+
+    @classmethod
+    def take_over(cls, file: Path) -> tuple[Journal, Iterator[Entry]]:
+        """Return a journal to be continued, and what it holds.
+
+        Raises EditError when it cannot be read, or belongs to a session that is alive.
+        """
+        what = f"Cannot recover from {file.name}"
+        try:
+            descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
+        except OSError as error:
+            raise EditError(
+                what, error.strerror or str(error), "it may have been recovered already"
+            ) from error
+        try:
+            if not _lock(descriptor):
+                raise EditError(what, "its document is open in another process", "edit it there")
+            with os.fdopen(os.dup(descriptor), "rb") as stream:
+                content = stream.read(_LARGEST)
+            first, _, rest = content.partition(b"\n")
+            try:
+                header = _HEADER.decode(first)
+            except msgspec.MsgspecError as error:
+                raise EditError(what, "it holds no document", "remove it") from error
+            if header.version != _VERSION:
+                raise EditError(what, f"it is of version {header.version}", "open it with a newer release")
+            # A line that was cut off by the crash goes, so that the next one does not continue it.
+            whole = rest.rpartition(b"\n")[0]
+            end = len(first) + 1 + (len(whole) + 1 if whole else 0)
+            os.ftruncate(descriptor, min(end, len(content)))
+        except BaseException:
+            os.close(descriptor)
+            raise
+        journal = cls(file.parent, header)
+        journal._file, journal._descriptor = file, descriptor
+        return journal, _entries(whole, file)
+
+    @property
+    def header(self) -> Header:
+        """What the document was."""
+        return self._header
+
+    @property
+    def file(self) -> Path | None:
+        """The file, or None before the first entry."""
+        return self._file
+
+    def add(self, entry: Entry) -> None:
+        """Write an entry; when the disk is full or gone that is logged, and editing goes on without it."""
+        try:
+            if self._descriptor < 0:
+                self._begin()
+            _write(self._descriptor, msgspec.json.encode(entry) + b"\n")
+        except OSError as error:
+            _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
+
+    def close(self, *, keep: bool = False) -> None:
+        """End the journal and remove its file, unless it is kept to be recovered later."""
+        if self._descriptor >= 0:
+            if not keep and self._file is not None:
+                self._file.unlink(missing_ok=True)
+            os.close(self._descriptor)
+        self._descriptor, self._file = -1, None
+
+    def _begin(self) -> None:
+        self._directory.mkdir(parents=True, exist_ok=True, mode=0o700)
+        file = self._directory / f"{secrets.token_hex(8)}{_SUFFIX}"
+        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        descriptor = os.open(file, flags, 0o600)
+        self._file, self._descriptor = file, descriptor
+        _lock(descriptor)
+        _write(descriptor, msgspec.json.encode(self._header) + b"\n")
+
+
+def find_abandoned(directory: Path) -> list[Abandoned]:
+    """Return the journals in a directory whose sessions are dead, the latest first."""
+    found: list[Abandoned] = []
+    for file in directory.glob(f"*{_SUFFIX}"):
+        try:
+            descriptor = os.open(file, os.O_RDONLY | os.O_CLOEXEC)
+        except OSError:  # another process has just recovered it
+            continue
+        with os.fdopen(descriptor, "rb") as stream:
+            if not _lock(descriptor):
+                continue
+            try:
+                header = _HEADER.decode(stream.readline(_LARGEST))
+            except msgspec.MsgspecError:
+                _logger.warning("%s holds no document", file)
+                continue
+            path = None if header.path is None else Path(header.path)
+            found.append(Abandoned(file, path, header.name, os.fstat(descriptor).st_mtime))
+    return sorted(found, key=lambda each: each.changed_at, reverse=True)
+
+
+def make_header(path: Path | None, name: str, content: bytes, digest: str) -> Header:
+    """Return the first line of the journal of a document that is opened now."""
+    return Header(None if path is None else str(path), name, content, digest, time.time())
+
+
+def _entries(content: bytes, file: Path) -> Iterator[Entry]:
+    for number, line in enumerate(content.split(b"\n") if content else (), 2):
+        try:
+            yield _ENTRY.decode(line)
+        except msgspec.MsgspecError as error:
+            _logger.warning("%s, line %d: %s: what follows is lost", file, number, error)
+            return
+
+
+def _lock(descriptor: int) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _write(descriptor: int, content: bytes) -> None:
+    left = memoryview(content)
+    while left:
+        left = left[os.write(descriptor, left) :]

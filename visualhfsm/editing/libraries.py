@@ -1,0 +1,81 @@
+"""Move an automaton to a document of its own, and bring back one that is imported."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import resolve
+from codegen.hfsm.document import NO_CHILD, Automaton, Document
+
+from .commands import Command
+from .commands.automata import ExtractAutomaton
+from .commands.paste import FillAutomaton
+from .errors import EditError
+from .files import write_file
+from .fragments import written
+from .nodes import find_automaton
+from .subtrees import below
+
+__all__ = ["extract", "imported_content", "inline"]
+
+
+def extract(document: Document, automaton: int, path: Path | None, file: Path) -> Command:
+    """Write an automaton with all below it to a new document, and return the command that imports it.
+
+    `path` is the document's own file; `file` lies in its directory or below, and must not exist. Libraries
+    and interfaces come along, so that the new document can be checked by itself. Raises EditError.
+    """
+    what = f"Cannot move the automaton to {file.name}"
+    if path is None:
+        raise EditError(what, "the document has no file yet", "save it first: imports are relative to it")
+    source = find_automaton(document, automaton)
+    if source.father == NO_CHILD:
+        raise EditError(what, "it is the root", "use `Save as`")
+    if source.imported is not None:
+        raise EditError(what, "it is imported already", "edit the file that it comes from")
+    target = file.absolute()
+    if not target.is_relative_to(path.absolute().parent) or ".." in file.parts:
+        raise EditError(what, "the file is not in the directory of the document", "choose one there or below")
+    if target.exists():
+        raise EditError(what, "the file exists", "choose another name")
+    parts = below(document, [source.id])
+    top = replace(source, father=NO_CHILD)
+    library = Document(
+        automata=(top, *(each for each in parts if each is not source)),
+        libraries=document.libraries,
+        interfaces=document.interfaces,
+        events=document.events,
+        language=document.language,
+    )
+    write_file(target, written(library))
+    relative = target.relative_to(path.absolute().parent).as_posix()
+    return ExtractAutomaton(automaton=automaton, file=relative)
+
+
+def inline(document: Document, automaton: int, path: Path) -> Command:
+    """Return the command that puts the content of an imported automaton in its place. Raises EditError."""
+    content = imported_content(document, automaton, path)
+    title = f"Inline {_file_of(document, automaton)}"
+    return FillAutomaton(automaton=automaton, content=written(content), name=title)
+
+
+def imported_content(document: Document, automaton: int, path: Path) -> Document:
+    """Return what an imported automaton stands for: itself, then all below it. Raises EditError."""
+    stub = find_automaton(document, automaton)
+    what = f"Cannot read {_file_of(document, automaton)}"
+    diagnostics = Diagnostics()
+    lonely = Document(automata=(replace(stub, father=NO_CHILD),))
+    resolved = resolve(lonely, path, diagnostics)
+    if diagnostics.has_errors:
+        raise EditError(what, diagnostics.errors[0].message, "put the file right, or import another")
+    return replace(lonely, automata=tuple(resolved.automata))
+
+
+def _file_of(document: Document, automaton: int) -> str:
+    stub: Automaton = find_automaton(document, automaton)
+    if stub.imported is None:
+        what = f"Cannot inline automaton {automaton}"
+        raise EditError(what, "it is not imported", "it is in this document already")
+    return stub.imported.file.text.strip()[:60]

@@ -1,0 +1,192 @@
+"""Change elements of a document: values that a file can hold, and the comments inside them kept sound."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, Final, TypeVar
+
+from codegen.hfsm.document import (
+    Argument,
+    Automaton,
+    Document,
+    Interface,
+    Leaf,
+    Library,
+    Node,
+    State,
+    Text,
+    Transition,
+)
+
+from .errors import EditError
+
+__all__ = [
+    "MAX_ID",
+    "changed",
+    "checked",
+    "coordinate",
+    "find_automaton",
+    "find_state",
+    "find_transition",
+    "label",
+    "swapped",
+    "with_automaton",
+    "with_leaf_text",
+    "with_state",
+    "with_transition",
+]
+
+MAX_ID: Final = 2**31 - 1
+"""The largest id that a document may hold."""
+
+_MAX_TEXT: Final = 1 << 20
+_FARTHEST: Final = 1e6
+_UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_LONGEST_LABEL: Final = 30
+
+# Fields whose element in a file has another name.
+_TAGS: Final[dict[tuple[type[Node], str], str]] = {
+    (Transition, "code"): "transcode",
+    (Transition, "trigger"): "trans",
+    (Argument, "value"): "argument",
+    (Library, "name"): "lib",
+    (Document, "on_error"): "onerror",
+    (Interface, "name"): "nameinterface",
+    (Interface, "proxy"): "nameproxy",
+    (Interface, "type"): "interface",
+}
+
+_NodeT = TypeVar("_NodeT", bound=Node)
+_T = TypeVar("_T")
+
+
+def checked(text: str, what: str) -> str:
+    """Return a text that a document can hold.
+
+    Raises EditError for a character that XML cannot hold, and for a text that no person typed.
+    """
+    found = _UNWRITABLE.search(text)
+    if found:
+        line = text.count("\n", 0, found.start()) + 1
+        why = f"line {line} has the control character U+{ord(found.group()):04X}"
+        raise EditError(f"Cannot set {what}", why, "remove it, or write it as an escape in the code")
+    if len(text) > _MAX_TEXT:
+        why = f"it has {len(text)} characters, more than {_MAX_TEXT}"
+        raise EditError(f"Cannot set {what}", why, "move code to a module and import it as a library")
+    return text
+
+
+def coordinate(value: float) -> float:
+    """Return a coordinate in pixels, rounded to hundredths. Raises EditError when it is not on the canvas."""
+    if not math.isfinite(value) or abs(value) > _FARTHEST:
+        why = f"{value} is not within {_FARTHEST:.0f} pixels of the middle"
+        raise EditError("Cannot move that far", why, "bring it nearer to the others")
+    return round(value, 2)
+
+
+def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever the node has
+    """Return a node with other fields; a string for a field that holds a `Text` becomes one.
+
+    What stands inside a text, such as a comment, has no place in another text: it comes behind it. Returns
+    the node itself when nothing differs. Raises EditError for a text that a file cannot hold.
+    """
+    leaves = node.leaves
+    values: dict[str, Any] = {}
+    for name, given in fields.items():
+        former = getattr(node, name)
+        value = given
+        if isinstance(given, str):
+            text = checked(given, f"the {name.replace('_', ' ')}")
+            leaves = with_leaf_text(leaves, _TAGS.get((type(node), name), name), text)
+            value = Text(text) if isinstance(former, Text) else text
+        if value != former:
+            values[name] = value
+    if not values:
+        return node
+    made: _NodeT = replace(node, leaves=leaves, **values)
+    return made
+
+
+def with_leaf_text(leaves: tuple[Leaf, ...], tag: str, text: str) -> tuple[Leaf, ...]:
+    """Return what elements have beside their text, when that of one of them is to be another."""
+    return tuple(_with_text(leaf, text) if leaf.tag == tag else leaf for leaf in leaves)
+
+
+def _with_text(leaf: Leaf, text: str) -> Leaf:
+    if not leaf.children or leaf.text + "".join(child.tail for child in leaf.children) == text:
+        return leaf
+    return replace(leaf, text=text, children=tuple(replace(child, tail="") for child in leaf.children))
+
+
+def swapped(items: tuple[_T, ...], old: _T, new: _T) -> tuple[_T, ...]:
+    """Return items with one of them, told by its identity, in exchange for another."""
+    return items if old is new else tuple(new if item is old else item for item in items)
+
+
+def find_automaton(document: Document, id: int) -> Automaton:
+    """Return the automaton with an id. Raises EditError when there is none, or more than one."""
+    return _only([each for each in document.automata if each.id == id], f"automaton {id}")
+
+
+def find_state(automaton: Automaton, id: int) -> State:
+    """Return the state with an id. Raises EditError when there is none, or more than one."""
+    what = f"state {id} of automaton {automaton.id}"
+    return _only([each for each in automaton.states if each.id == id], what)
+
+
+def find_transition(automaton: Automaton, id: int) -> Transition:
+    """Return the transition with an id. Raises EditError when there is none, or more than one."""
+    what = f"transition {id} of automaton {automaton.id}"
+    return _only([each for each in automaton.transitions if each.id == id], what)
+
+
+def _only(found: Sequence[_T], what: str) -> _T:
+    if not found:
+        raise EditError(f"Cannot change {what}", "it is not there", "it may have been deleted meanwhile")
+    if len(found) > 1:
+        why = f"{len(found)} have this number"
+        raise EditError(f"Cannot change {what}", why, "give each a number of its own with `Repair numbers`")
+    return found[0]
+
+
+def with_automaton(document: Document, id: int, change: Callable[[Automaton], Automaton]) -> Document:
+    """Return a document in which one automaton is changed; itself when the change does nothing."""
+    former = find_automaton(document, id)
+    new = change(former)
+    return document if new is former else replace(document, automata=swapped(document.automata, former, new))
+
+
+def with_state(document: Document, automaton: int, state: int, change: Callable[[State], State]) -> Document:
+    """Return a document in which one state is changed; itself when the change does nothing."""
+
+    def change_automaton(each: Automaton) -> Automaton:
+        former = find_state(each, state)
+        return changed(each, states=swapped(each.states, former, change(former)))
+
+    return with_automaton(document, automaton, change_automaton)
+
+
+def with_transition(
+    document: Document, automaton: int, transition: int, change: Callable[[Transition], Transition]
+) -> Document:
+    """Return a document in which one transition is changed; itself when the change does nothing."""
+
+    def change_automaton(each: Automaton) -> Automaton:
+        former = find_transition(each, transition)
+        return changed(each, transitions=swapped(each.transitions, former, change(former)))
+
+    return with_automaton(document, automaton, change_automaton)
+
+
+def label(node: State | Transition | None, fallback: str = "") -> str:
+    """Return what to call a state or a transition in a message or the name of a step."""
+    if node is None:
+        return fallback
+    name = " ".join(node.name.split())
+    if not name:
+        return f"{type(node).__name__.lower()} {node.id}"
+    short = name if len(name) <= _LONGEST_LABEL else f"{name[: _LONGEST_LABEL - 1]}…"
+    return f"“{short}”"

@@ -1,0 +1,115 @@
+"""What is wrong or doubtful in a document as it would be saved now, with the places to jump to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from codegen.diagnostics import Diagnostic, Diagnostics
+from codegen.hfsm import parse_document
+from codegen.hfsm.checking import check_document
+from codegen.hfsm.document import Document
+from codegen.hfsm.model_checker import DEFAULT_LIMIT
+
+from .fragments import written
+from .locate import Locator
+from .places import Place
+
+__all__ = ["Problem", "find_problems", "find_problems_in_text"]
+
+_MOST: Final = 1000
+"""Problems that are told; who has more has one, and repeats it."""
+_UNTITLED: Final = "untitled.xml"
+
+
+class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
+
+    Line, column and length are those in the text at the place, line 0 means the element as a whole. Without
+    a place it is about the document; `file` and `line` then name another file if it is about that.
+    """
+
+    code: str
+    severity: str
+    message: str
+    notes: tuple[str, ...] = ()
+    place: Place | None = None
+    line: int = 0
+    column: int = 0
+    length: int = 0
+    file: str = ""
+
+
+def find_problems(
+    document: Document,
+    path: Path | None,
+    include: Sequence[Path] = (),
+    *,
+    limit: int = DEFAULT_LIMIT,
+) -> list[Problem]:
+    """Return what is wrong in a document, by severity; `path` is its file, if it has one.
+
+    The model checker looks at `limit` configurations. It may take seconds: `CheckProcess` does it beside.
+    Raises EditError when the document cannot be written.
+    """
+    return find_problems_in_text(written(document), path, include, limit=limit)
+
+
+def find_problems_in_text(
+    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int = DEFAULT_LIMIT
+) -> list[Problem]:
+    """Return what is wrong in the text of a document; the rest is as for `find_problems`."""
+    file = path or Path.cwd() / _UNTITLED
+    diagnostics = Diagnostics()
+    check_document(file, diagnostics, include, limit=limit, content=text)
+    document = parse_document(text, file, Diagnostics())
+    locator = Locator(document or Document())
+    importers = dict(_importers(document, file)) if document is not None else {}
+    order = {"error": 0, "warning": 1, "note": 2}
+    found = sorted(diagnostics, key=lambda each: order[each.severity])[:_MOST]
+    return [_problem(each, file, locator, importers) for each in found]
+
+
+def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:
+    location = found.location
+    notes = tuple(
+        f"{note.message} ({_where(note.location.path, note.location.line, file)})"
+        if note.location
+        else note.message
+        for note in found.notes
+    )
+    problem = Problem(
+        code=found.code,
+        severity=found.severity.value,
+        message=found.message,
+        notes=notes,
+        length=location.length,
+    )
+    if location.path != file:
+        place = importers.get(location.path.resolve())
+        name = str(location.path)
+        return msgspec.structs.replace(
+            problem, place=place, file=name, line=location.line, column=location.column
+        )
+    located = locator.find(location.line, location.column) if location.line else None
+    if located is None:
+        return problem
+    place, line, column = located
+    return msgspec.structs.replace(problem, place=place, line=line, column=column)
+
+
+def _importers(document: Document, file: Path) -> Iterator[tuple[Path, Place]]:
+    """Yield the files that a document imports, each with the automaton that does."""
+    for automaton in document.automata:
+        name = "" if automaton.imported is None else automaton.imported.file.text.strip()
+        if name and "\0" not in name:
+            place = Place(kind="automaton", automaton=automaton.id, part="import")
+            yield (file.parent / name).resolve(), place
+
+
+def _where(path: Path, line: int, file: Path) -> str:
+    place = "here" if path == file else path.name
+    return f"{place}, line {line}" if line and path != file else place

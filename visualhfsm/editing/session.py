@@ -1,0 +1,387 @@
+"""One open document: what it is now, what it was, its file, and its journal."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from codegen.hfsm.document import Automaton, Document
+
+from .commands import Command, decode_command, encode_command
+from .commands.items import DeleteItems
+from .commands.paste import ReplaceDocument
+from .dialects import NATIVE, dialect_of_file
+from .errors import ChangedOutsideError, EditError
+from .files import FileVersion, read_file, write_file
+from .fragments import MAX_SIZE, copy_states, parse, written
+from .history import History
+from .journal import Done, Entry, Journal, Redone, Saved, Undone, journal_directory, make_header
+from .merge import Conflict, merge_documents
+
+__all__ = ["Added", "Change", "Choice", "DocumentSession", "Resolution"]
+
+_logger = logging.getLogger(__name__)
+
+_GROWTH: Final = 2048
+"""Bytes by which a command may let a document grow beside what it carries itself."""
+_ESCAPED: Final = 6
+"""Bytes that one byte of a command may take in a document."""
+
+
+class Choice(StrEnum):
+    """What is to become of a document whose file another program has changed."""
+
+    MINE = "mine"
+    THEIRS = "theirs"
+    MERGE = "merge"
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """What is new in one automaton: ids of states and transitions. An automaton may be new itself."""
+
+    automaton: int
+    states: tuple[int, ...]
+    transitions: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What became of a document: `before` and `after` share everything that did not change."""
+
+    name: str
+    revision: int
+    before: Document
+    after: Document
+
+    @property
+    def added(self) -> tuple[Added, ...]:
+        """What is new, such as to select it; empty when nothing is."""
+        return tuple(_added(self.before, self.after))
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """What became of a document whose file was changed, and where both had changed the same."""
+
+    change: Change | None
+    conflicts: tuple[Conflict, ...] = ()
+
+
+class DocumentSession:
+    """An open document with undo, redo, file and journal. All calls come from one thread.
+
+    `revision` counts changes. `dialect` is the format of the file that it was opened from: in one that is not
+    the native one it is never saved over that file unless it is told to.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        *,
+        path: Path | None,
+        name: str,
+        dialect: str,
+        version: FileVersion | None,
+        journal: Journal,
+        size: int,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.path = path
+        self.name = name
+        self.dialect = dialect
+        self.revision = 0
+        self._history = History(document, clock)
+        self._saved: Document | None = document
+        self._version = version
+        self._journal = journal
+        self._size_bound = size
+
+    @classmethod
+    def open(
+        cls, path: Path, *, journals: Path | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> DocumentSession:
+        """Open a document in any dialect. `journals` is the directory of the autosave journals.
+
+        Raises EditError.
+        """
+        path = path.absolute()
+        content, version = read_file(path)
+        document = parse_file(content, path)
+        return cls(
+            document,
+            path=path,
+            name=path.stem,
+            dialect=dialect_of_file(content),
+            version=version,
+            journal=Journal(
+                journals or journal_directory(), make_header(path, path.stem, content, version.digest)
+            ),
+            size=len(content) * 2,
+            clock=clock,
+        )
+
+    @classmethod
+    def new(
+        cls,
+        document: Document,
+        name: str,
+        *,
+        journals: Path | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> DocumentSession:
+        """Begin with a document that has no file yet."""
+        content = written(document).encode()
+        session = cls(
+            document,
+            path=None,
+            name=name,
+            dialect=NATIVE,
+            version=None,
+            journal=Journal(journals or journal_directory(), make_header(None, name, content, "")),
+            size=len(content),
+            clock=clock,
+        )
+        session._saved = None
+        return session
+
+    @classmethod
+    def recover(cls, file: Path, *, clock: Callable[[], float] = time.monotonic) -> DocumentSession:
+        """Open the document of a session that ended without closing, with all its steps.
+
+        Raises EditError when its journal cannot be read, or its session is alive.
+        """
+        journal, entries = Journal.take_over(file)
+        header = journal.header
+        path = None if header.path is None else Path(header.path)
+        try:
+            document = parse_file(header.content, path or Path(header.name))
+        except EditError:
+            journal.close(keep=True)
+            raise
+        session = cls(
+            document,
+            path=path,
+            name=header.name,
+            dialect=dialect_of_file(header.content),
+            version=None if path is None else FileVersion(0, len(header.content), header.digest),
+            journal=journal,
+            size=MAX_SIZE,
+            clock=clock,
+        )
+        if path is None:
+            session._saved = None
+        session._replay(entries)
+        session._history.seal()
+        return session
+
+    @property
+    def document(self) -> Document:
+        """The document as it is now."""
+        return self._history.document
+
+    @property
+    def dirty(self) -> bool:
+        """Whether the document differs from what was saved; a new one does until it is saved."""
+        return self.document is not self._saved
+
+    @property
+    def undo_names(self) -> list[str]:
+        """The names of the steps that can be undone, the latest first."""
+        return self._history.undo_names
+
+    @property
+    def redo_names(self) -> list[str]:
+        """The names of the steps that can be done again, the next first."""
+        return self._history.redo_names
+
+    @property
+    def saved_document(self) -> Document | None:
+        """The document as it was read or saved last, or None when it never was."""
+        return self._saved
+
+    def do(self, command: Command) -> Change:
+        """Apply a command. Raises EditError and leaves the document as it was when that is not possible."""
+        merged = self._history.merges(command.merge_key)
+        before = self.document
+        name = command.title(before)
+        encoded = encode_command(command)
+        self._apply(command, name, merge=merged, size=len(encoded))
+        if self.document is not before:
+            self._journal.add(Done(msgspec.Raw(encoded), merged))
+        return Change(name, self.revision, before, self.document)
+
+    def undo(self) -> Change:
+        """Undo the last step. Raises EditError when there is none."""
+        return self._step(self._history.undo, Undone(), "undo")
+
+    def redo(self) -> Change:
+        """Do the step again that was undone last. Raises EditError when there is none."""
+        return self._step(self._history.redo, Redone(), "redo")
+
+    def seal(self) -> None:
+        """Let the next change be a step of its own, such as when a field has lost the focus."""
+        self._history.seal()
+
+    def copy(self, automaton: int, states: tuple[int, ...]) -> str:
+        """Return states as text for the clipboard. Raises EditError."""
+        return copy_states(self.document, automaton, states)
+
+    def cut(self, automaton: int, states: tuple[int, ...]) -> tuple[str, Change]:
+        """Return states as text for the clipboard, and delete them. Raises EditError."""
+        text = self.copy(automaton, states)
+        return text, self.do(DeleteItems(automaton=automaton, states=states, cut=True))
+
+    def text(self) -> str:
+        """Return the document as its file would hold it. Raises EditError."""
+        return written(self.document)
+
+    def save(self, path: Path | None = None, *, overwrite: bool = False) -> Path:
+        """Save the document, to its own file if no other is named, and return where.
+
+        Raises EditError when there is no name yet, when the file was in an older dialect, or when another
+        file is there; ChangedOutsideError when another program has changed the file. With `overwrite` the
+        last three do not matter.
+        """
+        target = self.path if path is None else path.absolute()
+        if target is None:
+            raise EditError("Cannot save", "the document has no file yet", "use `Save as`")
+        if target == self.path:
+            self._may_save_over(target, overwrite=overwrite)
+        elif target.exists() and not overwrite:
+            raise EditError(f"Cannot save as {target.name}", "the file exists", "confirm to overwrite it")
+        if target.suffix.lower() != ".xml":
+            raise EditError(f"Cannot save as {target.name}", "documents end with .xml", "choose such a name")
+        self._version = write_file(target, self.text())
+        self._saved = self.document
+        self.path, self.name, self.dialect = target, target.stem, NATIVE
+        self._history.seal()
+        self._journal.add(Saved(str(target), self._version.digest))
+        return target
+
+    def is_changed_outside(self) -> bool:
+        """Return whether another program has changed or removed the file since it was read or saved."""
+        return self.path is not None and self._version is not None and not self._version.is_current(self.path)
+
+    def resolve(self, choice: Choice) -> Resolution:
+        """Settle what another program did to the file: keep mine, take theirs, or merge both.
+
+        Afterwards the document differs from the file as far as it is mine. Raises EditError when the file
+        cannot be read.
+        """
+        if self.path is None:
+            raise EditError("Cannot compare with the file", "the document has no file yet", "save it first")
+        if choice is Choice.MINE and not self.path.exists():
+            self._version, self._saved = None, None
+            return Resolution(None)
+        content, version = read_file(self.path)
+        theirs = parse_file(content, self.path)
+        change: Change | None = None
+        conflicts: tuple[Conflict, ...] = ()
+        if choice is Choice.THEIRS:
+            change = self.do(ReplaceDocument(content=written(theirs), name="Take the file as it is now"))
+        elif choice is Choice.MERGE:
+            merged = merge_documents(self._saved or theirs, self.document, theirs)
+            conflicts = merged.conflicts
+            name = "Merge with the file as it is now"
+            change = self.do(ReplaceDocument(content=written(merged.document), name=name))
+        self._version = version
+        self.dialect = dialect_of_file(content)
+        self._saved = self.document if self.document == theirs else theirs
+        self._journal.add(Saved(str(self.path), version.digest, content))
+        return Resolution(change, conflicts)
+
+    def close(self, *, discard: bool = False) -> None:
+        """End the session and remove its journal. Raises EditError when changes would be lost.
+
+        With `discard` they are.
+        """
+        if self.dirty and self.undo_names and not discard:
+            raise EditError(
+                f"Cannot close {self.name}", "it has changes that are not saved", "save or discard them"
+            )
+        self._journal.close()
+
+    def abandon(self) -> None:
+        """End the session and keep its journal, so that its changes can be recovered."""
+        self._journal.close(keep=self.dirty)
+
+    def _may_save_over(self, target: Path, *, overwrite: bool) -> None:
+        if overwrite:
+            return
+        if self.dialect != NATIVE:
+            why = f"it is in the format of {self.dialect}, and would be replaced by that of today"
+            raise EditError(f"Cannot save {target.name}", why, "use `Save as`, or confirm to replace it")
+        if self.is_changed_outside():
+            why = "another program has changed it" if target.exists() else "another program has removed it"
+            raise ChangedOutsideError(f"Cannot save {target.name}", why, "merge, take theirs, or keep yours")
+
+    def _apply(self, command: Command, name: str, *, merge: bool, size: int) -> None:
+        document = command.apply(self.document)
+        if document is self.document:
+            return
+        bound = self._size_bound + _GROWTH + _ESCAPED * size
+        if bound > MAX_SIZE:
+            bound = len(written(document).encode())
+        self._size_bound = bound
+        self._history.add(name, document, command.merge_key, merge=merge)
+        self.revision += 1
+
+    def _step(self, move: Callable[[], str | None], entry: Entry, what: str) -> Change:
+        before = self.document
+        name = move()
+        if name is None:
+            raise EditError(f"Cannot {what}", f"there is nothing to {what}", "change something first")
+        self.revision += 1
+        self._journal.add(entry)
+        return Change(name, self.revision, before, self.document)
+
+    def _replay(self, entries: Iterator[Entry]) -> None:
+        for entry in entries:
+            try:
+                match entry:
+                    case Done(command=raw, merged=merged):
+                        command = decode_command(bytes(raw))
+                        self._apply(command, command.title(self.document), merge=merged, size=len(bytes(raw)))
+                    case Undone():
+                        self._history.undo()
+                    case Redone():
+                        self._history.redo()
+                    case Saved(path=path, digest=digest, content=content):
+                        self.path, self.name, self.dialect = Path(path), Path(path).stem, NATIVE
+                        self._version = FileVersion(0, -1, digest)
+                        theirs = self.document if content is None else parse_file(content, self.path)
+                        self._saved = self.document if self.document == theirs else theirs
+            except EditError as error:
+                _logger.warning("%s: what follows in its journal is lost: %s", self.name, error)
+                return
+
+
+def parse_file(content: bytes, path: Path) -> Document:
+    """Return the document in a file of any dialect. Raises EditError."""
+    return parse(content, f"Cannot open {path.name}", path)
+
+
+def _added(before: Document, after: Document) -> Iterator[Added]:
+    former = {automaton.id: automaton for automaton in before.automata}
+    for automaton in after.automata:
+        old = former.get(automaton.id)
+        if old is automaton:
+            continue
+        known = old or Automaton(id=automaton.id)
+        states = {state.id for state in known.states}
+        transitions = {transition.id for transition in known.transitions}
+        added = Added(
+            automaton.id,
+            tuple(state.id for state in automaton.states if state.id not in states),
+            tuple(each.id for each in automaton.transitions if each.id not in transitions),
+        )
+        if old is None or added.states or added.transitions:
+            yield added

@@ -1,0 +1,64 @@
+"""What a new document begins with: nothing, or one of the behaviors that come along."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from codegen.hfsm.document import Automaton, Document
+
+from .errors import EditError
+
+__all__ = ["EMPTY", "Template", "find_templates", "make_template"]
+
+EMPTY: Final = "empty"
+"""The name of the template that is always there."""
+
+_BEHAVIORS: Final = "behaviors"
+_UNTITLED: Final = "untitled"
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """Something to begin with; `path` is the document that is copied, None for an empty one."""
+
+    name: str
+    description: str
+    path: Path | None
+
+
+def find_templates() -> list[Template]:
+    """Return what there is to begin with: the empty one, then the behaviors that are installed."""
+    found = [Template(EMPTY, "An empty component.", None)]
+    for directory in _directories():
+        for path in sorted(directory.glob("*.xml")):
+            document = read_document(path, Diagnostics())
+            if document is not None:
+                found.append(Template(path.stem, " ".join(document.description.text.split()), path))
+    return found
+
+
+def make_template(name: str) -> tuple[str, Document]:
+    """Return what a document after a template is called, and the document; blank is the empty one.
+
+    Raises EditError when there is none of that name.
+    """
+    if name in ("", EMPTY):
+        return _UNTITLED, Document(automata=(Automaton(id=1),))
+    template = next((each for each in find_templates() if each.name == name), None)
+    document = (
+        None if template is None or template.path is None else read_document(template.path, Diagnostics())
+    )
+    if document is None:
+        raise EditError("Cannot begin a document", f"there is no template {name[:40]}", f"use {EMPTY}")
+    return name, document
+
+
+def _directories() -> list[Path]:
+    """Return where behaviors are installed; their package is not imported."""
+    spec = importlib.util.find_spec(_BEHAVIORS)
+    return [] if spec is None else [Path(place) for place in spec.submodule_search_locations or ()]
