@@ -8,7 +8,15 @@ from typing import Final
 
 from .document import Comment, Extra
 
-__all__ = ["INDENT", "DocumentNotWritableError", "attributes_text", "content_text", "escaped", "lines_of"]
+__all__ = [
+    "INDENT",
+    "DocumentNotWritableError",
+    "attributes_text",
+    "content_text",
+    "escaped",
+    "is_writable",
+    "lines_of",
+]
 
 INDENT: Final = "  "
 """Indentation of one level."""
@@ -54,6 +62,11 @@ def attributes_text(attributes: tuple[tuple[str, str], ...]) -> str:
 def escaped(text: str) -> str:
     """Return a text as it stands in XML."""
     return "".join(_TEXT_ESCAPES.get(character, character) for character in _checked(text))
+
+
+def is_writable(text: str) -> bool:
+    """Return whether XML can hold a text."""
+    return not _UNWRITABLE.search(text)
 
 
 def _inline(extra: Extra) -> str:

@@ -1,0 +1,14 @@
+"""Exchange documents with other programs as SCXML (W3C Recommendation of 1 September 2015).
+
+`writer` writes a document: `placement` finds the place of each part, `own_elements` keeps what SCXML has no
+word for, `remarks` tells of it. `reader` reads one: `qualified` knows whose word an element is, `chart` finds
+the states and automata, `timers` and `code` understand what they do, `routes` joins them by transitions, and
+`assembly` makes a native document of all that. `vocabulary` and `data` serve both.
+"""
+
+from __future__ import annotations
+
+from .reader import is_scxml, parse_scxml, read_scxml
+from .writer import write_scxml
+
+__all__ = ["is_scxml", "parse_scxml", "read_scxml", "write_scxml"]

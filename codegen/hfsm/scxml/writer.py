@@ -1,0 +1,374 @@
+"""Write a document as SCXML, the W3C's language of state charts.
+
+What SCXML says it says in its own words; all else stands in elements of the native format, in a namespace of
+our own, so that the reader gets the same document back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Final
+
+from codegen.diagnostics import Diagnostics, Location
+
+from ..code_pieces import is_foreign
+from ..document import Comment, Document, Text
+from ..writer import write_document
+from ..xml_text import INDENT, attributes_text, escaped
+from ..xml_tree import XmlComment, XmlElement, parse_xml
+from .data import assignments, is_expression, plain_parameters
+from .own_elements import is_plain_leaf, own_lines, with_comments
+from .placement import PlacedAutomaton, PlacedState, PlacedTransition, Placement, place
+from .remarks import tell
+from .vocabulary import (
+    NEVER,
+    OWN_NAMESPACE,
+    OWN_PREFIX,
+    SCXML_NAMESPACE,
+    delay_text,
+    encode_event,
+    identifier,
+    is_first_words,
+    milliseconds_text,
+)
+
+__all__ = ["write_scxml"]
+
+_PYTHON: Final = "python"
+_DATAMODELS: Final = {"c++": "cplusplus"}
+_Attributes = Sequence[tuple[str, str]]
+
+
+def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str:
+    """Return a document as SCXML, and tell what other programs do not see of it.
+
+    `path` is where the document lies. Worth nothing after errors were reported. Raises
+    DocumentNotWritableError.
+    """
+    scratch = Diagnostics()
+    tree = parse_xml(write_document(document).encode(), path, scratch)
+    text = ""
+    if tree is not None:
+        placement = place(document, tree[0])
+        text = _ScxmlWriter(document, tree[0], placement).text()
+        tell(document, placement, path, diagnostics)
+        parse_xml(text.encode(), path, scratch)
+    for found in scratch.errors:
+        message = f"what would be written could not be read back: {found.message}"
+        diagnostics.error("E560", message, Location(path))
+    return text
+
+
+class _Ids:
+    """Ids that are unique in a file."""
+
+    def __init__(self) -> None:
+        self.used: set[str] = set()
+
+    def new(self, text: str, default: str = "state") -> str:
+        base = identifier(text, default)
+        found, number = base, 1
+        while found in self.used:
+            number += 1
+            found = f"{base}_{number}"
+        self.used.add(found)
+        return found
+
+
+class _ScxmlWriter:
+    def __init__(self, document: Document, native: XmlElement, placement: Placement) -> None:
+        self._document = document
+        self._native = native
+        self._placement = placement
+        self._lines: list[str] = ['<?xml version="1.0" encoding="UTF-8"?>']
+        self._depth = 0
+        self._is_python = not is_foreign(document)
+        self._ids = _Ids()
+        self._histories: dict[PlacedState, str] = {}
+        self._beside: dict[PlacedState, dict[int, PlacedState]] = {}
+        """For each state those of its automaton by their ids."""
+        self._events = self._encoded_events()
+        self._orders: dict[XmlElement, int] = {}
+        """The places of automata and transitions in the native document, where SCXML has another order."""
+        for automaton in placement.automata:
+            # Where an id repeats the first state has it.
+            beside = {state.state.id: state for state in reversed(automaton.states)}
+            for state in automaton.states:
+                self._beside[state] = beside
+                state.id = self._ids.new(state.state.name)
+        for automaton in placement.automata:
+            for state in automaton.states:
+                if len(state.automata) > 1:
+                    for child in state.automata:
+                        child.id = self._ids.new(f"{state.id}_{child.automaton.id}")
+                if state.resumes:
+                    self._histories[state] = self._ids.new(f"{state.id}_history")
+            own = [item for _, item in with_comments(automaton.native) if item.tag == "transition"]
+            self._order(own, [each.native for each in automaton.transitions()])
+        placed = [automaton.native for automaton in (*placement.automata, *placement.lost)]
+        self._order([item for _, item in with_comments(native) if item.tag == "SubAutomata"], placed)
+
+    def text(self) -> str:
+        root = self._placement.root
+        for comment in self._document.comments:
+            self._comment(comment)
+        namespaces = (("xmlns", SCXML_NAMESPACE), (f"xmlns:{OWN_PREFIX}", OWN_NAMESPACE))
+        attributes = [*namespaces, ("version", "1.0"), ("datamodel", self._datamodel())]
+        first = root.first if root is not None else None
+        if first is not None:
+            attributes.append(("initial", first.id))
+        self._open("scxml", attributes)
+        parameters = plain_parameters(self._document, self._ids.used)
+        self._ids.used |= {parameter.name for parameter in parameters}
+        self._own_document(without_parameters=bool(parameters))
+        data = [
+            (
+                *(("id", parameter.name), ("expr", parameter.default.text)),
+                (f"{OWN_PREFIX}:type", parameter.type.text),
+                *((f"{OWN_PREFIX}:description", text.text) for text in (parameter.description,) if text.text),
+            )
+            for parameter in parameters
+        ]
+        if root is not None:
+            self._automaton(root, data)
+        else:
+            self._data(data)
+        self._close("scxml")
+        return "\n".join(self._lines) + "\n"
+
+    def _datamodel(self) -> str:
+        language = self._document.language.text.strip().lower()
+        return _PYTHON if self._is_python else _DATAMODELS.get(language) or identifier(language, "unknown")
+
+    def _own_document(self, *, without_parameters: bool) -> None:
+        lost = {each.native for each in self._placement.lost}
+        left_out: set[XmlElement | XmlComment] = set()
+        for comments, child in with_comments(self._native):
+            if child.tag == "SubAutomata" and child not in lost:
+                left_out |= {child, *comments}
+            elif child.tag == "parameters" and without_parameters:
+                left_out.add(child)
+        self._own(self._native, left_out)
+
+    def _automaton(self, placed: PlacedAutomaton, data: Sequence[_Attributes] = ()) -> None:
+        """Write what is inside the element that stands for an automaton."""
+        found = assignments(placed.automaton.variables, self._ids.used) if self._is_python else ()
+        misfits = {each.native for each in placed.misfits}
+        left_out: set[XmlElement | XmlComment] = set()
+        for comments, child in with_comments(placed.native):
+            if child.tag == "state" or (child.tag == "transition" and child not in misfits):
+                left_out |= {child, *comments}
+            elif (
+                child.tag == "variables" and is_plain_leaf(comments, child) and (found or not child.text)
+            ) or (child.tag == "functions" and is_plain_leaf(comments, child) and not child.text):
+                left_out.add(child)
+        variables = next((c for c in placed.native.elements() if c.tag == "variables"), None)
+        if variables not in left_out:
+            found = ()
+        self._ids.used |= {name for name, _ in found}
+        self._comments(placed.comments)
+        self._own(placed.native, left_out)
+        self._data([*data, *([("id", name), ("expr", value)] for name, value in found)])
+        for state in placed.states:
+            self._state(state)
+
+    def _data(self, data: Sequence[_Attributes]) -> None:
+        if data:
+            self._open("datamodel")
+            for attributes in data:
+                self._empty("data", attributes)
+            self._close("datamodel")
+
+    def _state(self, placed: PlacedState) -> None:
+        self._comments(placed.comments)
+        state = placed.state
+        regions = placed.automata if len(placed.automata) > 1 else []
+        single = placed.automata[0] if len(placed.automata) == 1 else None
+        tag = "final" if state.final else "parallel" if regions else "state"
+        self._open(tag, [("id", placed.id), *self._initial(single)])
+        self._own(placed.native, self._said_of_state(placed))
+        self._code("onentry", state.entry)
+        timers = self._timers(placed)
+        for event, name, delay in timers.values():
+            self._open("onentry")
+            self._empty("send", [("event", event), ("id", name), ("delay", delay)])
+            self._close("onentry")
+        self._code("onexit", state.exit)
+        for _, name, _ in timers.values():
+            self._open("onexit")
+            self._empty("cancel", [("sendid", name)])
+            self._close("onexit")
+        for transition in placed.transitions:
+            self._transition(placed, transition, timers)
+        if placed in self._histories:
+            self._history(placed)
+        if single is not None:
+            self._automaton(single)
+        for region in regions:
+            self._open("state", [("id", region.id), *self._initial(region)])
+            self._automaton(region)
+            self._close("state")
+        self._close(tag)
+
+    def _initial(self, automaton: PlacedAutomaton | None) -> _Attributes:
+        """Return where an automaton that is not the root begins; with the history of that state, if any."""
+        first = automaton.first if automaton is not None else None
+        return () if first is None else [("initial", self._target(first))]
+
+    def _target(self, state: PlacedState) -> str:
+        return self._histories.get(state, state.id)
+
+    def _history(self, placed: PlacedState) -> None:
+        if len(placed.automata) > 1:
+            target = " ".join(region.id for region in placed.automata)
+        else:
+            first = placed.automata[0].first
+            assert first is not None, "a state that resumes has something inside"
+            target = first.id
+        self._open("history", [("id", self._histories[placed]), ("type", "deep")])
+        self._empty("transition", [("target", target)])
+        self._close("history")
+
+    def _said_of_state(self, placed: PlacedState) -> set[XmlElement | XmlComment]:
+        """Return the leaves of a state that SCXML says already."""
+        state = placed.state
+        said = {"entry", "exit"}
+        if state.name == placed.id:
+            said.add("name")
+        if tuple(each.automaton.id for each in placed.automata) == state.children:
+            said |= {"idSubautomataSon", "child"}
+        if state.final:
+            said.add("final")
+        if placed.has_inside and state.history.text in ("", "restart"):
+            said.add("history")
+        if not state.code.text:
+            said.add("code")
+        return _plain_leaves(placed.native, said)
+
+    def _timers(self, placed: PlacedState) -> dict[PlacedTransition, tuple[str, str, str]]:
+        """Return the event, the id of its sending and the delay of each transition by time."""
+        found = {}
+        for each in placed.transitions:
+            delay = delay_text(each.transition.trigger.text) if each.transition.type == "time" else None
+            if delay is not None:
+                name = self._ids.new(f"{placed.id}_timer_{each.transition.id}")
+                found[each] = (f"timeout.{name}", name, delay)
+        return found
+
+    def _transition(
+        self,
+        origin: PlacedState,
+        placed: PlacedTransition,
+        timers: dict[PlacedTransition, tuple[str, str, str]],
+    ) -> None:
+        transition = placed.transition
+        said = {"origin", "destiny", "transcode"}
+        condition = transition.guard
+        attributes: list[tuple[str, str]] = []
+        match transition.type:
+            case "time":
+                attributes.append(("event", timers[placed][0]))
+            case "event":
+                attributes.append(("event", self._events[transition.trigger.text]))
+            case "finished":
+                attributes.append(("event", f"done.state.{origin.id}"))
+            case _:
+                condition = transition.trigger
+                if not self._can_be_condition(condition):
+                    condition = Text(NEVER)
+        if transition.type != "condition":
+            said.add("guard")
+        if condition.text:
+            attributes.append(("cond", condition.text))
+        destination = self._beside[origin][transition.destination]
+        attributes.append(("target", self._target(destination)))
+        self._comments(placed.comments)
+        left_out = _plain_leaves(placed.native, said)
+        if _is_said_by_trigger(placed, condition):
+            left_out |= _plain_leaves(placed.native, {"trans"}, ("type",))
+        self._own(placed.native, left_out)
+        if transition.code.text:
+            self._open("transition", attributes)
+            self._script(transition.code)
+            self._close("transition")
+        else:
+            self._empty("transition", attributes)
+
+    def _can_be_condition(self, condition: Text) -> bool:
+        return not condition.is_blank and (not self._is_python or is_expression(condition.text))
+
+    def _encoded_events(self) -> dict[str, str]:
+        used = {
+            each.transition.trigger.text
+            for automaton in self._placement.automata
+            for each in automaton.transitions()
+            if each.transition.type == "event"
+        }
+        known = used | {event.name for event in self._document.events}
+        return {
+            name: encode_event(name, dots=any(is_first_words(other, name) for other in known))
+            for name in used
+        }
+
+    def _order(self, native: Sequence[XmlElement], written: Sequence[XmlElement]) -> None:
+        if native != written:
+            self._orders |= {element: index for index, element in enumerate(native)}
+
+    def _code(self, tag: str, code: Text) -> None:
+        if code.text:
+            self._open(tag)
+            self._script(code)
+            self._close(tag)
+
+    def _script(self, code: Text) -> None:
+        self._line(f"<script>{escaped(code.text)}</script>")
+
+    def _own(self, native: XmlElement, left_out: Collection[XmlElement | XmlComment]) -> None:
+        self._lines += own_lines(native, self._depth, left_out, self._orders)
+
+    def _comments(self, comments: Sequence[XmlComment]) -> None:
+        for comment in comments:
+            self._line(f"<!--{comment.text}-->")
+
+    def _comment(self, comment: Comment) -> None:
+        self._line(f"<!--{comment.text}-->")
+
+    def _open(self, tag: str, attributes: _Attributes = ()) -> None:
+        self._line(f"<{tag}{attributes_text(tuple(attributes))}>")
+        self._depth += 1
+
+    def _close(self, tag: str) -> None:
+        self._depth -= 1
+        self._line(f"</{tag}>")
+
+    def _empty(self, tag: str, attributes: _Attributes) -> None:
+        self._line(f"<{tag}{attributes_text(tuple(attributes))}/>")
+
+    def _line(self, text: str) -> None:
+        self._lines.append(INDENT * self._depth + text)
+
+
+def _plain_leaves(
+    native: XmlElement, tags: Collection[str], known: Collection[str] = ()
+) -> set[XmlElement | XmlComment]:
+    return {
+        leaf
+        for comments, leaf in with_comments(native)
+        if leaf.tag in tags and is_plain_leaf(comments, leaf, known)
+    }
+
+
+def _is_said_by_trigger(placed: PlacedTransition, condition: Text) -> bool:
+    """Return whether the attributes of the transition in SCXML say all that its native trigger says."""
+    transition = placed.transition
+    match transition.type:
+        case "time":
+            delay = delay_text(transition.trigger.text)
+            read = milliseconds_text(delay) if delay is not None else None
+            return read is not None and read[0] == transition.trigger.text
+        case "finished":
+            return not transition.trigger.text
+        case "condition":
+            return transition.trigger.text == condition.text
+    return True
