@@ -14,6 +14,7 @@ from visualhfsm.convert import convert
 from visualhfsm.replay.command import EPILOG as REPLAY_EPILOG
 from visualhfsm.replay.command import replay
 from visualhfsm.steer.commands import register as register_steering
+from visualhfsm.web.command import register as register_editor
 from zenoh_ice.command import finite, with_settings
 from zenoh_ice.settings import Settings
 
@@ -30,6 +31,7 @@ visualhfsm watch dance_and_follow --seconds 60 --report report.html
 visualhfsm watch follow_ball --plain > log.txt"""
 
 
+register_editor(app)
 register_steering(app)
 app.command(epilog=CHECK_EPILOG)(check)
 
@@ -40,7 +42,7 @@ app.command(epilog=REPLAY_EPILOG)(replay)
 
 @app.callback()
 def visualhfsm() -> None:
-    """Check and convert automata, and watch, steer and replay the components that are made of them."""
+    """Draw, check and convert automata, and watch, steer and replay the components that are made of them."""
 
 
 @app.command(epilog=_WATCH_EPILOG)

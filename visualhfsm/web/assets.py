@@ -1,0 +1,180 @@
+"""The page's files, as the browser is to keep them.
+
+Everything stands below `/static/<version>/`, where the version is a digest of all files: the browser keeps
+what it has for ever and still never shows an old file, and one changed file is seen at the next reload. The
+page itself, `index.html`, names the version.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+import mimetypes
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+
+from .security import content_security_policy
+
+__all__ = ["Assets", "Page"]
+
+STATIC: Final = Path(__file__).parent / "static"
+
+_VERSION: Final = "%VERSION%"
+_IMPORT_MAP: Final = "%IMPORT_MAP%"
+_PRELOADS: Final = "%PRELOADS%"
+_ENTRY: Final = "app.js"
+
+_LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
+"""What the page imports by name; vendor/ holds a file of each."""
+
+_STATIC_IMPORT: Final = re.compile(
+    r"""^\s*(?:import|export)\s(?:[^"';]*?\sfrom\s)?\s*["'](?P<name>[^"']+)["']""", re.MULTILINE
+)
+_COMPRESSED: Final = frozenset({".css", ".html", ".js", ".json", ".svg", ".txt"})
+_TYPES: Final = {".js": "text/javascript", ".svg": "image/svg+xml", ".txt": "text/plain"}
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """The page and the hash of the one script that stands in it, which is the map of its imports."""
+
+    html: bytes
+    script_hash: str
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    stamp: tuple[int, int]  # time of the last change in ns, size
+    plain: bytes
+    packed: bytes | None
+
+
+class Assets:
+    """The files below a directory, held in memory until they change."""
+
+    def __init__(self, directory: Path = STATIC) -> None:
+        self._directory = directory.resolve(strict=True)
+        self._files: dict[str, _File] = {}
+        self._stamps: dict[str, tuple[int, int]] = {}
+        self._version = ""
+        self._page = Page(b"", "")
+
+    def page(self) -> Page:
+        """Return the page as of now."""
+        stamps = {
+            path.relative_to(self._directory).as_posix(): _stamp(path)
+            for path in self._directory.rglob("*")
+            if path.is_file()
+        }
+        if stamps != self._stamps:
+            self._files = {name: file for name, file in self._files.items() if stamps.get(name) == file.stamp}
+            self._version = self._digest(sorted(stamps))
+            self._page = self._make_page()
+            self._stamps = stamps
+        return self._page
+
+    def index(self, request: Request) -> Response:
+        """Answer the request for the page."""
+        page = self.page()
+        policy = content_security_policy(request.headers["host"], [page.script_hash])
+        headers = {"cache-control": "no-cache", "content-security-policy": policy}
+        return _answer(request, page.html, gzip.compress(page.html, 6, mtime=0), "text/html", headers)
+
+    def file(self, request: Request) -> Response:
+        """Answer the request for a file of the page."""
+        name = request.path_params["path"]
+        file = self._file(name)
+        if file is None:
+            return PlainTextResponse("no such file\n", 404)
+        current = request.path_params["version"] == self._version
+        suffix = Path(name).suffix
+        kind = _TYPES.get(suffix) or mimetypes.guess_type(name)[0] or "application/octet-stream"
+        headers = {
+            "cache-control": "private, max-age=31536000, immutable" if current else "no-cache",
+            # Should a file of ours, such as an SVG, be opened as a page of its own.
+            "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
+        }
+        return _answer(request, file.plain, file.packed, kind, headers)
+
+    def _file(self, name: str) -> _File | None:
+        try:
+            path = (self._directory / name).resolve(strict=True)
+            stamp = _stamp(path)
+            if not path.is_relative_to(self._directory) or not path.is_file():
+                return None
+        except (OSError, ValueError):  # ValueError: a zero byte
+            return None
+        known = self._files.get(name)
+        if known is None or known.stamp != stamp:
+            plain = path.read_bytes()
+            packed = gzip.compress(plain, 6, mtime=0) if path.suffix in _COMPRESSED else None
+            known = self._files[name] = _File(stamp, plain, packed)
+        return known
+
+    def _digest(self, names: list[str]) -> str:
+        digest = hashlib.sha256()
+        for name in names:
+            digest.update(name.encode() + b"\0")
+            digest.update(hashlib.sha256((self._directory / name).read_bytes()).digest())
+        return digest.hexdigest()[:12]
+
+    def _make_page(self) -> Page:
+        base = f"/static/{self._version}"
+        imports = {name: f"{base}/vendor/{name}.js" for name in _LIBRARIES}
+        import_map = json.dumps({"imports": imports}, separators=(",", ":"))
+        preloads = "\n".join(
+            f'<link rel="modulepreload" href="{base}/{name}">' for name in self._loaded_at_once()
+        )
+        html = (
+            (self._directory / "index.html")
+            .read_text("utf-8")
+            .replace(_IMPORT_MAP, import_map)
+            .replace(_PRELOADS, preloads)
+            .replace(_VERSION, self._version)
+        )
+        digest = base64.b64encode(hashlib.sha256(import_map.encode()).digest()).decode()
+        return Page(html.encode(), f"sha256-{digest}")
+
+    def _loaded_at_once(self) -> list[str]:
+        """Return the modules that the page's first module imports, itself included.
+
+        The browser then asks for all of them together instead of finding out one by one.
+        """
+        found: dict[str, None] = {}
+        waiting = [_ENTRY]
+        while waiting:
+            name = waiting.pop(0)
+            path = self._directory / name
+            if name in found or not path.is_file():
+                continue
+            found[name] = None
+            for match in _STATIC_IMPORT.finditer(path.read_text("utf-8")):
+                target = match["name"]
+                if target in _LIBRARIES:
+                    found[f"vendor/{target}.js"] = None
+                elif target.startswith("."):
+                    joined = (path.parent / target).resolve()
+                    if joined.is_relative_to(self._directory):
+                        waiting.append(joined.relative_to(self._directory).as_posix())
+        return list(found)
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_mtime_ns, status.st_size
+
+
+def _answer(
+    request: Request, plain: bytes, packed: bytes | None, kind: str, headers: dict[str, str]
+) -> Response:
+    headers |= {"vary": "accept-encoding"}
+    if packed is not None and "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(packed, media_type=kind, headers=headers | {"content-encoding": "gzip"})
+    return Response(plain, media_type=kind, headers=headers)

@@ -1,0 +1,85 @@
+"""The command `visualhfsm edit`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from visualhfsm.errors import MissingPackageError
+from zenoh_ice.command import with_settings
+from zenoh_ice.settings import Settings
+
+__all__ = ["register"]
+
+_EPILOG = """Examples:
+
+visualhfsm edit
+
+visualhfsm edit behaviors/dance_and_follow.xml
+
+visualhfsm edit --root ~/robots --port 8800 --no-browser"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to an application."""
+    app.command(epilog=_EPILOG)(edit)
+
+
+@with_settings(defaults={"clock": "wall"})
+def edit(
+    *,
+    settings: Settings,
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[FILES]...", exists=True, dir_okay=False, help="Documents to open."),
+    ] = None,
+    port: Annotated[
+        int,
+        typer.Option(metavar="N", min=0, max=65535, help="Port to serve on; 0 lets the system pick."),
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True,
+    root: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR",
+            exists=True,
+            file_okay=False,
+            help="Folder below which the page opens, saves and lists files.",
+            show_default="the current one",
+        ),
+    ] = Path(),
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Name under which a proxy shows the page; may be repeated."),
+    ] = None,
+) -> None:
+    """Draw automata in the browser, run them, and watch the robot and its components live.
+
+    The page is served to this machine alone, at the address that is printed; it holds a secret. Unsaved
+    changes outlive Ctrl-C: they are offered when the document is opened again.
+    """
+    try:
+        from .server import Options, launch_browser, serve
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] not in {"starlette", "uvicorn", "websockets"}:
+            raise
+        raise MissingPackageError(error.name, "web") from error
+    from .standard_services import make_services
+
+    options = Options(
+        files=files or [],
+        root=root,
+        port=port,
+        hosts=allow_host or [],
+        make_services=make_services(settings),
+    )
+    serve(options, _tell_address, launch=launch_browser if browser else None)
+
+
+def _tell_address(address: str) -> None:
+    typer.echo(f"The editor is at {address}")
+    typer.echo("Ctrl-C ends it.")

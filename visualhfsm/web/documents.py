@@ -1,0 +1,153 @@
+"""Open, make, recover, save and close documents; find and list their files."""
+
+from __future__ import annotations
+
+import stat
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.session import Choice, DocumentSession
+from visualhfsm.editing.templates import make_template
+
+from .paths import DOCUMENT_SUFFIX
+from .refusals import MissingError, UnsavedError, WouldOverwriteError
+from .workspace import Workspace
+
+__all__ = ["Documents"]
+
+_MOST_ENTRIES: Final = 2000  # of a directory
+
+
+class Documents:
+    """What happens to the documents of a workspace as a whole. Everything raises VisualHfsmError."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
+
+    async def open(self, text: str) -> dict[str, int]:
+        """Open a document, or find the tab where it is open."""
+        workspace = self._workspace
+        path = workspace.root.document(text)
+        async with workspace.opening:
+            for tab in workspace.tabs:
+                if tab.shown.path == path:
+                    return {"tab": tab.id}
+            if not path.is_file():
+                raise MissingError(f"there is no file {text}")
+            return await self._add(lambda: DocumentSession.open(path, journals=workspace.journals))
+
+    async def new(self, template: str) -> dict[str, int]:
+        """Make a document of a template."""
+        workspace = self._workspace
+
+        def make() -> DocumentSession:
+            name, document = make_template(template)
+            return DocumentSession.new(document, name, journals=workspace.journals)
+
+        async with workspace.opening:
+            return await self._add(make)
+
+    async def open_text(self, name: str, text: str) -> dict[str, int]:
+        """Open a text as a document that has no file yet."""
+        workspace = self._workspace
+        stem = Path(name).stem[:100] or "component"
+
+        def make() -> DocumentSession:
+            document = parse(text, f"Cannot open {name}")
+            return DocumentSession.new(document, stem, journals=workspace.journals)
+
+        async with workspace.opening:
+            return await self._add(make)
+
+    async def recover(self, journal: str) -> dict[str, int]:
+        """Open a document whose session ended without closing, as it was then."""
+        workspace = self._workspace
+        file = workspace.abandoned(journal)
+        async with workspace.opening:
+            opened = await self._add(lambda: DocumentSession.recover(file), recovered=True)
+            await workspace.look_for_abandoned()
+        return opened
+
+    async def discard(self, journal: str) -> None:
+        """Give up the changes of such a document."""
+        workspace = self._workspace
+        file = workspace.abandoned(journal)
+
+        def discard() -> None:
+            DocumentSession.recover(file).close(discard=True)
+
+        await workspace.workers.do(discard)
+        await workspace.look_for_abandoned()
+
+    async def close(self, number: int, *, discard: bool) -> None:
+        """Close a document."""
+        workspace = self._workspace
+        tab = workspace.tab(number)
+        if tab.is_unsaved and not discard:
+            raise UnsavedError(f"{tab.shown.name} has changes that are not saved")
+        await tab.close(discard=discard)
+        workspace.remove(tab)
+        await workspace.services.running.stop(number)
+
+    async def save(self, number: int, *, overwrite: bool) -> dict[str, str]:
+        """Save a document to its own file."""
+        workspace = self._workspace
+        path = await workspace.tab(number).save(overwrite=overwrite)
+        return {"path": workspace.root.name(path)}
+
+    async def save_as(self, number: int, text: str, *, overwrite: bool) -> dict[str, str]:
+        """Save a document to another file."""
+        workspace = self._workspace
+        path = workspace.root.document(text)
+        tab = workspace.tab(number)
+        if any(other.shown.path == path for other in workspace.tabs if other is not tab):
+            raise WouldOverwriteError(f"{text} is open in another tab; close that first")
+        if path.exists() and path != tab.shown.path and not overwrite:
+            raise WouldOverwriteError(f"{text} is there already")
+        return {"path": workspace.root.name(await tab.save(path, overwrite=overwrite))}
+
+    async def resolve(self, number: int, choice: str) -> dict[str, Any]:
+        """Settle what another program did to the file."""
+        resolution = await self._workspace.tab(number).resolve(Choice(choice))
+        self._workspace.tell()
+        return resolution
+
+    async def _add(self, make: Callable[[], DocumentSession], *, recovered: bool = False) -> dict[str, int]:
+        self._workspace.require_room()
+        session = await self._workspace.workers.do(make)
+        tab = await self._workspace.add(session, recovered=recovered)
+        return {"tab": tab.id}
+
+    async def list_files(self, text: str) -> dict[str, Any]:
+        """List the documents and directories in a directory; hidden ones are left out."""
+        root = self._workspace.root
+        directory = root.directory_of(text)
+
+        def entries() -> list[dict[str, Any]]:
+            found = []
+            for path in directory.iterdir():
+                if path.name.startswith(".") or not root.contains(path):
+                    continue
+                status = path.stat()
+                is_directory = stat.S_ISDIR(status.st_mode)
+                if is_directory or (stat.S_ISREG(status.st_mode) and path.suffix.lower() == DOCUMENT_SUFFIX):
+                    found.append(
+                        {
+                            "name": path.name,
+                            "path": root.name(path),
+                            "kind": "directory" if is_directory else "document",
+                            "size": status.st_size,
+                            "changedAt": status.st_mtime,
+                        }
+                    )
+            found.sort(key=lambda entry: (entry["kind"] != "directory", entry["name"]))
+            return found[:_MOST_ENTRIES]
+
+        is_root = directory == root.directory
+        return {
+            "directory": "" if is_root else root.name(directory),
+            "parent": None if is_root else root.name(directory.parent).removeprefix("."),
+            "entries": await self._workspace.workers.do(entries),
+        }

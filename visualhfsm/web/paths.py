@@ -1,0 +1,73 @@
+"""Which files the page reaches: those below one directory, and those named on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+from visualhfsm.errors import VisualHfsmError
+
+__all__ = ["ForbiddenPathError", "Root"]
+
+DOCUMENT_SUFFIX: Final = ".xml"
+
+_LONGEST: Final = 4096  # characters, as Linux has it
+
+
+class ForbiddenPathError(VisualHfsmError):
+    """A path that the page may not reach."""
+
+
+class Root:
+    """The directory to which opening, saving and listing are confined.
+
+    Symbolic links are followed before it is judged where a path leads. `granted` are files that the operator
+    named at the terminal; they may lie elsewhere.
+    """
+
+    def __init__(self, directory: Path, granted: Iterable[Path] = ()) -> None:
+        self.directory = directory.resolve(strict=True)
+        self._granted = frozenset(path.resolve() for path in granted)
+
+    def resolve(self, text: str) -> Path:
+        """Return the path that a text of the page means, absolute and without symbolic links.
+
+        Raises ForbiddenPathError.
+        """
+        if not text or len(text) > _LONGEST or "\0" in text:
+            raise ForbiddenPathError("the path is empty, too long or holds a zero byte")
+        try:
+            path = (self.directory / text).resolve()
+        except (OSError, RuntimeError) as error:
+            raise ForbiddenPathError(f"{text}: no such path can be ({error})") from error
+        if not self.contains(path):
+            raise ForbiddenPathError(
+                f"{text} is outside of {self.directory}; start the editor with --root DIR to reach others"
+            )
+        return path
+
+    def contains(self, path: Path) -> bool:
+        """Whether the page may reach a path, with symbolic links followed."""
+        path = path.resolve()
+        return path.is_relative_to(self.directory) or path in self._granted
+
+    def document(self, text: str) -> Path:
+        """Return the path of a document, which ends in `.xml`; raises ForbiddenPathError."""
+        path = self.resolve(text)
+        if path.suffix.lower() != DOCUMENT_SUFFIX:
+            raise ForbiddenPathError(f"{text}: the name of a document ends in {DOCUMENT_SUFFIX}")
+        if path.exists() and not path.is_file():
+            raise ForbiddenPathError(f"{text} is no file")
+        return path
+
+    def directory_of(self, text: str) -> Path:
+        """Return the path of a directory, the root for an empty text; raises ForbiddenPathError."""
+        path = self.resolve(text) if text else self.directory
+        if not path.is_relative_to(self.directory) or not path.is_dir():
+            raise ForbiddenPathError(f"{text} is no directory below {self.directory}")
+        return path
+
+    def name(self, path: Path) -> str:
+        """Return how the page calls a path: relative to the root where it can be."""
+        return str(path.relative_to(self.directory) if path.is_relative_to(self.directory) else path)

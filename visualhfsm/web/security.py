@@ -1,0 +1,183 @@
+"""Who may talk to the server: the page that was opened with the printed address, and nobody else.
+
+Another page in the same browser reaches loopback too, so binding to it does not suffice. What each check is
+against stands in docs/editor-safety.md.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import logging
+import secrets
+from collections.abc import Iterable
+from http.cookies import CookieError, SimpleCookie
+from typing import Final
+from urllib.parse import parse_qs, urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+__all__ = ["Credentials", "Guard", "content_security_policy"]
+
+_POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
+
+_HEADERS: Final = {
+    "cache-control": "no-store",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "permissions-policy": "camera=(), geolocation=(), microphone=()",
+    "referrer-policy": "no-referrer",
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+}
+"""What every answer says unless it says otherwise itself."""
+
+_logger = logging.getLogger(__name__)
+
+
+def content_security_policy(host: str, script_hashes: Iterable[str] = ()) -> str:
+    """Return the policy of the page: everything from this server, nothing inline but what has a hash.
+
+    `host` is the page's own, checked before: browsers differ in whether 'self' takes in websockets.
+    """
+    scripts = " ".join(["'self'", *(f"'{digest}'" for digest in script_hashes)])
+    return "; ".join(
+        [
+            "default-src 'none'",
+            f"script-src {scripts}",
+            "style-src 'self'",
+            "img-src 'self' blob: data:",
+            f"connect-src 'self' ws://{host} wss://{host}",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        ]
+    )
+
+
+class Credentials:
+    """The secrets of one run of the server.
+
+    The `token` stands in the printed address. The browser shows it once and holds the value of the cookie
+    from then on, which is a secret of its own: scripts cannot read it and other sites do not send it.
+    """
+
+    def __init__(self, port: int) -> None:
+        self.token = secrets.token_urlsafe(32)
+        self.cookie_name = f"visualhfsm-{port}"  # cookies do not tell ports apart
+        self._cookie = secrets.token_urlsafe(32)
+        self._launch_tokens: set[str] = set()
+
+    def launch_token(self) -> str:
+        """Return a token that is accepted once: it may be seen in the list of processes."""
+        token = secrets.token_urlsafe(32)
+        self._launch_tokens.add(token)
+        return token
+
+    def accepts_token(self, token: str) -> bool:
+        """Whether this is the token, or one to launch a browser with, which is used up by it."""
+        launching = [launch for launch in self._launch_tokens if _same(token, launch)]
+        self._launch_tokens.difference_update(launching)
+        return bool(launching) or _same(token, self.token)
+
+    def accepts_cookie(self, header: str) -> bool:
+        """Whether a header `Cookie` holds our cookie."""
+        try:
+            morsel = SimpleCookie(header).get(self.cookie_name)
+        except CookieError:
+            return False
+        return morsel is not None and _same(morsel.value, self._cookie)
+
+    def set_cookie(self, response: RedirectResponse) -> None:
+        """Let a response hand out the cookie."""
+        response.set_cookie(self.cookie_name, self._cookie, httponly=True, samesite="strict", path="/")
+
+
+class Guard:
+    """Let through to an application only what comes from the page."""
+
+    def __init__(self, app: ASGIApp, credentials: Credentials, hosts: Iterable[str] = ()) -> None:
+        self._app = app
+        self._credentials = credentials
+        self._hosts = frozenset(host.lower() for host in hosts)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer or refuse one request."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        refusal = self._refusal(scope, headers)
+        if scope["type"] == "websocket":
+            if refusal:
+                _logger.warning("refused a websocket: %s", refusal)
+                await receive()
+                await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal})
+            else:
+                await self._app(scope, receive, send)
+            return
+        sender = _with_headers(send)
+        if refusal:
+            _logger.warning("refused a request: %s", refusal)
+            await PlainTextResponse(f"{refusal}\n", 403)(scope, receive, sender)
+        elif scope["method"] not in {"GET", "HEAD"}:
+            await PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})(
+                scope, receive, sender
+            )
+        elif _token(scope):
+            response = RedirectResponse("/", 303)  # the token leaves the address bar and the history
+            self._credentials.set_cookie(response)
+            await response(scope, receive, sender)
+        else:
+            await self._app(scope, receive, sender)
+
+    def _refusal(self, scope: Scope, headers: Headers) -> str:
+        """Return why a request is refused, empty if it is not; nothing in it comes from the request."""
+        host = headers.getlist("host")
+        if len(host) != 1 or not self._is_ours(host[0]):
+            return "the header Host names another machine"
+        origins = headers.getlist("origin")
+        if any(urlsplit(origin).netloc.lower() != host[0].lower() for origin in origins):
+            return "the request comes from another site"
+        if scope["type"] == "websocket" and len(origins) != 1:
+            return "a websocket needs the header Origin"
+        if token := _token(scope):
+            known = scope["type"] == "http" and self._credentials.accepts_token(token)
+        else:
+            known = self._credentials.accepts_cookie(headers.get("cookie", ""))
+        return "" if known else "open the address that the command printed in its terminal"
+
+    def _is_ours(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False
+        if name == "localhost" or name in self._hosts:
+            return True
+        try:
+            return ipaddress.ip_address(name).is_loopback
+        except ValueError:
+            return False
+
+
+def _token(scope: Scope) -> str:
+    """Return the token of a request's query, empty without."""
+    query = scope["query_string"].decode("latin-1")
+    return parse_qs(query, max_num_fields=16).get("token", [""])[0] if len(query) < 1024 else ""
+
+
+def _same(given: str, expected: str) -> bool:
+    return hmac.compare_digest(given.encode(), expected.encode())
+
+
+def _with_headers(send: Send) -> Send:
+    async def send_with_headers(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in _HEADERS.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return send_with_headers

@@ -1,0 +1,215 @@
+"""The life of the server: its socket and address, its orderly end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import signal
+import socket
+import threading
+import webbrowser
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from visualhfsm.errors import VisualHfsmError
+
+from .app import make_app
+from .documents import Documents
+from .limits import Limits
+from .paths import Root
+from .security import Credentials
+from .services import MakeServices, no_services
+from .workspace import Workspace
+
+__all__ = ["Options", "PortInUseError", "Server", "launch_browser", "serve"]
+
+LOOPBACK: Final = "127.0.0.1"
+
+_GOODBYE: Final = 3  # s that answers under way may take at the end
+_PING_INTERVAL: Final = 20.0  # s
+_REQUESTS: Final = 256  # at a time, websockets included
+_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+_logger = logging.getLogger(__name__)
+
+
+class PortInUseError(VisualHfsmError):
+    """The port is not free."""
+
+    def __init__(self, port: int, reason: str) -> None:
+        super().__init__(
+            f"cannot listen on port {port} of {LOOPBACK} ({reason}); choose another one with --port, or none"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """How to serve: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
+
+    Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names beside those of
+    loopback under which a proxy shows the page.
+    """
+
+    files: Sequence[Path] = ()
+    root: Path = field(default_factory=Path.cwd)
+    port: int = 0
+    hosts: Sequence[str] = ()
+    limits: Limits = field(default_factory=Limits)
+    make_services: MakeServices = no_services
+
+
+class Server:
+    """A server of the editor, listening from the start; `serve` it in an event loop, then `close` it."""
+
+    def __init__(self, options: Options) -> None:
+        """Raises PortInUseError."""
+        self._options = options
+        self._listener = _listen(options.port)
+        self.port: int = self._listener.getsockname()[1]
+        self.credentials = Credentials(self.port)
+        self._stopping = threading.Event()
+
+    def address(self, token: str) -> str:
+        """Return the address of the page with a token."""
+        return f"http://{LOOPBACK}:{self.port}/?token={token}"
+
+    async def serve(self, started: Callable[[], None]) -> None:
+        """Serve until it is stopped; `started` is called once the page can be opened.
+
+        Raises VisualHfsmError when a file cannot be opened.
+        """
+        options = self._options
+        root = Root(options.root, granted=options.files)
+        async with Workspace(root, options.limits, options.make_services) as workspace:
+            documents = Documents(workspace)
+            for file in options.files:
+                await documents.open(str(file.resolve()))
+            app = make_app(workspace, self.credentials, options.hosts)
+            await _Uvicorn(_config(app, options.limits), self._stopping, started).serve([self._listener])
+            for name in workspace.unsaved():
+                _logger.warning("%s has unsaved changes; they are offered when it is opened again", name)
+
+    def stop(self) -> None:
+        """Let `serve` end in an orderly way; may be called from any thread."""
+        self._stopping.set()
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._listener.close()
+
+
+def serve(
+    options: Options, tell_address: Callable[[str], None], *, launch: Callable[[str], object] | None = None
+) -> None:
+    """Serve the editor until a signal ends it, which comes out as SystemExit.
+
+    `tell_address` gets the address with the token as soon as the page can be opened; `launch`, such as
+    `launch_browser`, gets one that is good for once. Raises VisualHfsmError when a file cannot be opened or
+    the port is not free.
+    """
+    with contextlib.closing(Server(options)) as server:
+
+        def started() -> None:
+            tell_address(server.address(server.credentials.token))
+            if launch is not None:
+                launch(server.address(server.credentials.launch_token()))
+
+        with asyncio.Runner() as runner, _stop_at_signals(runner.get_loop(), server) as received:
+            runner.run(server.serve(started))
+    if received:
+        raise SystemExit(128 + received[0])
+
+
+def launch_browser(address: str) -> None:
+    """Open the person's browser; a missing one is logged."""
+
+    def launch() -> None:
+        if not webbrowser.open(address):
+            _logger.warning("found no browser to open; open the printed address yourself")
+
+    # A browser of text would run until it is left.
+    threading.Thread(target=launch, name="launch of the browser", daemon=True).start()
+
+
+def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
+    return uvicorn.Config(
+        app,
+        access_log=False,  # it would hold the token
+        h11_max_incomplete_event_size=16 * 1024,
+        http="h11",
+        lifespan="off",
+        limit_concurrency=_REQUESTS,
+        log_config=None,
+        loop="asyncio",
+        proxy_headers=False,
+        server_header=False,
+        timeout_graceful_shutdown=_GOODBYE,
+        ws="websockets-sansio",
+        ws_max_size=limits.message_bytes,
+        ws_per_message_deflate=False,  # on loopback it costs more than it saves
+        ws_ping_interval=_PING_INTERVAL,
+        ws_ping_timeout=_PING_INTERVAL,
+    )
+
+
+class _Uvicorn(uvicorn.Server):
+    """Leaves signals to who runs it, tells when it takes connections, and ends at an event."""
+
+    def __init__(
+        self, config: uvicorn.Config, stopping: threading.Event, started: Callable[[], None]
+    ) -> None:
+        super().__init__(config)
+        self._stopping = stopping
+        self._tell_started = started
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            self._tell_started()
+
+    async def on_tick(self, counter: int) -> bool:
+        """Tell whether to end; asked ten times a second."""
+        return self._stopping.is_set() or await super().on_tick(counter)
+
+
+@contextlib.contextmanager
+def _stop_at_signals(loop: asyncio.AbstractEventLoop, server: Server) -> Iterator[list[int]]:
+    """Let signals stop a server; yields the list of those that came."""
+    received: list[int] = []
+
+    def stop(number: int) -> None:
+        received.append(number)
+        server.stop()
+
+    former = {number: signal.getsignal(number) for number in _SIGNALS}
+    caught = [number for number in _SIGNALS if former[number] is not signal.SIG_IGN]
+    for number in caught:
+        loop.add_signal_handler(number, stop, number)
+    try:
+        yield received
+    finally:
+        for number in caught:
+            loop.remove_signal_handler(number)
+            signal.signal(number, former[number])
+
+
+def _listen(port: int) -> socket.socket:
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((LOOPBACK, port))
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        raise PortInUseError(port, error.strerror or "unknown reason") from error
+    return listener
