@@ -14,11 +14,15 @@ from codegen.hfsm import read_document, write_document
 from codegen.hfsm.code_pieces import is_foreign, pieces_of
 from codegen.hfsm.document import Document
 from codegen.hfsm.python2.documents import mend_document, report_python2
+from codegen.hfsm.scxml import is_scxml, read_scxml, write_scxml
 
 __all__ = ["READERS", "WRITERS", "Reader", "Writer", "convert_document"]
 
 Reader = Callable[[Path, Diagnostics], Document | None]
 """Returns the document in a file, or None after it reported errors."""
+
+_HEAD: Final = 1 << 16
+"""Bytes of a file among which its root stands."""
 
 Writer = Callable[[Document, Path, Diagnostics], str]
 """Returns the text of a document that was read from a path, and tells what it cannot carry."""
@@ -41,7 +45,18 @@ def convert_document(
 
 
 def _read_xml(path: Path, diagnostics: Diagnostics) -> Document | None:
-    return read_document(path, diagnostics, remarks=diagnostics)
+    """Return the document in a file, which may be SCXML by its root."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        head = b""  # told when all of it is read
+    read = read_scxml if is_scxml(head) else read_document
+    return read(path, diagnostics, remarks=diagnostics)
+
+
+def _read_scxml(path: Path, diagnostics: Diagnostics) -> Document | None:
+    return read_scxml(path, diagnostics, remarks=diagnostics)
 
 
 def _write_xml(document: Document, source: Path, diagnostics: Diagnostics) -> str:
@@ -58,5 +73,5 @@ def _tell_of_language(document: Document, source: Path, diagnostics: Diagnostics
     diagnostics.note("N502", f"the code is {language}: it is kept, and does not run here", place)
 
 
-READERS: Final[Mapping[str, Reader]] = {".xml": _read_xml}
-WRITERS: Final[Mapping[str, Writer]] = {".xml": _write_xml}
+READERS: Final[Mapping[str, Reader]] = {".xml": _read_xml, ".scxml": _read_scxml}
+WRITERS: Final[Mapping[str, Writer]] = {".xml": _write_xml, ".scxml": write_scxml}

@@ -21,6 +21,8 @@ visualhfsm convert old.xml new.xml
 
 visualhfsm convert --mend-python2 --force follow_ball.xml follow_ball.xml
 
+visualhfsm convert follow_ball.xml follow_ball.scxml
+
 visualhfsm convert --error-format json old.xml - > new.xml"""
 
 _STANDARD_OUTPUT: Final = "-"
@@ -29,8 +31,10 @@ _T = TypeVar("_T")
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(metavar="IN", help="A document in any format: .xml.")],
-    target: Annotated[str, typer.Argument(metavar="OUT", help="The file to write: .xml, or - for stdout.")],
+    source: Annotated[Path, typer.Argument(metavar="IN", help="A document in any format: .xml, .scxml.")],
+    target: Annotated[
+        str, typer.Argument(metavar="OUT", help="The file to write: .xml, .scxml, or - for stdout.")
+    ],
     *,
     mend_python2: Annotated[
         bool, typer.Option("--mend-python2", help="Mend Python 2 where nothing else is wrong with the code.")
@@ -40,13 +44,14 @@ def convert(
         ErrorFormat, typer.Option("--error-format", help="How to write what is found, to stderr.")
     ] = ErrorFormat.TEXT,
 ) -> None:
-    """Write a document of any age in the format of today.
+    """Write a document of any age in the format of today, or as SCXML.
 
     Read are VisualHFSM's documents of 2013 in Spanish, those of 2013 to 2017,
-    and VisualStates' since 2017. Nothing is lost: what has no meaning here is
-    kept as it is, and told. Python 2 is told with its line, and mended on
-    request; C++ is kept, and does not run here. OUT is written whole or not
-    at all.
+    VisualStates' since 2017, and SCXML of any program. Of documents nothing is
+    lost: what has no meaning here is kept as it is, and told; what cannot be
+    carried of SCXML is told with its line. Python 2 is told with its line, and
+    mended on request; C++ is kept, and does not run here. OUT is written whole
+    or not at all.
     """
     from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 import textwrap
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Final
@@ -17,7 +18,9 @@ from .vocabulary import decode_event
 __all__ = ["CodeReader"]
 
 _ECMASCRIPT: Final = "ECMAScript"
-_LITERALS: Final = {"true": "True", "false": "False"}
+_WORDS: Final = re.compile(r"""'[^'\\\n]*'|"[^"\\\n]*"|[\w$.]+|\s*(?:&&|\|\|)\s*|[=!]==""")
+_IN_PYTHON: Final = {"true": "True", "false": "False", "===": "==", "!==": "!="}
+_OPERATORS: Final = {"&&": " and ", "||": " or "}
 _NOT_NAMES: Final = frozenset(("undefined", "null", "NaN", "Infinity", "In", "_event", "this"))
 _SELF_TARGETS: Final = ("", "#_internal", "#_scxml")
 
@@ -55,12 +58,10 @@ class CodeReader:
         """Return an expression in Python, or as it is; `element` is where it stands."""
         if self._is_python:
             return text
-        literal = _LITERALS.get(text.strip())
-        if literal is not None:
-            return literal
-        if not _means_the_same(text):
+        python = _translated(text)
+        if python is None:
             self._foreign(element, text)
-        return text
+        return text if python is None else python
 
     def script(self, element: XmlElement) -> list[str]:
         """Return the lines of a script."""
@@ -174,10 +175,13 @@ class CodeReader:
         self._problems.foreign_code(element, message)
 
 
-def _means_the_same(text: str) -> bool:
-    """Return whether an expression is one of Python, too, with the same meaning."""
-    parsed = expression_of(text.strip())
-    return parsed is not None and all(map(_is_common, ast.walk(parsed)))
+def _translated(text: str) -> str | None:
+    """Return an expression of ECMAScript that has the same parts in Python; None for any other."""
+    python = _WORDS.sub(
+        lambda match: _IN_PYTHON.get(match[0]) or _OPERATORS.get(match[0].strip(), match[0]), text.strip()
+    )
+    parsed = expression_of(python)
+    return python if parsed is not None and all(map(_is_common, ast.walk(parsed))) else None
 
 
 def _is_common(node: ast.AST) -> bool:
@@ -185,12 +189,23 @@ def _is_common(node: ast.AST) -> bool:
         case ast.Name(id=name):
             return name not in _NOT_NAMES
         case ast.Constant(value=value):
-            return isinstance(value, int | float | str) and not isinstance(value, bool)
+            return isinstance(value, int | float | str)
         case ast.Compare(ops=operators):
             return len(operators) == 1
         case ast.UnaryOp(op=operator):
             return isinstance(operator, ast.USub)
-    common = (ast.Expression, ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.USub, ast.Load)
+    common = (
+        ast.Expression,
+        ast.BoolOp,
+        ast.And,
+        ast.Or,
+        ast.BinOp,
+        ast.Add,
+        ast.Sub,
+        ast.Mult,
+        ast.USub,
+        ast.Load,
+    )
     comparisons = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE)
     return isinstance(node, (*common, *comparisons))
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from ..xml_text import INDENT, attributes_text, escaped
 from ..xml_tree import XmlComment, XmlElement
-from .vocabulary import INDEX, OWN_PREFIX, decode_name, encode_name
+from .vocabulary import INDEX, OWN_PREFIX, decode_name, decode_tag, encode_name, encode_tag
 
 __all__ = ["is_plain_leaf", "native_element", "own_lines", "set_leaf", "with_comments"]
 
@@ -37,7 +37,7 @@ def own_lines(
     `order` has the elements that say at which place they stand in the native document.
     """
     indent = INDENT * depth
-    tag = f"{OWN_PREFIX}:{encode_name(native.tag)}"
+    tag = f"{OWN_PREFIX}:{encode_tag(native.tag)}"
     start = f"{indent}<{tag}{_attributes(native)}"
     if native in order:
         start += f' {OWN_PREFIX}:{INDEX}="{order[native]}"'
@@ -69,7 +69,7 @@ def native_element(own: XmlElement, origins: dict[XmlElement, XmlElement]) -> Xm
         for name, value in own.attributes.items()
         if ":" not in name and name != "xmlns"
     }
-    native = XmlElement(decode_name(local), attributes, own.line, own.column)
+    native = XmlElement(decode_tag(local), attributes, own.line, own.column)
     native.text, native.text_line, native.text_column = own.text, own.text_line, own.text_column
     native.head, native.tail = own.head, own.tail
     origins[native] = own
@@ -124,7 +124,7 @@ def _content(native: XmlElement) -> str:
         if isinstance(child, XmlComment):
             parts.append(f"<!--{child.text}-->")
         else:
-            tag = f"{OWN_PREFIX}:{encode_name(child.tag)}"
+            tag = f"{OWN_PREFIX}:{encode_tag(child.tag)}"
             content = _content(child)
             start = f"<{tag}{_attributes(child)}"
             parts.append(f"{start}>{content}</{tag}>" if content else f"{start}/>")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from enum import Enum, auto
 
 from ..xml_tree import XmlComment, XmlElement
-from .vocabulary import OWN_NAMESPACE, SCXML_NAMESPACE
+from .vocabulary import OWN_NAMESPACE, SCXML_NAMESPACE, decode_tag
 
 __all__ = ["Owner", "QualifiedTree", "local_name"]
 
@@ -38,8 +38,8 @@ class QualifiedTree:
         return local_name(element.tag) if self._owners[element] is Owner.SCXML else ""
 
     def own(self, element: XmlElement) -> str:
-        """Return the name of an element of ours, blank for any other."""
-        return local_name(element.tag) if self._owners[element] is Owner.OWN else ""
+        """Return the native name of an element of ours, blank for any other."""
+        return decode_tag(local_name(element.tag)) if self._owners[element] is Owner.OWN else ""
 
     def own_attribute(self, element: XmlElement, name: str) -> str | None:
         """Return an attribute of our namespace, or None."""

@@ -16,9 +16,11 @@ __all__ = [
     "SCXML_NAMESPACE",
     "decode_event",
     "decode_name",
+    "decode_tag",
     "delay_text",
     "encode_event",
     "encode_name",
+    "encode_tag",
     "identifier",
     "is_first_words",
     "milliseconds_text",
@@ -38,6 +40,15 @@ INDEX: Final = "index"
 
 NEVER: Final = "False"
 """The condition that stands in SCXML for one that it cannot say."""
+
+_NATIVE: Final = "native-"
+_WORDS: Final = frozenset(
+    (
+        *("scxml", "state", "parallel", "transition", "initial", "final", "onentry", "onexit", "history"),
+        *("raise", "if", "elseif", "else", "foreach", "log", "datamodel", "data", "assign", "donedata"),
+        *("content", "param", "script", "send", "cancel", "invoke", "finalize"),
+    )
+)
 
 _START: Final = (
     "A-Z_a-z\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02ff\u0370-\u037d\u037f-\u1fff\u200c\u200d\u2070-\u218f"
@@ -63,8 +74,17 @@ def identifier(text: str, default: str) -> str:
 
 
 def encode_name(name: str) -> str:
-    """Return the local name that stands for the name of an element or attribute: `a:b` is `a_x003A_b`."""
+    """Return the local name that stands for the name of an attribute: `a:b` is `a_x003A_b`."""
     return _NOT_IN_TAGS.sub(_encoded_first, name)
+
+
+def encode_tag(tag: str) -> str:
+    """Return the local name that stands for the name of an element.
+
+    A word of SCXML gets `native-` before it, for programs that do not look at namespaces.
+    """
+    encoded = encode_name(tag)
+    return _NATIVE + encoded if _is_word(encoded) else encoded
 
 
 def encode_event(name: str, *, dots: bool = False) -> str:
@@ -77,8 +97,13 @@ def encode_event(name: str, *, dots: bool = False) -> str:
 
 
 def decode_name(name: str) -> str:
-    """Return the name of an element or attribute that was encoded."""
+    """Return the name of an attribute that was encoded."""
     return _ENCODED_IN_TAGS.sub(lambda match: chr(int(match[1], 16)), name)
+
+
+def decode_tag(tag: str) -> str:
+    """Return the name of an element that was encoded."""
+    return decode_name(tag.removeprefix(_NATIVE) if _is_word(tag) else tag)
 
 
 def decode_event(name: str) -> str:
@@ -108,6 +133,12 @@ def milliseconds_text(delay: str) -> tuple[str, bool] | None:
     if match is None or not match[1] or not delay.isascii():
         return None
     return _plain(Decimal(match[1]) * _MILLISECONDS[match[2] or "ms"]), match[2] is not None
+
+
+def _is_word(name: str) -> bool:
+    while name.startswith(_NATIVE):
+        name = name.removeprefix(_NATIVE)
+    return name in _WORDS
 
 
 def _plain(number: Decimal) -> str:
