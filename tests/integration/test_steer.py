@@ -174,6 +174,22 @@ def test_an_event_is_sent(shell: Shell) -> None:
         shell("send", "walker", "bal_lost")
 
 
+@pytest.mark.parametrize(
+    ("value", "problem"),
+    [
+        ("{color: red}", "{color: red} is no JSON: .*char 1"),
+        ('"red', "is no JSON"),
+        ("True", "write true, not True"),
+    ],
+)
+def test_what_is_almost_json_is_no_text(shell: Shell, value: str, problem: str) -> None:
+    with pytest.raises(VisualHfsmError, match=problem):
+        shell("send", "walker", "ball_lost", value)
+    with pytest.raises(VisualHfsmError, match=problem):
+        shell("set", "walker", "corner=1000", f"speed={value}")
+    assert shell.variable(2, "corner") < 1000, "nothing is set"
+
+
 def test_why_not(shell: Shell) -> None:
     eventually(lambda: shell.runtime.run(2).cycles > 3)
     out = shell("why", "walker")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from typing import Final
 
 import msgspec
 import typer
@@ -15,6 +16,9 @@ from visualhfsm.steer.target import Target
 from visualhfsm.watch.automata import printable
 
 __all__ = ["print_json", "run_steps", "send_event", "set_variables", "show_states"]
+
+_PYTHON: Final = {"True": "true", "False": "false", "None": "null"}
+_OPENING: Final = ("{", "[", '"')
 
 
 def show_states(target: Target, *, as_json: bool = False) -> None:
@@ -57,9 +61,8 @@ def run_steps(target: Target, automaton: str, count: int) -> None:
 def set_variables(target: Target, assignments: Sequence[tuple[str, str]], automaton: str) -> None:
     """Set variables by name; all that can be known to be wrong is told before the first is set."""
     snapshot = target.monitor.getSnapshot()
-    found = [(_owner(target, snapshot, name, automaton), name, value) for name, value in assignments]
-    for owner, name, value in found:
-        text = _json(value)
+    found = [(_owner(target, snapshot, name, automaton), name, _json(value)) for name, value in assignments]
+    for owner, name, text in found:
         target.monitor.setVariable(owner, name, text)
         whose = target.addresses.named(owner) if owner else "self"
         typer.echo(f"{whose}: {printable(name)} = {printable(text)}")
@@ -106,10 +109,21 @@ def _list(target: Target, owners: Iterable[int]) -> str:
 
 
 def _json(value: str) -> str:
-    """Return JSON as it is, and any other text as a text in JSON."""
+    """Return JSON as it is, and a plain text as a text in JSON.
+
+    Raises VisualHfsmError when it was meant to be JSON: it begins like some, or is a word of Python.
+    """
     try:
         json.loads(value)
-    except (ValueError, RecursionError):
+    except RecursionError as error:
+        raise VisualHfsmError("the value is nested too deep") from error
+    except ValueError as error:
+        if value.strip() in _PYTHON:
+            raise VisualHfsmError(
+                f"a value is JSON: write {_PYTHON[value.strip()]}, not {value.strip()}"
+            ) from error
+        if value.lstrip().startswith(_OPENING):
+            raise VisualHfsmError(f"{printable(value.strip()[:100])} is no JSON: {error}") from error
         return json.dumps(value)
     return value
 

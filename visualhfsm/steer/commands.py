@@ -57,8 +57,8 @@ visualhfsm set dance_and_follow corner=0 --automaton followBall/green
 
 visualhfsm set follow_ball speed=0.4 'path=[[0, 0], [1, 0.5]]'
 
-A value is JSON, or else a text. Which automaton is meant need not be said when
-only one has the name, or the component's parameters do."""
+A value is JSON, or a plain text such as hello. Which automaton is meant need not
+be said when only one has the name, or the component's parameters do."""
 
 _SEND: Final = """Examples:
 

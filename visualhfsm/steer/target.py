@@ -73,5 +73,5 @@ def _absent(communicator: Communicator, name: str) -> str:
     deadline = time.monotonic() + _SETTLING
     while not (found := components(communicator)) and time.monotonic() < deadline:
         time.sleep(_PERIOD)
-    hint = did_you_mean(name, found) if found else "; start it, such as: python -m behaviors.follow_ball"
+    hint = did_you_mean(name, found) if found else f"; start it, such as: python {printable(name)}.py"
     return f"no component {printable(name)} runs in realm {communicator.realm}{hint}"
