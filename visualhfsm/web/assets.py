@@ -80,14 +80,14 @@ class Assets:
             self._stamps = stamps
         return self._page
 
-    def index(self, request: Request) -> Response:
+    async def index(self, request: Request) -> Response:
         """Answer the request for the page."""
         page = self.page()
         policy = content_security_policy(request.headers["host"], [page.script_hash])
         headers = {"cache-control": "no-cache", "content-security-policy": policy}
         return _answer(request, page.html, gzip.compress(page.html, 6, mtime=0), "text/html", headers)
 
-    def file(self, request: Request) -> Response:
+    async def file(self, request: Request) -> Response:
         """Answer the request for a file of the page."""
         name = request.path_params["path"]
         file = self._file(name)

@@ -39,8 +39,9 @@ class Root:
             raise ForbiddenPathError("the path is empty, too long or holds a zero byte")
         try:
             path = (self.directory / text).resolve()
-        except (OSError, RuntimeError) as error:
-            raise ForbiddenPathError(f"{text}: no such path can be ({error})") from error
+            path.exists()
+        except (OSError, RuntimeError) as error:  # a loop of links, or too long a name
+            raise ForbiddenPathError(f"there can be no path {text[:100]}") from error
         if not self.contains(path):
             raise ForbiddenPathError(
                 f"{text} is outside of {self.directory}; start the editor with --root DIR to reach others"

@@ -53,7 +53,8 @@ class Options:
     """How to serve: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
 
     Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names beside those of
-    loopback under which a proxy shows the page.
+    loopback under which a proxy shows the page. `journals` is where unsaved changes are kept, by default the
+    person's own directory of them.
     """
 
     files: Sequence[Path] = ()
@@ -62,6 +63,7 @@ class Options:
     hosts: Sequence[str] = ()
     limits: Limits = field(default_factory=Limits)
     make_services: MakeServices = no_services
+    journals: Path | None = None
 
 
 class Server:
@@ -86,7 +88,7 @@ class Server:
         """
         options = self._options
         root = Root(options.root, granted=options.files)
-        async with Workspace(root, options.limits, options.make_services) as workspace:
+        async with Workspace(root, options.limits, options.make_services, options.journals) as workspace:
             documents = Documents(workspace)
             for file in options.files:
                 await documents.open(str(file.resolve()))
@@ -140,12 +142,13 @@ def launch_browser(address: str) -> None:
 def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
     return uvicorn.Config(
         app,
-        access_log=False,  # it would hold the token
+        access_log=False,
         h11_max_incomplete_event_size=16 * 1024,
         http="h11",
         lifespan="off",
         limit_concurrency=_REQUESTS,
         log_config=None,
+        log_level="warning",  # what is less severe would hold the token and the cookie
         loop="asyncio",
         proxy_headers=False,
         server_header=False,

@@ -1,0 +1,384 @@
+"""Who is kept out of the editor: every attack of docs/editor-safety.md, on real sockets."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from websockets.exceptions import ConnectionClosedError
+
+from tests.support.editor import DOCUMENT, Editor, Refused, editor
+from visualhfsm.web.limits import Limits
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    outside = tmp_path_factory.mktemp("outside")
+    root = outside / "root"
+    (root / "folder").mkdir(parents=True)
+    (root / "robot.xml").write_text(DOCUMENT)
+    (outside / "secret.xml").write_text(DOCUMENT)
+    (root / "link.xml").symlink_to(outside / "secret.xml")
+    (root / "away").symlink_to(outside)
+    return root
+
+
+@pytest.fixture(scope="module")
+def running(root: Path) -> Iterator[Editor]:
+    with editor(root) as running:
+        yield running
+
+
+@pytest.fixture
+def own(root: Path) -> Iterator[Editor]:
+    """A server whose threads and processes end with the test."""
+    with editor(root) as running:
+        yield running
+
+
+# ------------------------------------------------------------------------------------------ who may come in
+
+
+def test_the_printed_address_lets_in_and_leaves_no_token_behind(running: Editor) -> None:
+    status, headers, _ = running.get(f"/?token={running.server.credentials.token}")
+    assert (status, headers["location"]) == (303, "/")
+    cookie = headers["set-cookie"]
+    assert cookie.startswith(f"visualhfsm-{running.port}=")
+    assert {"httponly", "samesite=strict"} <= {part.strip().lower() for part in cookie.split(";")}
+    assert running.server.credentials.token not in cookie
+    status, headers, page = running.get("/", {"Cookie": cookie.partition(";")[0]})
+    assert status == 200
+    assert b"<html" in page
+
+
+def test_the_address_for_the_browser_is_good_for_once(running: Editor) -> None:
+    path = f"/?token={running.server.credentials.launch_token()}"
+    assert running.get(path)[0] == 303
+    assert running.get(path)[0] == 403
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/?token=", "/?token=wrong", "/static/0/vendor/lit.js", "/ws", "/nothing"]
+)
+def test_nobody_gets_anything_without_the_token(running: Editor, path: str) -> None:
+    status, headers, content = running.get(path)
+    assert status == 403
+    assert "set-cookie" not in headers
+    assert b"terminal" in content
+
+
+@pytest.mark.parametrize(
+    "cookie", ["", "visualhfsm-PORT=", "visualhfsm-PORT=wrong", "visualhfsm-PORT=é", "a=b; c"]
+)
+def test_a_wrong_cookie_opens_no_websocket(running: Editor, cookie: str) -> None:
+    assert _upgrade(running, cookie=cookie.replace("PORT", str(running.port))) == 403
+
+
+def test_a_token_opens_no_websocket(running: Editor) -> None:
+    token = running.server.credentials.token
+    assert _upgrade(running, path=f"/ws?token={token}", cookie="") == 403
+    assert _upgrade(running, path=f"/ws?token={token}") == 403
+
+
+@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/scene"])
+def test_the_page_opens_websockets(running: Editor, path: str) -> None:
+    assert _upgrade(running, path=path) == 101
+
+
+@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/scene"])
+@pytest.mark.parametrize(
+    "origin",
+    [
+        "http://evil.example",
+        "http://evil.example:PORT",
+        "http://localhost:1",
+        "http://127.0.0.1",
+        "http://127.0.0.1:PORT.evil.example",
+        "http://127.0.0.1:PORT@evil.example",
+        "null",
+        "",
+    ],
+)
+def test_another_site_opens_no_websocket(running: Editor, origin: str, path: str) -> None:
+    assert _upgrade(running, path=path, origin=origin.replace("PORT", str(running.port))) == 403
+
+
+def test_a_websocket_without_an_origin_is_refused(running: Editor) -> None:
+    assert running.upgrade("/ws", {"Host": running.host, "Cookie": running.cookie()}) == 403
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "evil.example",
+        "evil.example:PORT",
+        "127.0.0.1.evil.example",
+        "10.0.0.1:PORT",
+        "[",
+        "localhost@evil.example",
+    ],
+)
+def test_a_name_that_was_rebound_to_loopback_is_refused(running: Editor, host: str) -> None:
+    host = host.replace("PORT", str(running.port))
+    assert running.get("/", {"Host": host, "Cookie": running.cookie()})[0] in {400, 403}
+    assert _upgrade(running, host=host, origin=f"http://{host}") in {400, 403}
+
+
+@pytest.mark.parametrize("host", ["localhost", "localhost:9000", "127.0.0.1:9000", "[::1]:9000"])
+def test_tunnels_to_loopback_get_in(running: Editor, host: str) -> None:
+    assert running.get("/", {"Host": host, "Cookie": running.cookie()})[0] == 200
+
+
+def test_a_name_that_is_allowed_gets_in(root: Path) -> None:
+    with editor(root, hosts=("robots.example",)) as running:
+        assert running.get("/", {"Host": "robots.example", "Cookie": running.cookie()})[0] == 200
+
+
+def test_another_site_gets_no_page_and_cannot_post(running: Editor) -> None:
+    cookie = {"Cookie": running.cookie()}
+    assert running.get("/", {**cookie, "Origin": "http://evil.example"})[0] == 403
+    assert running.get("/", cookie, method="POST")[0] == 405
+
+
+def test_it_listens_on_loopback_only(running: Editor) -> None:
+    listening = [
+        connection.laddr.ip
+        for connection in psutil.Process().net_connections("tcp")
+        if connection.status == psutil.CONN_LISTEN and connection.laddr.port == running.port
+    ]
+    assert listening == ["127.0.0.1"]
+
+
+# ------------------------------------------------------------------------------------------ what a page may do
+
+
+def test_the_page_runs_no_script_but_ours_and_stands_in_no_frame(running: Editor) -> None:
+    _, headers, page = running.get("/", {"Cookie": running.cookie()})
+    policy = dict(part.strip().split(" ", 1) for part in headers["content-security-policy"].split(";"))
+    assert policy["default-src"] == "'none'"
+    assert "unsafe" not in headers["content-security-policy"]
+    assert re.fullmatch(r"'self' 'sha256-[\w+/=]+'", policy["script-src"])
+    assert policy["frame-ancestors"] == "'none'"
+    assert headers["x-content-type-options"] == "nosniff"
+    assert headers["referrer-policy"] == "no-referrer"
+    assert b"onload" not in page
+    assert not re.search(rb"<script(?![^>]*(src=|importmap))", page)
+
+
+def test_files_of_the_page_are_kept_by_the_browser_until_they_change(running: Editor) -> None:
+    cookie = {"Cookie": running.cookie()}
+    _, headers, page = running.get("/", cookie)
+    assert headers["cache-control"] == "no-cache"
+    found = re.search(rb'"lit":"([^"]+)"', page)
+    assert found
+    status, headers, _ = running.get(found[1].decode(), {**cookie, "Accept-Encoding": "gzip"})
+    assert (status, headers["content-encoding"]) == (200, "gzip")
+    assert headers["content-type"].startswith("text/javascript")
+    assert "immutable" in headers["cache-control"]
+    assert running.get("/static/old/vendor/lit.js", cookie)[1]["cache-control"] == "no-cache"
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["../server.py", "..%2fserver.py", "%2e%2e/server.py", "/etc/passwd", "%2fetc%2fpasswd", "%00", "vendor"],
+)
+def test_the_pages_files_are_all_that_is_served(running: Editor, path: str) -> None:
+    assert running.get(f"/static/0/{path}", {"Cookie": running.cookie()})[0] == 404
+
+
+def test_the_token_is_in_no_log(running: Editor, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.DEBUG)
+    token = running.server.credentials.token
+    running.get(f"/?token={token}")
+    running.get(f"/?token={token}", {"Host": "evil.example"})
+    running.get(f"/?token=x{token}")
+    with running.window():
+        pass
+    logged = "\n".join(
+        record.getMessage() for record in caplog.records if not record.name.startswith("websockets.client")
+    )
+    assert "refused" in logged
+    assert token not in logged
+    assert running.cookie().partition("=")[2] not in logged
+
+
+# ------------------------------------------------------------------------------------------ files
+
+
+def outside(root: Path) -> list[str]:
+    """Return paths that lead out of the root."""
+    secret = root.parent / "secret.xml"
+    return [
+        "../secret.xml",
+        "folder/../../secret.xml",
+        str(secret),
+        "link.xml",
+        "away/secret.xml",
+        "away/new.xml",
+        "/etc/passwd",
+        "~/secret.xml/../../../secret.xml",
+        "a\0.xml",
+        "x" * 3000 + ".xml",
+    ]
+
+
+def test_no_file_outside_of_the_root_is_opened(own: Editor, root: Path) -> None:
+    with own.window() as window:
+        for path in outside(root):
+            with pytest.raises(Refused) as refused:
+                window.ask("open", path=path)
+            assert refused.value.kind == "forbidden", path
+
+
+def test_no_file_outside_of_the_root_is_written(own: Editor, root: Path) -> None:
+    before = (root.parent / "secret.xml").read_bytes()
+    with own.window() as window:
+        tab = window.ask("new", template="empty")["tab"]
+        for path in [*outside(root), "robot.py", ".bashrc", "folder", ""]:
+            with pytest.raises(Refused) as refused:
+                window.ask("saveAs", tab=tab, path=path, overwrite=True)
+            assert refused.value.kind == "forbidden", path
+    assert (root.parent / "secret.xml").read_bytes() == before
+    assert sorted(path.name for path in root.iterdir()) == ["away", "folder", "link.xml", "robot.xml"]
+
+
+def test_no_directory_outside_of_the_root_is_listed(own: Editor) -> None:
+    with own.window() as window:
+        for directory in ["..", "away", "/", "folder/../..", "robot.xml", "nothing"]:
+            with pytest.raises(Refused) as refused:
+                window.ask("listFiles", directory=directory)
+            assert refused.value.kind == "forbidden", directory
+
+
+def test_links_that_lead_away_are_not_listed(own: Editor) -> None:
+    with own.window() as window:
+        listed = window.ask("listFiles")
+    assert [entry["path"] for entry in listed["entries"]] == ["folder", "robot.xml"]
+
+
+def test_no_file_outside_of_the_root_is_read_otherwise(own: Editor) -> None:
+    with own.window() as window:
+        tab = window.ask("open", path="robot.xml")["tab"]
+        for op, fields in [
+            ("diff", {"tab": tab, "against": "../secret.xml"}),
+            ("recording", {"path": "../secret.mcap"}),
+        ]:
+            with pytest.raises(Refused) as refused:
+                window.ask(op, **fields)
+            assert refused.value.kind == "forbidden", op
+
+
+# ------------------------------------------------------------------------------------------ messages
+
+
+NO_REQUESTS = [
+    "",
+    "{",
+    "null",
+    "[]",
+    '{"id": 1}',
+    '{"id": 1, "op": "shutdown"}',
+    '{"id": -1, "op": "hello"}',
+    '{"id": 1e99, "op": "hello"}',
+    '{"id": 1, "op": "hello", "more": 1}',
+    '{"id": 1, "op": "open", "path": 7}',
+    '{"id": 1, "op": "open", "path": "' + 5000 * "x" + '"}',
+    '{"id": 1, "op": "undo", "tab": 1, "steps": 0}',
+    '{"id": 1, "op": "control", "component": "c", "action": "a", "arguments": {"a": ' + 100_000 * "[",
+    100_000 * '{"id":',
+    '{"id": 1, "op": "hello"}\0',
+]
+
+
+def test_what_is_no_request_is_answered_and_changes_nothing(own: Editor) -> None:
+    with own.window() as window:
+        for message in NO_REQUESTS:
+            window.socket.send(message)
+            answer = window.wait_for(lambda found: "error" in found)
+            assert answer["kind"] == "malformed", message[:100]
+        assert window.ask("listFiles")["directory"] == ""
+
+
+def test_a_command_that_is_none_is_refused(own: Editor) -> None:
+    with own.window() as window:
+        tab = window.ask("open", path="robot.xml")["tab"]
+        for command in (
+            {"command": "import os"},
+            100,
+            {"command": "addState", "automaton": 1, "x": "1", "y": 1},
+        ):
+            with pytest.raises(Refused) as refused:
+                window.ask("do", tab=tab, command=command)
+            assert refused.value.kind == "refused"
+
+
+def test_a_huge_message_closes_the_connection_alone(own: Editor) -> None:
+    text = json.dumps({"id": 1, "op": "openText", "name": "a", "text": 5_000_000 * "x"})
+    with own.window() as other:
+        assert close_code(own, text) == 1009
+        assert other.ask("listFiles")
+
+
+def test_a_binary_message_closes_the_connection(own: Editor) -> None:
+    assert close_code(own, b"{}") == 1003
+
+
+def close_code(running: Editor, message: str | bytes) -> int:
+    """Return with which code the server closes a websocket after a message."""
+    with contextlib.suppress(ConnectionClosedError), running.socket() as client:
+        client.send(message)
+        with contextlib.suppress(ConnectionClosedError):
+            client.recv(10)
+    assert client.close_code is not None
+    return client.close_code
+
+
+def test_so_many_windows_and_no_more(root: Path) -> None:
+    with editor(root, limits=Limits(sockets=2)) as own, own.window():
+        with own.window(), pytest.raises(ConnectionClosedError) as closed, own.socket() as third:
+            third.recv(10)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1013
+        with own.window() as again:
+            assert again.ask("listFiles")
+
+
+def test_so_many_documents_and_no_more(root: Path) -> None:
+    with editor(root, limits=Limits(tabs=2)) as own, own.window() as window:
+        window.ask("new")
+        window.ask("new")
+        with pytest.raises(Refused) as refused:
+            window.ask("new")
+        assert refused.value.kind == "busy"
+
+
+def test_a_script_in_a_name_stays_text(root: Path) -> None:
+    script = "<script>alert(1)</script>"
+    with editor(root) as own, own.window() as window:
+        tab = window.ask("open", path="robot.xml")["tab"]
+        window.ask(
+            "do", tab=tab, command={"command": "renameState", "automaton": 1, "state": 1, "name": script}
+        )
+        assert window.documents[tab]["automata"][0]["states"][0]["name"] == script
+        _, _, page = own.get("/", {"Cookie": own.cookie()})
+        assert script.encode() not in page
+
+
+def _upgrade(
+    running: Editor, path: str = "/ws", cookie: str | None = None, host: str = "", origin: str | None = None
+) -> int:
+    """Return how the server answers a handshake that is the page's own but for what is given."""
+    return running.upgrade(
+        path,
+        {
+            "Host": host or running.host,
+            "Origin": f"http://{running.host}" if origin is None else origin,
+            "Cookie": running.cookie() if cookie is None else cookie,
+        },
+    )

@@ -1,0 +1,238 @@
+"""The editor's server on a free port, and windows that talk to it as a page does."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import http.client
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from websockets.sync.client import ClientConnection, connect
+
+from visualhfsm.web.limits import Limits
+from visualhfsm.web.server import Options, Server
+from visualhfsm.web.services import MakeServices, no_services
+
+LIMIT = 10.0  # s to wait for anything
+
+DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
+<VisualHFSM>
+  <SubAutomata id="1" idFather="0">
+    <state initial="true" id="1">
+      <posx>100</posx>
+      <posy>100</posy>
+      <name>wait</name>
+      <code>pass</code>
+    </state>
+    <state initial="false" id="2">
+      <posx>300</posx>
+      <posy>100</posy>
+      <name>go</name>
+      <code>pass</code>
+    </state>
+  </SubAutomata>
+</VisualHFSM>
+"""
+
+
+class Refused(AssertionError):
+    """A request was answered with an error; `kind` says of which kind."""
+
+    def __init__(self, answer: dict[str, Any]) -> None:
+        super().__init__(answer["error"])
+        self.kind: str = answer["kind"]
+
+
+class Editor:
+    """A running server in a thread of its own."""
+
+    def __init__(self, options: Options) -> None:
+        self.server = Server(options)
+        self.port = self.server.port
+        self.host = f"127.0.0.1:{self.port}"
+        self._started = threading.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="editor of a test")
+
+    def _run(self) -> None:
+        try:
+            asyncio.run(self.server.serve(self._started.set))
+        except BaseException as error:  # noqa: BLE001 - the test's own thread raises it
+            self._failure = error
+            self._started.set()
+        finally:
+            self.server.close()
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        assert self._started.wait(LIMIT)
+        if self._failure is not None:
+            self._thread.join(LIMIT)
+            raise self._failure
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.server.stop()
+        self._thread.join(LIMIT)
+        assert not self._thread.is_alive(), "the server does not end"
+        if self._failure is not None and error is None:
+            raise self._failure
+
+    def get(
+        self, path: str, headers: dict[str, str] | None = None, method: str = "GET"
+    ) -> tuple[int, dict[str, str], bytes]:
+        """Return status, headers and content of what the server answers; `headers` replace the usual ones."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=LIMIT)
+        with contextlib.closing(connection):
+            connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+            for name, value in {"Host": self.host, **(headers or {})}.items():
+                connection.putheader(name, value)
+            connection.endheaders()
+            response = connection.getresponse()
+            found = {name.lower(): value for name, value in response.getheaders()}
+            return response.status, found, response.read()
+
+    def cookie(self) -> str:
+        """Log in and return the cookie."""
+        status, headers, _ = self.get(f"/?token={self.server.credentials.token}")
+        assert status == 303
+        return headers["set-cookie"].partition(";")[0]
+
+    @contextlib.contextmanager
+    def socket(
+        self, path: str = "/ws", headers: dict[str, str] | None = None, origin: str | None = None
+    ) -> Iterator[ClientConnection]:
+        """Open a websocket as the page does; `headers` replace the usual ones."""
+        with connect(
+            f"ws://{self.host}{path}",
+            origin=origin if origin is not None else f"http://{self.host}",  # type: ignore[arg-type]
+            additional_headers={"Cookie": self.cookie()} if headers is None else headers,
+            max_size=None,
+            close_timeout=LIMIT,
+            open_timeout=LIMIT,
+            proxy=None,
+        ) as socket:
+            yield socket
+
+    def upgrade(self, path: str, headers: dict[str, str]) -> int:
+        """Return the status with which the server answers a handshake with these headers and no others."""
+        fields = {
+            "Upgrade": "websocket",
+            "Connection": "Upgrade",
+            "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+            "Sec-WebSocket-Version": "13",
+            **headers,
+        }
+        lines = [f"GET {path} HTTP/1.1", *(f"{name}: {value}" for name, value in fields.items())]
+        with socket.create_connection(("127.0.0.1", self.port), LIMIT) as client:
+            client.sendall("\r\n".join([*lines, "", ""]).encode())
+            return int(client.recv(64).split(b" ")[1])
+
+    @contextlib.contextmanager
+    def window(self) -> Iterator[Window]:
+        """Open a window that has said hello."""
+        with self.socket() as socket:
+            window = Window(socket)
+            window.hello = window.ask("hello")
+            yield window
+
+
+class Window:
+    """A page's side of a websocket: it keeps what it is told, as the page does."""
+
+    hello: Any = None
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.documents: dict[int, dict[str, Any]] = {}
+        self.pushes: list[dict[str, Any]] = []
+        self.workspace: dict[str, Any] = {}
+        self._next = 0
+
+    def send(self, op: str, **fields: Any) -> int:
+        self._next += 1
+        self.socket.send(json.dumps({"id": self._next, "op": op, **fields}))
+        return self._next
+
+    def ask(self, op: str, **fields: Any) -> Any:
+        """Send a request, take in what comes, and return the answer; raises Refused."""
+        return self.answer(self.send(op, **fields))
+
+    def answer(self, number: int | None) -> Any:
+        answer = self.wait_for(lambda message: "re" in message and message["re"] == number)
+        if "error" in answer:
+            raise Refused(answer)
+        return answer["ok"]
+
+    def wait_for(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """Take in messages until one is wanted."""
+        until = time.monotonic() + LIMIT
+        while True:
+            message = json.loads(self.socket.recv(max(0.0, until - time.monotonic())))
+            self._take_in(message)
+            if wanted(message):
+                return message
+
+    def wait_for_push(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """Take in messages until such a push comes."""
+        return self.wait_for(
+            lambda message: (
+                message.get("push") == kind
+                and all(message.get(name) == value for name, value in fields.items())
+            )
+        )
+
+    def _take_in(self, message: dict[str, Any]) -> None:
+        kind = message.get("push")
+        if kind is None:
+            return
+        self.pushes.append(message)
+        if kind == "workspace":
+            self.workspace = message
+        elif kind == "closed":
+            self.documents.pop(message["tab"], None)
+        elif kind == "document" and "full" in message:
+            self.documents[message["tab"]] = message["full"]
+        elif kind == "document":
+            patched(self.documents[message["tab"]], message["patch"])
+
+
+def patched(document: dict[str, Any], patch: dict[str, Any]) -> None:
+    """Apply a patch as docs/editor-protocol.md says."""
+    document.update(patch.get("document", {}))
+    automata = {automaton["id"]: automaton for automaton in document["automata"]}
+    automata.update({automaton["id"]: automaton for automaton in patch["automata"]})
+    for number in patch.get("removed", []):
+        del automata[number]
+    order = patch.get("order", list(automata))
+    document["automata"] = [automata[number] for number in order]
+
+
+@contextlib.contextmanager
+def editor(
+    root: Path,
+    *files: Path,
+    hosts: tuple[str, ...] = (),
+    limits: Limits | None = None,
+    make_services: MakeServices = no_services,
+) -> Iterator[Editor]:
+    """Serve the editor in a directory; journals are kept beside that."""
+    options = Options(
+        files=files,
+        root=root,
+        hosts=hosts,
+        limits=limits or Limits(file_check_seconds=0.05),
+        make_services=make_services,
+        journals=root.with_name("journals"),
+    )
+    with Editor(options) as running:
+        yield running
