@@ -1,0 +1,160 @@
+/**
+ * Everything that a person can do, once: buttons, menus, keys and the list of help all come from here.
+ *
+ * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => any,
+ *   enabled?: (context: Context) => boolean, scope?: "canvas" | "typing", hint?: string}} Action
+ *   Keys of scope `canvas` count only there, those of `typing` also while text is typed.
+ * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
+ *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
+ */
+
+import * as commands from "./commands.js";
+import {page} from "./page.js";
+import {store} from "./store.js";
+
+const hasDocument = () => Boolean(page.document);
+const drawable = () => Boolean(page.automaton) && !page.automaton.imported;
+const anySelected = () => page.states.size + page.transitions.size > 0;
+const anyStates = (count = 1) => page.states.size >= count;
+const oneState = () => Boolean(page.state);
+const oneTransition = () => Boolean(page.transition);
+const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+
+const files = () => import("./files.js");
+const dialogs = (name) => import(`./dialogs/${name}.js`);
+const layout = () => import("./canvas/layout.js");
+
+function editCode(part) {
+  if (page.state) page.edit({kind: "state", automaton: page.automaton.id, id: page.state.id, part: part ?? "code"});
+  else if (page.transition) page.edit({kind: "transition", automaton: page.automaton.id, id: page.transition.id, part: part ?? "trigger"});
+}
+
+function enter({canvas}) {
+  if (page.state?.children.length) page.open(page.state.children[0]);
+  else if (page.state || page.transition) editCode();
+  else canvas.focusSelected();
+}
+
+const nudge = (dx, dy) => () => anySelected() && drawable() && commands.moveSelected(dx, dy);
+const align = (to) => () => commands.applyHere("alignStates", {states: [...page.states], to});
+const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
+
+/** @type {Action[]} */
+const LIST = [
+  {id: "up", label: "Up", icon: "up", keys: ["Backspace"], enabled: () => page.path.length > 1, run: () => page.up(), hint: "to the automaton above"},
+
+  {id: "newState", label: "State", icon: "state", keys: ["S"], enabled: drawable, run: async ({canvas}) => canvas.useTool((await import("./canvas/tools.js")).StateTool), hint: "new"},
+  {id: "newTransition", label: "Transition", icon: "transition", keys: ["T"], enabled: drawable, run: async ({canvas}) => canvas.useTool((await import("./canvas/tools.js")).TransitionTool), hint: "new"},
+
+  {id: "new", label: "New", icon: "file", keys: ["Alt+N"], scope: "typing", run: async () => (await files()).openNew()},
+  {id: "open", label: "Open", icon: "open", keys: ["Ctrl+O"], scope: "typing", run: async () => (await files()).openFile()},
+  {id: "save", label: "Save", icon: "save", keys: ["Ctrl+S"], scope: "typing", enabled: hasDocument, run: async () => (await files()).save()},
+  {id: "saveAs", label: "Save as", icon: "saveAs", keys: ["Ctrl+Shift+S"], scope: "typing", enabled: hasDocument, run: async () => (await files()).saveAs()},
+  {id: "closeTab", label: "Close", icon: "close", keys: ["Alt+W"], scope: "typing", enabled: hasDocument, run: async () => (await files()).closeTab(page.tab)},
+  {id: "export", label: "Export", icon: "exportFile", keys: ["Ctrl+E"], scope: "typing", enabled: hasDocument, run: async (context) => (await dialogs("export")).showExport(context)},
+  {id: "compare", label: "Compare", icon: "diff", keys: ["Alt+C"], scope: "typing", enabled: hasDocument, run: async (context) => (await import("./canvas/comparison.js")).compare(context)},
+
+  {id: "interfaces", label: "Interfaces", icon: "interfaces", keys: ["Alt+I"], scope: "typing", enabled: hasDocument, run: () => page.showData("interfaces")},
+  {id: "timing", label: "Timing", icon: "timing", keys: ["Alt+T"], scope: "typing", enabled: hasDocument, run: () => page.showData("timing")},
+  {id: "variables", label: "Variables", icon: "variables", keys: ["Alt+V"], scope: "typing", enabled: hasDocument, run: () => page.showData("variables")},
+  {id: "functions", label: "Functions", icon: "functions", keys: ["Alt+F"], scope: "typing", enabled: hasDocument, run: () => page.showData("functions")},
+  {id: "component", label: "Component", icon: "parameters", keys: ["Alt+P"], scope: "typing", enabled: hasDocument, run: () => page.showData("parameters"), hint: "parameters, events, properties"},
+
+  {id: "generate", label: "Generate", icon: "generate", keys: ["F6"], scope: "typing", enabled: hasDocument, run: ({app}) => app.generate()},
+  {id: "run", label: "Run", icon: "run", keys: ["F5"], scope: "typing", enabled: hasDocument, run: ({app}) => app.run()},
+  {id: "stopRun", label: "Stop", icon: "stop", keys: ["Shift+F5"], scope: "typing", enabled: ({app}) => app.isRunning(page.tab), run: () => commands.askTab("stopRun")},
+
+  {id: "undo", label: "Undo", icon: "undo", keys: ["Ctrl+Z"], enabled: () => Boolean(page.document?.undo.length), run: () => commands.askTab("undo")},
+  {id: "redo", label: "Redo", icon: "redo", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], enabled: () => Boolean(page.document?.redo.length), run: () => commands.askTab("redo")},
+
+  {id: "rename", label: "Rename", icon: "rename", keys: ["F2"], enabled: () => drawable() && (oneState() || oneTransition()), run: ({canvas}) => canvas.beginRename(page.state ? "state" : "transition", (page.state ?? page.transition).id)},
+  {id: "edit", label: "Edit code", icon: "code", keys: ["Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: enter, hint: "or open the sub-automaton"},
+  {id: "editCode", label: "Edit code", icon: "code", keys: ["Shift+Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: () => editCode()},
+  {id: "editEntry", label: "Edit entry code", icon: "code", enabled: oneState, run: () => editCode("entry")},
+  {id: "editExit", label: "Edit exit code", icon: "code", enabled: oneState, run: () => editCode("exit")},
+  {id: "openChild", label: "Open sub-automaton", icon: "child", keys: ["Ctrl+Enter"], enabled: oneState, run: () => commands.openChild(page.state), hint: "made when there is none"},
+  {id: "addChild", label: "Add a parallel automaton", icon: "child", enabled: () => drawable() && oneState(), run: () => commands.applyHere("addAutomaton", {state: page.state.id})},
+  {id: "markInitial", label: "Mark as initial", icon: "initial", keys: ["I"], enabled: () => drawable() && oneState() && !page.state.initial, run: () => commands.applyHere("markInitial", {state: page.state.id})},
+  {id: "toggleFinal", label: "Final state", icon: "final", keys: ["E"], enabled: () => drawable() && oneState(), run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}), hint: "on or off"},
+  {id: "toggleHistory", label: "Begin anew each time", icon: "history", enabled: () => drawable() && oneState() && page.state.children.length > 0, run: () => commands.applyHere("setHistory", {state: page.state.id, history: page.state.history === "restart" ? "" : "restart"}), hint: "on or off"},
+  {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: () => commands.addTransition(page.state.id, page.state.id)},
+  {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
+  {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
+  {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: () => drawable() && store.workspace.clipboard, run: async ({canvas, point}) => commands.paste(point ?? (await import("./canvas/tools.js")).freePlace(canvas))},
+  {id: "duplicate", label: "Duplicate", icon: "copy", keys: ["Ctrl+D"], enabled: () => drawable() && anyStates(), run: async ({canvas}) => {
+    if ((await commands.copy()) !== undefined) await commands.paste((await import("./canvas/tools.js")).freePlace(canvas));
+  }},
+  {id: "delete", label: "Delete", icon: "delete", keys: ["Delete"], enabled: () => drawable() && anySelected(), run: commands.deleteSelected},
+  {id: "selectAll", label: "Select all", icon: "state", keys: ["Ctrl+A"], enabled: hasDocument, run: () => page.select({states: page.automaton.states.map((each) => each.id), transitions: page.automaton.transitions.map((each) => each.id)})},
+  {id: "tryEarlier", label: "Try earlier", icon: "up", keys: ["Ctrl+ArrowUp"], scope: "canvas", enabled: oneTransition, run: () => reorder(-1), hint: "among the transitions of its state"},
+  {id: "tryLater", label: "Try later", icon: "up", keys: ["Ctrl+ArrowDown"], scope: "canvas", enabled: oneTransition, run: () => reorder(1), hint: "among the transitions of its state"},
+  {id: "resetHandle", label: "Reset the arc", icon: "transition", keys: ["R"], enabled: () => drawable() && page.transitions.size > 0, run: () => commands.applyHere("resetHandles", {transitions: [...page.transitions]})},
+
+  {id: "moveLeft", label: "Move left", icon: "", keys: ["ArrowLeft"], scope: "canvas", run: nudge(-10, 0)},
+  {id: "moveRight", label: "Move right", icon: "", keys: ["ArrowRight"], scope: "canvas", run: nudge(10, 0)},
+  {id: "moveUp", label: "Move up", icon: "", keys: ["ArrowUp"], scope: "canvas", run: nudge(0, -10)},
+  {id: "moveDown", label: "Move down", icon: "", keys: ["ArrowDown"], scope: "canvas", run: nudge(0, 10)},
+  {id: "goLeft", label: "Select what is to the left", icon: "", keys: ["Alt+ArrowLeft"], scope: "canvas", run: ({canvas}) => canvas.goTo([-1, 0])},
+  {id: "goRight", label: "Select what is to the right", icon: "", keys: ["Alt+ArrowRight"], scope: "canvas", run: ({canvas}) => canvas.goTo([1, 0])},
+  {id: "goUp", label: "Select what is above", icon: "", keys: ["Alt+ArrowUp"], scope: "canvas", run: ({canvas}) => canvas.goTo([0, -1])},
+  {id: "goDown", label: "Select what is below", icon: "", keys: ["Alt+ArrowDown"], scope: "canvas", run: ({canvas}) => canvas.goTo([0, 1])},
+  {id: "goNext", label: "Select the next", icon: "", keys: ["."], scope: "canvas", run: ({canvas}) => canvas.goOn(1)},
+  {id: "goBack", label: "Select the previous", icon: "", keys: [","], scope: "canvas", run: ({canvas}) => canvas.goOn(-1)},
+
+  {id: "fit", label: "Fit", icon: "fit", keys: ["F"], enabled: hasDocument, run: ({canvas}) => canvas.fit(), hint: "everything into the window"},
+  {id: "fitSelection", label: "Fit the selection", icon: "fit", keys: ["Shift+F"], enabled: hasDocument, run: ({canvas}) => canvas.fitSelection()},
+  {id: "zoomIn", label: "Zoom in", icon: "add", keys: ["+", "="], enabled: hasDocument, run: ({canvas}) => canvas.viewport.zoom(1.25)},
+  {id: "zoomOut", label: "Zoom out", icon: "minus", keys: ["-"], enabled: hasDocument, run: ({canvas}) => canvas.viewport.zoom(0.8)},
+  {id: "layout", label: "Arrange", icon: "layout", keys: ["L"], enabled: drawable, run: async ({canvas}) => (await layout()).arrange([page.automaton], canvas), hint: "this automaton"},
+  {id: "layoutAll", label: "Arrange all automata", icon: "layout", keys: ["Shift+L"], enabled: hasDocument, run: async ({canvas}) => (await layout()).arrange([...page.document.automata.values()], canvas)},
+  ...["Left", "Center", "Right", "Top", "Middle", "Bottom"].map((to) => ({id: `align${to}`, label: `Align ${to.toLowerCase()}`, icon: `align${to}`, enabled: () => drawable() && anyStates(2), run: align(to.toLowerCase())})),
+  {id: "distributeX", label: "Distribute horizontally", icon: "distributeX", enabled: () => drawable() && anyStates(3), run: distribute("x")},
+  {id: "distributeY", label: "Distribute vertically", icon: "distributeY", enabled: () => drawable() && anyStates(3), run: distribute("y")},
+
+  {id: "search", label: "Search", icon: "search", keys: ["Ctrl+F"], enabled: hasDocument, run: ({app}) => app.showBottom("hfsm-search"), hint: "names and code"},
+  {id: "problems", label: "Problems", icon: "problems", keys: ["Ctrl+M"], scope: "typing", enabled: hasDocument, run: ({app}) => app.showBottom("hfsm-problems")},
+  {id: "output", label: "Output", icon: "code", keys: ["Alt+O"], scope: "typing", enabled: hasDocument, run: ({app}) => app.showBottom("hfsm-output")},
+  {id: "historyList", label: "History", icon: "history", keys: ["Alt+H"], scope: "typing", enabled: hasDocument, run: ({app}) => app.showBottom("hfsm-history"), hint: "steps to undo and redo"},
+  {id: "nextTab", label: "Next document", icon: "file", keys: ["Alt+PageDown"], scope: "typing", run: ({app}) => app.showNeighbor(1)},
+  {id: "previousTab", label: "Previous document", icon: "file", keys: ["Alt+PageUp"], scope: "typing", run: ({app}) => app.showNeighbor(-1)},
+  {id: "theme", label: "Light or dark", icon: "moon", keys: ["Alt+D"], scope: "typing", run: ({app}) => app.toggleTheme()},
+  {id: "tour", label: "Guided tour", icon: "help", run: async (context) => (await import("./tour.js")).startTour(context)},
+  {id: "help", label: "Help", icon: "help", keys: ["?", "F1"], run: async (context) => (await dialogs("help")).showHelp(context), hint: "keys and signs"},
+  {id: "cancel", label: "Cancel", icon: "close", keys: ["Escape"], scope: "canvas", run: ({canvas}) => canvas.cancel() || page.select({})},
+];
+
+/** @type {Map<string, Action>} */
+export const actions = new Map(LIST.map((action) => [action.id, action]));
+
+/** Whether an action makes sense now. @param {Context} context */
+export const isEnabled = (id, context) => actions.get(id).enabled?.(context) ?? true;
+
+/** Do it, if it makes sense now. @param {Context} context */
+export function perform(id, context) {
+  return isEnabled(id, context) ? actions.get(id).run(context) : undefined;
+}
+
+/** What is selected, in words. */
+export function selectionTitle() {
+  if (page.state) return `State ${page.state.name}`;
+  if (page.transition) return `Transition ${page.transition.name}`;
+  const parts = [page.states.size && plural(page.states.size, "state"), page.transitions.size && plural(page.transitions.size, "transition")];
+  return parts.filter(Boolean).join(", ");
+}
+
+/** The actions on what is selected, in groups. */
+export function selectionActions() {
+  if (page.state) return [["openChild", "editCode", "editEntry", "editExit", "rename"], ["markInitial", "toggleFinal", "addChild", "toggleHistory", "loop"], ["copy", "cut", "duplicate", "delete"]];
+  if (page.transition) return [["editCode", "rename"], ["tryEarlier", "tryLater", "resetHandle"], ["delete"]];
+  if (page.states.size > 1) return [["alignLeft", "alignCenter", "alignRight", "alignTop", "alignMiddle", "alignBottom", "distributeX", "distributeY"], ["copy", "cut", "duplicate", "delete"]];
+  if (anySelected()) return [["resetHandle", "delete"]];
+  return [];
+}
+
+async function reorder(step) {
+  const {outgoing} = await import("./canvas/scene.js");
+  const chosen = page.transition;
+  const order = outgoing(page.automaton.transitions.filter(({origin}) => origin === chosen.origin));
+  const index = order.indexOf(chosen) + step;
+  if (index >= 0 && index < order.length) await commands.applyHere("reorderTransition", {transition: chosen.id, index});
+}

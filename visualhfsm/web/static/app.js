@@ -1,0 +1,237 @@
+/** The page: what stands where, and what is loaded when. */
+
+import {html, nothing} from "lit";
+
+import "./canvas/canvas.js";
+import "./tree.js";
+import {actionButton} from "./shell.js";
+import {askTab} from "./commands.js";
+import {PageElement} from "./element.js";
+import {icon} from "./icons.js";
+import {listenForKeys} from "./keys.js";
+import {notify, notifyError} from "./notices.js";
+import {page} from "./page.js";
+import {resizer} from "./resizer.js";
+import {currentTheme, initTheme, switchTheme} from "./theme.js";
+import {store} from "./store.js";
+
+/** Elements that are loaded when they are first shown, and their modules. */
+const LAZY = {
+  "hfsm-code-panel": "./panels/code.js",
+  "hfsm-data-panel": "./panels/data.js",
+  "hfsm-problems": "./panels/problems.js",
+  "hfsm-search": "./panels/search.js",
+  "hfsm-output": "./panels/output.js",
+  "hfsm-history": "./panels/history.js",
+  "hfsm-monitor-toolbar": "./monitor/toolbar.js",
+  "hfsm-monitor-panel": "./monitor/panel.js",
+  "hfsm-monitor-timeline": "./monitor/timeline.js",
+  "hfsm-start": "./start.js",
+};
+const SIDE = [["hfsm-code-panel", "Code"], ["hfsm-data-panel", "Data"], ["hfsm-monitor-panel", "Live"]];
+const BOTTOM = [["hfsm-problems", "Problems"], ["hfsm-search", "Search"], ["hfsm-output", "Output"], ["hfsm-history", "History"], ["hfsm-monitor-timeline", "Timeline"]];
+
+export class HfsmApp extends PageElement {
+  static properties = {side: {state: true}, bottom: {state: true}};
+  static watches = {page: ["tab", "automaton", "selection"], store: ["workspace", "document", "connection", "run", "outside"]};
+
+  constructor() {
+    super();
+    /** Tag of the element beside the canvas, "" for none. */
+    this.side = "";
+    /** Tag of the element below the canvas, "" for none. */
+    this.bottom = "";
+    /** The last push `run` of each tab. @type {Map<number, object>} */
+    this.runs = new Map();
+    this.canvas = document.createElement("hfsm-canvas");
+    this.context = {app: this, canvas: this.canvas};
+    this.elements = new Map();
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    listenForKeys(this.context);
+    this.listen(page, "edit", (event) => this.#edit(event.detail));
+    this.listen(page, "data", (event) => this.#showData(event.detail));
+    this.listen(page, "tab", () => this.#titleWindow());
+    this.listen(store, "workspace", () => this.#follow());
+    this.listen(store, "document", ({detail}) => {
+      if (detail.tab === page.tab) page.prune();
+    });
+    this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
+    this.listen(store, "run", ({detail}) => this.#told(detail));
+    this.listen(store, "failure", ({detail}) => notifyError(detail.error));
+    this.listen(this.canvas, "hfsm-menu", async ({detail}) => (await import("./menu.js")).showMenu(detail, this.context));
+    this.listen(this.canvas, "tool", () => this.requestUpdate());
+    this.listen(this, "dragover", (event) => event.preventDefault());
+    this.listen(this, "drop", (event) => this.#drop(event));
+    this.listen(window, "beforeunload", (event) => store.workspace.tabs.some((each) => each.dirty) && !store.online && event.preventDefault());
+    store.connect();
+  }
+
+  /** Show an element beside the canvas; an empty tag closes it. */
+  async showSide(tag) {
+    const element = tag && (await this.#load(tag));
+    if (tag && !element) return undefined;
+    this.side = tag;
+    await this.updateComplete;
+    return element;
+  }
+
+  /** Show an element below the canvas; an empty tag closes it. */
+  async showBottom(tag) {
+    const element = tag && (await this.#load(tag));
+    if (tag && !element) return undefined;
+    this.bottom = tag;
+    await this.updateComplete;
+    element?.focusFirst?.();
+    return element;
+  }
+
+  /** Whether the component of a tab runs as our child. */
+  isRunning(tab) {
+    return ["generating", "starting", "running", "stopping"].includes(this.runs.get(tab)?.status);
+  }
+
+  async generate() {
+    const done = await askTab("generate");
+    if (done) notify(`Generated ${done.path ?? done.file ?? "the component"}.`);
+  }
+
+  async run() {
+    this.showBottom("hfsm-output");
+    await askTab("run");
+  }
+
+  toggleTheme() {
+    switchTheme();
+    this.requestUpdate();
+    this.canvas.minimap?.draw();
+  }
+
+  /** Show the document beside the shown one. */
+  showNeighbor(step) {
+    const {tabs} = store.workspace;
+    if (!tabs.length) return;
+    const index = tabs.findIndex((each) => each.tab === page.tab);
+    page.show(tabs[(index + step + tabs.length) % tabs.length].tab);
+  }
+
+  render() {
+    const starting = !page.document;
+    return html`
+      <header>
+        <span class="brand">${icon("layout")}VisualHFSM</span>
+        <hfsm-tabs .context=${this.context}></hfsm-tabs>
+        <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
+        ${actionButton("search", this.context, {label: false})}
+        <button type="button" class="action bare" aria-label="Light or dark" title="Light or dark (Alt+D)" @click=${() => this.toggleTheme()}>${icon(currentTheme() === "dark" ? "sun" : "moon")}</button>
+        ${actionButton("help", this.context, {label: false})}
+      </header>
+      ${this.#banner()}
+      <div class="work ${starting ? "starting" : ""}">
+        <nav class="left" aria-label="Tree of automata" ?hidden=${starting}><hfsm-tree></hfsm-tree></nav>
+        ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
+        <main aria-label="Canvas">
+          <div class="toolbar" role="toolbar" aria-label="View" ?hidden=${starting}>
+            <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>
+            ${["undo", "redo", "layout", "fit", "zoomOut", "zoomIn", "compare", "export"].map((id) => actionButton(id, this.context, {label: false}))}
+          </div>
+          <div class="center" ?hidden=${starting}>
+            ${this.canvas}
+            ${this.side ? html`${resizer({name: "Width of the panel", variable: "--side", along: "x", sign: -1, smallest: 260, largest: 1200})}
+              <section class="side" aria-label="Panel beside the canvas">${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}<div class="content">${this.elements.get(this.side)}</div></section>` : nothing}
+          </div>
+          ${this.bottom && !starting ? html`${resizer({name: "Height of the panel", variable: "--bottom", along: "y", sign: -1, smallest: 90, largest: 700})}
+            <section class="bottom" aria-label="Panel below the canvas">${this.#panelTabs(BOTTOM, this.bottom, (tag) => this.showBottom(tag))}<div class="content">${this.elements.get(this.bottom)}</div></section>` : nothing}
+          ${starting && store.online ? this.#start() : nothing}
+        </main>
+        <aside class="right" aria-label="Actions" ?hidden=${starting}><hfsm-actions .context=${this.context}></hfsm-actions></aside>
+      </div>
+      <footer><hfsm-status .context=${this.context}></hfsm-status></footer>`;
+  }
+
+  #panelTabs(list, shown, show) {
+    return html`<div class="panel-tabs"><div role="tablist" aria-label="Panels">${list.map(([tag, name]) => html`
+        <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>${name}</button>`)}</div>
+      <button type="button" class="action bare" aria-label="Close the panel" title="Close the panel" @click=${() => { show(""); this.canvas.focusSelected(); }}>${icon("close")}</button></div>`;
+  }
+
+  #start() {
+    const element = this.elements.get("hfsm-start");
+    if (!element) this.#load("hfsm-start").then(() => this.requestUpdate());
+    return element ?? nothing;
+  }
+
+  #banner() {
+    if (!store.online && store.offlineSince) {
+      const since = new Date(store.offlineSince).toLocaleTimeString();
+      return html`<div class="banner error" role="alert">The server is away since ${since}. Your work is kept there; this page connects again by itself.
+        <button type="button" @click=${() => store.connect()}>Try now</button></div>`;
+    }
+    const outside = page.tabState?.outside;
+    if (!outside) return nothing;
+    const choose = (choice) => async () => {
+      const done = await askTab("resolve", {choice});
+      if (done?.conflicts?.length) notify(`Merged. Both had changed: ${done.conflicts.map((each) => each.what ?? each.message ?? each.part ?? "").filter(Boolean).join("; ")}. Yours was kept there.`);
+    };
+    return html`<div class="banner" role="alert">Another program ${outside} the file of ${page.tabState.title}.
+      ${outside === "deleted" ? nothing : html`<button type="button" @click=${choose("merge")}>Merge both</button><button type="button" @click=${choose("theirs")}>Take theirs</button>`}
+      <button type="button" @click=${choose("mine")}>Keep mine</button></div>`;
+  }
+
+  /** Load the module of an element once; tells when that is not possible. */
+  async #load(tag) {
+    try {
+      await import(LAZY[tag]);
+    } catch (error) {
+      notifyError(new Error(`${LAZY[tag]} could not be loaded: ${error.message}`));
+      return undefined;
+    }
+    if (!this.elements.has(tag)) {
+      const element = document.createElement(tag);
+      element.context = this.context;
+      this.elements.set(tag, element);
+    }
+    return this.elements.get(tag);
+  }
+
+  async #edit(place) {
+    const panel = await this.showSide("hfsm-code-panel");
+    if (panel) panel.place = place;
+  }
+
+  async #showData(section) {
+    const panel = await this.showSide("hfsm-data-panel");
+    if (panel) panel.section = section;
+  }
+
+  /** Show a document at first, and another one when the shown one was closed. */
+  #follow() {
+    const {tabs} = store.workspace;
+    const known = this.knownTabs;
+    this.knownTabs = new Set(tabs.map((each) => each.tab));
+    if (!known && page.tab === 0) page.show(tabs[0]?.tab ?? 0);
+    else if (known?.has(page.tab) && !this.knownTabs.has(page.tab)) page.show(tabs.at(-1)?.tab ?? 0);
+    this.#titleWindow();
+  }
+
+  #titleWindow() {
+    const {title = "", dirty = false} = page.tabState ?? {};
+    document.title = title ? `${dirty ? "• " : ""}${title} – VisualHFSM` : "VisualHFSM";
+  }
+
+  #told(run) {
+    this.runs.set(run.tab, run);
+    if (run.status === "running") this.#load("hfsm-monitor-toolbar").then(() => this.requestUpdate());
+    if (run.status === "ended" && run.exitCode) notify(`The component ended with exit code ${run.exitCode}. ${run.message ?? ""}`, "error");
+  }
+
+  async #drop(event) {
+    event.preventDefault();
+    (await import("./files.js")).openDropped([...event.dataTransfer.files]);
+  }
+}
+
+initTheme();
+customElements.define("hfsm-app", HfsmApp);

@@ -1,0 +1,191 @@
+/**
+ * Where arcs run. Everything is a pure function of points in pixels, y downwards.
+ *
+ * @typedef {{x: number, y: number}} Point
+ * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, box: Box}} Arc
+ *   `path` from rim to rim, `head` the arrow's, `middle` the handle, `normal` the side on which a name stands best,
+ *   `first` where a number at the arc's beginning stands.
+ * @typedef {{left: number, top: number, right: number, bottom: number}} Box
+ */
+
+/** Radius of a state's circle. */
+export const RADIUS = 40;
+
+const HEAD_LENGTH = 10;
+const HEAD_WIDTH = 4.5;
+const FAN = 50; // pixels between arcs that nobody has placed
+const LOOP = 90;
+const LOOP_OPENING = 0.42; // radians between a loop's end and its axis
+const STRAIGHT = 3; // a handle nearer to the chord than this bends nothing
+
+const length = (x, y) => Math.hypot(x, y) || 1;
+const round = (value) => Math.round(value * 10) / 10;
+const at = (x, y) => `${round(x)},${round(y)}`;
+
+/** @param {Point} a @param {Point} b @returns {Point} */
+export const between = (a, b) => ({x: (a.x + b.x) / 2, y: (a.y + b.y) / 2});
+
+/** @param {Point} a @param {Point} b @returns {number} */
+export const distance = (a, b) => Math.hypot(a.x - b.x, a.y - b.y);
+
+/** The point on a circle around `center` in the direction of `target`. */
+function rim(center, target, radius) {
+  const x = target.x - center.x;
+  const y = target.y - center.y;
+  const scale = radius / length(x, y);
+  return {x: center.x + x * scale, y: center.y + y * scale};
+}
+
+/** The head of an arrow that arrives at `tip` from the direction of `from`. */
+function head(tip, from) {
+  const x = tip.x - from.x;
+  const y = tip.y - from.y;
+  const size = length(x, y);
+  const [ux, uy] = [x / size, y / size];
+  const back = {x: tip.x - ux * HEAD_LENGTH, y: tip.y - uy * HEAD_LENGTH};
+  const left = at(back.x - uy * HEAD_WIDTH, back.y + ux * HEAD_WIDTH);
+  const right = at(back.x + uy * HEAD_WIDTH, back.y - ux * HEAD_WIDTH);
+  return `M${at(tip.x, tip.y)}L${left}L${right}Z`;
+}
+
+function boxOf(points) {
+  const xs = points.map((point) => point.x);
+  const ys = points.map((point) => point.y);
+  return {left: Math.min(...xs), top: Math.min(...ys), right: Math.max(...xs), bottom: Math.max(...ys)};
+}
+
+/**
+ * An arc between two states through its handle.
+ *
+ * @param {Point | undefined} from the middle of the state where it begins, undefined when there is none
+ * @param {Point | undefined} to
+ * @param {Point} handle
+ * @param {boolean} isLoop
+ * @returns {Arc}
+ */
+export function arc(from, to, handle, isLoop = false) {
+  if (from && to && isLoop) return loop(from, handle);
+  if (!from || !to) return stub(from, to, handle);
+  const middle = between(from, to);
+  const chord = length(to.x - from.x, to.y - from.y);
+  const across = {x: -(to.y - from.y) / chord, y: (to.x - from.x) / chord};
+  const offset = (handle.x - middle.x) * across.x + (handle.y - middle.y) * across.y;
+  const along = Math.abs((handle.x - middle.x) * across.y - (handle.y - middle.y) * across.x);
+  if (Math.abs(offset) < STRAIGHT && along < chord / 2 - RADIUS) {
+    const start = rim(from, to, RADIUS);
+    const tip = rim(to, from, RADIUS + 2);
+    const end = rim(to, from, RADIUS + HEAD_LENGTH);
+    const normal = Math.abs(across.y) < 0.2 ? {x: 1, y: 0} : {x: across.x * -Math.sign(across.y), y: -Math.abs(across.y)};
+    return {
+      path: `M${at(start.x, start.y)}L${at(end.x, end.y)}`, head: head(tip, from), middle: handle, normal,
+      first: ahead(start, to, across, 14), box: boxOf([start, tip, handle]),
+    };
+  }
+  // The control point that would make a curve between the middles pass through the handle gives the rims.
+  const bend = {x: 2 * handle.x - middle.x, y: 2 * handle.y - middle.y};
+  const start = rim(from, bend, RADIUS);
+  const tip = rim(to, bend, RADIUS + 2);
+  const end = rim(to, bend, RADIUS + HEAD_LENGTH - 1);
+  const control = {x: 2 * handle.x - (start.x + end.x) / 2, y: 2 * handle.y - (start.y + end.y) / 2};
+  const side = Math.sign(offset) || 1;
+  return {
+    path: `M${at(start.x, start.y)}Q${at(control.x, control.y)} ${at(end.x, end.y)}`, head: head(tip, end.x === tip.x && end.y === tip.y ? control : end),
+    middle: handle, normal: {x: across.x * side, y: across.y * side}, first: ahead(start, control, {x: -across.x * side, y: -across.y * side}, 14),
+    box: boxOf([start, tip, handle, between(handle, control)]),
+  };
+}
+
+function ahead(start, target, across, far) {
+  const x = target.x - start.x;
+  const y = target.y - start.y;
+  const size = length(x, y);
+  return {x: start.x + (x / size) * far + across.x * 9, y: start.y + (y / size) * far + across.y * 9};
+}
+
+function loop(center, handle) {
+  const axis = {x: handle.x - center.x, y: handle.y - center.y};
+  const size = length(axis.x, axis.y);
+  const normal = size < 2 ? {x: 0, y: -1} : {x: axis.x / size, y: axis.y / size};
+  const angle = Math.atan2(normal.y, normal.x);
+  const on = (turn, radius) => ({x: center.x + Math.cos(angle + turn) * radius, y: center.y + Math.sin(angle + turn) * radius});
+  const start = on(-LOOP_OPENING, RADIUS);
+  const tip = on(LOOP_OPENING, RADIUS + 2);
+  const end = on(LOOP_OPENING, RADIUS + HEAD_LENGTH - 1);
+  // A cubic is 1/8, 3/8, 3/8, 1/8 of its points in its middle, which is to be the handle.
+  const middle = {x: (8 * handle.x - start.x - end.x) / 6, y: (8 * handle.y - start.y - end.y) / 6};
+  const width = RADIUS * 0.7;
+  const first = {x: middle.x + normal.y * width, y: middle.y - normal.x * width};
+  const second = {x: middle.x - normal.y * width, y: middle.y + normal.x * width};
+  return {
+    path: `M${at(start.x, start.y)}C${at(first.x, first.y)} ${at(second.x, second.y)} ${at(end.x, end.y)}`,
+    head: head(tip, {x: tip.x * 2 - center.x, y: tip.y * 2 - center.y}), middle: handle, normal,
+    first: on(-LOOP_OPENING - 0.22, RADIUS + 13), box: boxOf([start, tip, handle, first, second]),
+  };
+}
+
+/** A transition that lacks an end, in a document that is not sound. */
+function stub(from, to, handle) {
+  const known = from ?? to;
+  if (!known) return {path: "", head: "", middle: handle, normal: {x: 0, y: -1}, first: handle, box: boxOf([handle])};
+  const edge = rim(known, handle, RADIUS + (to ? 2 : 0));
+  const [start, tip] = from ? [edge, handle] : [handle, edge];
+  return {
+    path: `M${at(start.x, start.y)}L${at(tip.x, tip.y)}`, head: to ? head(tip, handle) : "", middle: handle,
+    normal: {x: 0, y: -1}, first: start, box: boxOf([start, tip]),
+  };
+}
+
+/** The arc of a transition that is being drawn, from a state to a point or another state. */
+export function drawnArc(from, target, isState) {
+  if (isState && distance(from, target) < 1) return loop(from, {x: from.x, y: from.y - LOOP});
+  if (isState) return arc(from, target, between(from, target));
+  const start = rim(from, target, RADIUS);
+  return {...stub(undefined, undefined, target), path: `M${at(start.x, start.y)}L${at(target.x, target.y)}`, head: head(target, start)};
+}
+
+/**
+ * Handles for transitions that have no place in the file: in a fan between two states, around a state for loops.
+ *
+ * @param {{id: number, x: number, y: number, origin: number, destination: number}[]} transitions
+ * @param {Map<number, Point>} places of the states
+ * @returns {Map<object, Point>} the handle of every transition
+ */
+export function handles(transitions, places) {
+  const found = new Map();
+  const used = new Map();
+  for (const transition of transitions) {
+    const {origin, destination, x, y} = transition;
+    if (x !== 0 || y !== 0) {
+      found.set(transition, {x, y});
+      continue;
+    }
+    const pair = origin < destination ? `${origin} ${destination}` : `${destination} ${origin}`;
+    const number = used.get(pair) ?? 0;
+    used.set(pair, number + 1);
+    const from = places.get(origin) ?? places.get(destination) ?? {x: 0, y: 0};
+    const to = places.get(destination) ?? from;
+    if (origin === destination || from === to) {
+      const angle = -Math.PI / 2 + (number * Math.PI) / 3;
+      found.set(transition, {x: from.x + Math.cos(angle) * LOOP, y: from.y + Math.sin(angle) * LOOP});
+      continue;
+    }
+    const [a, b] = origin < destination ? [from, to] : [to, from];
+    const size = length(b.x - a.x, b.y - a.y);
+    const far = FAN * Math.ceil(number / 2) * (number % 2 ? 1 : -1);
+    const middle = between(a, b);
+    found.set(transition, {x: middle.x - ((b.y - a.y) / size) * far, y: middle.y + ((b.x - a.x) / size) * far});
+  }
+  return found;
+}
+
+/** The box around states with their rims and arcs. */
+export function bounds(states, arcs) {
+  const boxes = [
+    ...states.map(({x, y}) => ({left: x - RADIUS, right: x + RADIUS, top: y - RADIUS, bottom: y + RADIUS})),
+    ...arcs.map((each) => each.box),
+  ];
+  if (!boxes.length) return undefined;
+  return boxes.reduce((a, b) => ({
+    left: Math.min(a.left, b.left), top: Math.min(a.top, b.top), right: Math.max(a.right, b.right), bottom: Math.max(a.bottom, b.bottom),
+  }));
+}

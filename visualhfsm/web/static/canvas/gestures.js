@@ -1,0 +1,165 @@
+/**
+ * What the pointer does between pressing and letting go: pan, select in a box, move, bend, connect.
+ *
+ * Each gesture has `move(event)`, `end(event)` and `cancel()`; nothing of it is in the document before the end.
+ */
+
+import {addTransition, applyHere, moveSelected} from "../commands.js";
+import {page} from "../page.js";
+import {drawnArc} from "./geometry.js";
+import {make} from "./svg.js";
+
+const CLICK = 3; // pixels that a hand trembles
+
+export class Pan {
+  constructor(canvas, event) {
+    this.canvas = canvas;
+    [this.x, this.y] = [event.clientX, event.clientY];
+    canvas.classList.add("panning");
+  }
+
+  move({clientX, clientY}) {
+    this.canvas.viewport.pan(clientX - this.x, clientY - this.y);
+    [this.x, this.y] = [clientX, clientY];
+  }
+
+  end() {
+    this.cancel();
+  }
+
+  cancel() {
+    this.canvas.classList.remove("panning");
+  }
+}
+
+/** Select all states and handles in a box. */
+export class Band {
+  constructor(canvas, event) {
+    this.canvas = canvas;
+    this.start = canvas.point(event);
+    this.before = event.shiftKey ? {states: [...page.states], transitions: [...page.transitions]} : {states: [], transitions: []};
+    if (!event.shiftKey) page.select({});
+    this.box = make("rect", {class: "band"});
+    canvas.sketch.append(this.box);
+  }
+
+  move(event) {
+    const {start} = this;
+    const point = this.canvas.point(event);
+    const [left, right] = [Math.min(start.x, point.x), Math.max(start.x, point.x)];
+    const [top, bottom] = [Math.min(start.y, point.y), Math.max(start.y, point.y)];
+    for (const [name, value] of Object.entries({x: left, y: top, width: right - left, height: bottom - top})) {
+      this.box.setAttribute(name, value);
+    }
+    const within = (key) => {
+      const {x, y} = this.canvas.scene.places.get(key);
+      return x >= left && x <= right && y >= top && y <= bottom;
+    };
+    const {states, transitions} = page.automaton;
+    page.select({
+      states: new Set([...this.before.states, ...states.map((each) => each.id).filter((id) => within(`s${id}`))]),
+      transitions: new Set([...this.before.transitions, ...transitions.map((each) => each.id).filter((id) => within(`t${id}`))]),
+    });
+  }
+
+  end() {
+    this.box.remove();
+  }
+
+  cancel() {
+    this.box.remove();
+    page.select(this.before);
+  }
+}
+
+/** Move the selected states and handles; the other handles at these states follow. */
+export class Move {
+  constructor(canvas, event) {
+    this.canvas = canvas;
+    this.start = canvas.point(event);
+    [this.x, this.y] = [event.clientX, event.clientY];
+    this.began = false;
+    this.before = new Map(canvas.scene.places);
+  }
+
+  move(event) {
+    if (!this.began && Math.hypot(event.clientX - this.x, event.clientY - this.y) < CLICK) return;
+    this.began = true;
+    const point = this.canvas.point(event);
+    this.dx = Math.round(point.x - this.start.x);
+    this.dy = Math.round(point.y - this.start.y);
+    this.canvas.scene.preview(this.#places());
+    this.canvas.autoPan(event);
+  }
+
+  #places() {
+    const moved = new Map();
+    const shift = (key, part) => {
+      const place = this.before.get(key);
+      if (place) moved.set(key, {x: place.x + this.dx * part, y: place.y + this.dy * part});
+    };
+    for (const id of page.states) shift(`s${id}`, 1);
+    for (const {id, origin, destination} of page.automaton.transitions) {
+      const ends = page.states.has(origin) + page.states.has(destination);
+      if (page.transitions.has(id)) shift(`t${id}`, 1);
+      else if (ends) shift(`t${id}`, ends / 2);
+    }
+    return moved;
+  }
+
+  async end() {
+    if (!this.began || (!this.dx && !this.dy)) return;
+    await moveSelected(this.dx, this.dy);
+    this.canvas.redraw(); // also when it was refused: then things go back
+  }
+
+  cancel() {
+    if (this.began) this.canvas.scene.preview(this.before);
+  }
+}
+
+/** Draw a transition from a state to where the pointer is let go; on the ground, a click there ends it, too. */
+export class Link {
+  constructor(canvas, origin) {
+    this.canvas = canvas;
+    this.origin = origin;
+    this.from = canvas.scene.places.get(`s${origin}`);
+    this.path = make("path", {class: "line"});
+    this.head = make("path", {class: "head"});
+    this.group = make("g", {class: "transition drawn"}, this.path, this.head);
+    canvas.sketch.append(this.group);
+    canvas.classList.add("linking");
+  }
+
+  move(event) {
+    this.lead(this.canvas.stateAt(this.canvas.point(event)), this.canvas.point(event));
+    this.canvas.autoPan(event);
+  }
+
+  /** Let it lead to a state, or to a point. */
+  lead(state, point) {
+    this.destination = state?.id;
+    const made = drawnArc(this.from, state ?? point, Boolean(state));
+    this.path.setAttribute("d", made.path);
+    this.head.setAttribute("d", made.head);
+    this.canvas.markTarget(state?.id);
+  }
+
+  /** @returns {Promise<boolean>} whether there is a new transition */
+  async end() {
+    this.cancel();
+    if (this.destination === undefined) return false;
+    const id = await addTransition(this.origin, this.destination);
+    if (id !== undefined) this.canvas.beginRename("transition", id);
+    return id !== undefined;
+  }
+
+  cancel() {
+    this.group.remove();
+    this.canvas.markTarget(undefined);
+    this.canvas.classList.remove("linking");
+  }
+}
+
+/** Let a handle stand where it stands by itself. */
+export const resetHandle = (id) => applyHere("resetHandles", {transitions: [id]});

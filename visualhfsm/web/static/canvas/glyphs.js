@@ -1,0 +1,32 @@
+/** The small marks of the drawing, as paths around (0, 0), and their words. */
+
+/** By what a transition fires. */
+export const TRIGGERS = {
+  time: {path: "M0-5A5 5 0 1 1-.01-5M0-2.7V0L2 1.3", word: "after a time", filled: false},
+  condition: {path: "M0-5L5 0L0 5L-5 0Z", word: "on a condition", filled: false},
+  event: {path: "M1.5-5.5L-3.5 1H-.5L-1.5 5.5L3.5-1H.5Z", word: "on an event", filled: true},
+  finished: {path: "M-4.5.5L-1.5 3.5L4.5-3.5", word: "when finished below", filled: false},
+};
+export const UNKNOWN_TRIGGER = {path: "M-3-3L3 3M3-3L-3 3", word: "by what it does not say", filled: false};
+
+/** Which code a state has. */
+export const CODES = {
+  entry: {path: "M-4 0H1M-1.5-2.5L1 0L-1.5 2.5M3.5-3.5V3.5", word: "entry code"},
+  code: {path: "M-1.5-3L-4.5 0L-1.5 3M1.5-3L4.5 0L1.5 3", word: "code"},
+  exit: {path: "M-3.5-3.5V3.5M-1 0H4M1.5-2.5L4 0L1.5 2.5", word: "exit code"},
+};
+
+/** What hangs on a state. */
+export const BADGES = {
+  child: {path: "M-4.5-1.5L0-4.5L4.5-1.5L0 1.5ZM-4.5 1.5L0 4.5L4.5 1.5", word: "sub-automaton"},
+  imported: {path: "M-4-4H1M-4-4V4H4V1M4-4L-1 1M-1-2.5V1H2.5", word: "imported from another file"},
+  restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "begins anew each time"},
+};
+
+/** Seconds or milliseconds as a person would say them. */
+export function spokenTime(milliseconds) {
+  const value = Number(milliseconds);
+  if (!milliseconds.trim() || !Number.isFinite(value)) return milliseconds.trim() || "no time";
+  if (value >= 60_000 && value % 60_000 === 0) return `${value / 60_000} min`;
+  return value >= 1000 ? `${+(value / 1000).toFixed(2)} s` : `${value} ms`;
+}

@@ -1,0 +1,82 @@
+/** Type a name where it stands in the drawing. */
+
+import {rename} from "../commands.js";
+import {page} from "../page.js";
+import {RADIUS} from "./geometry.js";
+import {width} from "./text.js";
+
+const SIZE = 13;
+
+export class Rename {
+  #what;
+
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.input = document.createElement("input");
+    this.input.className = "rename";
+    this.input.hidden = true;
+    this.input.maxLength = 200;
+    this.input.setAttribute("aria-label", "Name");
+    this.input.addEventListener("keydown", (event) => this.#key(event));
+    this.input.addEventListener("input", () => this.follow());
+    this.input.addEventListener("blur", () => this.commit());
+  }
+
+  /** @param {"state" | "transition"} kind */
+  begin(kind, id) {
+    const list = kind === "state" ? page.automaton?.states : page.automaton?.transitions;
+    const item = list?.find((each) => each.id === id);
+    if (!item) return;
+    this.#what = {kind, id, name: item.name};
+    this.input.value = item.name;
+    this.input.setAttribute("aria-label", `Name of the ${kind}`);
+    this.input.hidden = false;
+    this.canvas.viewport.reveal(this.#place());
+    this.follow();
+    this.input.focus({preventScroll: true});
+    this.input.select();
+  }
+
+  /** Stay at the name while the drawing moves. */
+  follow() {
+    const place = this.#what && this.#place();
+    if (!place) return;
+    const {scale} = this.canvas.viewport;
+    const {x, y} = this.canvas.viewport.toWindow(place);
+    const size = Math.max(11, Math.min(20, SIZE * scale));
+    const wide = Math.max(RADIUS * 1.9 * scale, width(this.input.value, size, 500) * 1.1 + 20, 70);
+    const {style} = this.input;
+    style.fontSize = `${size}px`;
+    style.width = `${wide}px`;
+    style.left = `${x - wide / 2}px`;
+    style.top = `${y - size}px`;
+  }
+
+  commit() {
+    const what = this.#what;
+    if (!what) return;
+    this.cancel();
+    const name = this.input.value.trim();
+    if (name !== what.name.trim()) rename(what.kind, what.id, name);
+  }
+
+  cancel() {
+    this.#what = undefined;
+    this.input.hidden = true;
+  }
+
+  #place() {
+    const {kind, id} = this.#what;
+    const view = this.canvas.scene.view(`${kind === "state" ? "s" : "t"}${id}`);
+    return kind === "state" ? this.canvas.scene.places.get(`s${id}`) : view?.nameAt ?? view?.arc.middle;
+  }
+
+  #key(event) {
+    if (event.key === "Enter") this.commit();
+    else if (event.key === "Escape") this.cancel();
+    else return;
+    event.stopPropagation();
+    event.preventDefault();
+    this.canvas.focusSelected();
+  }
+}

@@ -1,0 +1,209 @@
+/**
+ * The drawing of one automaton: keeps the elements of the page in step with the document.
+ *
+ * Elements live as long as what they show, and only what differs is touched, so that a command in a document of
+ * hundreds of states is drawn at once.
+ */
+
+import {bounds, handles} from "./geometry.js";
+import {placeLabels} from "./labels.js";
+import {StateView} from "./state-view.js";
+import {make, set} from "./svg.js";
+import {TransitionView} from "./transition-view.js";
+
+/**
+ * @typedef {import("./geometry.js").Point} Point
+ * @typedef {{imported: (state: object) => boolean, problems: Map<string, {severity: string, message: string}>,
+ *   marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
+ * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, fired?: number, note?: string}} Live
+ *   of a state `status` and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains) and
+ *   `fired` (0..1, 1 just now)
+ */
+
+export class Scene {
+  constructor() {
+    this.arcs = make("g", {class: "arcs"});
+    this.circles = make("g", {class: "circles"});
+    /** @type {Map<string, StateView>} */
+    this.states = new Map();
+    /** @type {Map<string, TransitionView>} */
+    this.transitions = new Map();
+    /** Where everything stands at this moment, also while it is dragged. @type {Map<string, Point>} */
+    this.places = new Map();
+    this.automaton = undefined;
+  }
+
+  /** The view of a key such as `s1` or `t2`. */
+  view(key) {
+    return key.startsWith("s") ? this.states.get(key) : this.transitions.get(key);
+  }
+
+  /**
+   * Show an automaton as the document has it.
+   *
+   * @param {import("../store.js").Automaton | undefined} automaton
+   * @param {More} more
+   */
+  update(automaton, more) {
+    const other = automaton?.id !== this.automaton?.id;
+    this.automaton = automaton;
+    const {states = [], transitions = []} = automaton ?? {};
+    if (other) this.#clear();
+    this.places.clear();
+    const points = new Map();
+    const names = new Map();
+    this.#sync(this.states, this.circles, states, "s", StateView, (view, state, key) => {
+      view.update(state, {problem: more.problems.get(key), imported: more.imported(state), mark: more.marks?.get(key)});
+      view.place(state);
+      this.places.set(key, state);
+      if (!points.has(state.id)) {
+        points.set(state.id, state);
+        names.set(state.id, state.name);
+      }
+    });
+    const ranks = ranksOf(transitions);
+    const grips = handles(transitions, points);
+    let changed = other;
+    this.#sync(this.transitions, this.arcs, transitions, "t", TransitionView, (view, transition, key) => {
+      const from = names.get(transition.origin) ?? "nothing";
+      const to = names.get(transition.destination) ?? "nothing";
+      const rewritten = view.update(transition, {from, to, rank: ranks.get(transition) ?? 0, problem: more.problems.get(key), mark: more.marks?.get(key)});
+      const handle = grips.get(transition);
+      this.places.set(key, handle);
+      const replaced = view.place(points.get(transition.origin), points.get(transition.destination), handle, transition.origin === transition.destination);
+      changed ||= rewritten || replaced;
+    });
+    if (changed || this.#moved) this.placeNames();
+    this.#moved = false;
+  }
+
+  #moved = false;
+
+  /** Show some things elsewhere for as long as they are dragged. @param {Map<string, Point>} moved */
+  preview(moved) {
+    this.#moved = true;
+    for (const [key, point] of moved) {
+      this.places.set(key, point);
+      this.states.get(key)?.place(point);
+    }
+    for (const [key, view] of this.transitions) {
+      const {origin, destination} = view.transition;
+      if (!moved.has(key) && !moved.has(`s${origin}`) && !moved.has(`s${destination}`)) continue;
+      const before = view.offset;
+      if (!view.place(this.places.get(`s${origin}`), this.places.get(`s${destination}`), this.places.get(key), origin === destination)) continue;
+      if (before) view.placeName({x: view.arc.middle.x + before.x, y: view.arc.middle.y + before.y});
+    }
+  }
+
+  /** Put all names where none covers another. */
+  placeNames() {
+    const views = [...this.transitions.values()];
+    const circles = [...this.states.keys()].map((key) => this.places.get(key));
+    const found = placeLabels(views.map((view) => view.asLabel()), circles);
+    for (const view of views) view.placeName(found.get(view));
+  }
+
+  /** Mark what is selected. @param {Set<number>} states @param {Set<number>} transitions */
+  select(states, transitions) {
+    for (const view of this.states.values()) mark(view, states.has(view.state.id));
+    for (const view of this.transitions.values()) mark(view, transitions.has(view.transition.id));
+  }
+
+  #live;
+
+  /** Show what a running component does. @param {Map<string, Live> | undefined} live by key; undefined for nothing */
+  showLive(live) {
+    if (!live && !this.#live) return;
+    for (const [key, view] of this.states) {
+      const {status, trail = 0, note} = live?.get(key) ?? {};
+      const {classList} = view.group;
+      classList.toggle("active", status === "active");
+      classList.toggle("ghost", status === "ghost");
+      view.group.setAttribute("aria-label", [view.words, status, note].filter(Boolean).join(", "));
+      set(view.glow, "opacity", trail && status !== "active" ? trail.toFixed(2) : undefined);
+      classList.toggle("trail", trail > 0);
+    }
+    for (const [key, view] of this.transitions) {
+      const {timer, fired = 0} = live?.get(key) ?? {};
+      set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
+      view.group.classList.toggle("waiting", timer > 0);
+      view.group.classList.toggle("fired", fired > 0);
+      set(view.glow, "opacity", fired ? fired.toFixed(2) : undefined);
+    }
+    this.#live = live;
+  }
+
+  /** The box around everything. */
+  bounds() {
+    const circles = [...this.states.keys()].map((key) => this.places.get(key));
+    const boxes = [...this.transitions.values()].flatMap((view) => {
+      const {nameAt, width, height, arc} = view;
+      if (!nameAt || !width) return [arc];
+      const name = {left: nameAt.x - width / 2, right: nameAt.x + width / 2, top: nameAt.y - height / 2, bottom: nameAt.y + height / 2};
+      return [arc, {box: name}];
+    });
+    return bounds(circles, boxes);
+  }
+
+  #clear() {
+    this.arcs.replaceChildren();
+    this.circles.replaceChildren();
+    this.states.clear();
+    this.transitions.clear();
+  }
+
+  #sync(views, parent, items, prefix, View, draw) {
+    const wanted = new Set();
+    const fresh = document.createDocumentFragment();
+    for (const item of items) {
+      let key = `${prefix}${item.id}`;
+      while (wanted.has(key)) key += "'"; // two of one number in a document that is not sound
+      wanted.add(key);
+      let view = views.get(key);
+      if (!view) {
+        view = new View();
+        views.set(key, view);
+        fresh.append(view.group);
+      }
+      draw(view, item, key);
+    }
+    parent.append(fresh);
+    if (views.size === wanted.size) return;
+    for (const [key, view] of views) {
+      if (wanted.has(key)) continue;
+      view.group.remove();
+      views.delete(key);
+    }
+  }
+}
+
+function mark(view, selected) {
+  if (view.group.classList.contains("selected") === selected) return;
+  view.group.classList.toggle("selected", selected);
+  view.group.setAttribute("aria-pressed", selected);
+}
+
+/** The place of each transition among those out of its state, where there are several. */
+function ranksOf(transitions) {
+  const byOrigin = new Map();
+  for (const transition of transitions) {
+    const known = byOrigin.get(transition.origin);
+    if (known) known.push(transition);
+    else byOrigin.set(transition.origin, [transition]);
+  }
+  const found = new Map();
+  for (const group of byOrigin.values()) {
+    if (group.length < 2) continue;
+    outgoing(group).forEach((transition, index) => found.set(transition, index + 1));
+  }
+  return found;
+}
+
+/** Transitions in the order in which they are tried: by priority, then as in the document. */
+export function outgoing(transitions) {
+  const rank = ({priority}) => (/^\s*\d{1,9}\s*$/.test(priority) ? Number(priority) : Infinity);
+  return transitions
+    .map((transition, index) => ({transition, rank: rank(transition), index}))
+    .sort((a, b) => (a.rank === b.rank ? a.index - b.index : a.rank - b.rank))
+    .map((each) => each.transition);
+}

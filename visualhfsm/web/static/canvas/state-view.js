@@ -1,0 +1,122 @@
+/** One state in the drawing. */
+
+import {BADGES, CODES} from "./glyphs.js";
+import {RADIUS} from "./geometry.js";
+import {make, template} from "./svg.js";
+import {fitCircle, lineHeight} from "./text.js";
+
+const blank = template(`
+  <g class="state" role="button" tabindex="-1"><title/>
+    <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/><circle class="ring" r="${RADIUS - 5}"/>
+    <text class="name"/><g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
+  </g>`);
+const DIAGONAL = RADIUS * Math.SQRT1_2;
+const CODES_AT = RADIUS - 13;
+
+/** @typedef {import("../store.js").State} State */
+
+export class StateView {
+  constructor() {
+    this.group = blank();
+    [this.title, this.glow, this.body, this.ring, this.name, this.codes, this.rim] = this.group.children;
+    this.badges = null;
+    this.#signature = "";
+  }
+
+  #signature;
+
+  /**
+   * Draw a state; does nothing when nothing that is drawn differs.
+   *
+   * @param {State} state
+   * @param {{problem?: {severity: string, message: string}, imported: boolean, mark?: string}} more
+   */
+  update(state, more) {
+    this.state = state;
+    const has = Object.keys(CODES).filter((part) => state[part]?.trim());
+    const {problem, imported, mark = ""} = more;
+    const signature = JSON.stringify([
+      state.id, state.name, state.initial, state.final, state.children.length, state.history, has, imported, mark, problem?.severity, problem?.message,
+    ]);
+    if (signature === this.#signature) return;
+    this.#signature = signature;
+    const {group} = this;
+    group.dataset.key = `s${state.id}`;
+    const kinds = [
+      "state", state.children.length && "parent", state.initial && "initial", state.final && "final",
+      problem && `has-${problem.severity}`, mark && `is-${mark}`,
+    ];
+    group.setAttribute("class", kinds.filter(Boolean).join(" "));
+    this.words = describe(state, imported, problem, mark);
+    group.setAttribute("aria-label", this.words);
+    this.title.textContent = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
+      .filter(Boolean).join("\n");
+    this.#drawName(state.name, has.length > 0);
+    this.#drawCodes(has);
+    this.#drawBadges(state, imported, problem);
+  }
+
+  /** Put it somewhere. */
+  place({x, y}) {
+    this.group.setAttribute("transform", `translate(${x},${y})`);
+  }
+
+  #drawName(name, hasCodes) {
+    const {lines, size} = fitCircle(name);
+    const high = lineHeight(size);
+    const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
+    this.name.setAttribute("font-size", size);
+    this.name.replaceChildren(...lines.map((line, index) => {
+      const span = make("tspan", {x: 0, y: +(top + index * high).toFixed(1)});
+      span.textContent = line;
+      return span;
+    }));
+  }
+
+  #drawCodes(has) {
+    const start = -(has.length - 1) * 6;
+    this.codes.replaceChildren(...has.map((part, index) =>
+      make("path", {d: CODES[part].path, transform: `translate(${start + index * 12},${CODES_AT})`})));
+  }
+
+  #drawBadges(state, imported, problem) {
+    this.badges?.remove();
+    this.badges = null;
+    const all = [];
+    if (state.children.length) {
+      const count = state.children.length;
+      all.push(badge("child", DIAGONAL, DIAGONAL, BADGES.child.path, count > 1 ? `∥${count}` : ""));
+    }
+    if (imported) all.push(badge("imported", -DIAGONAL, -DIAGONAL, BADGES.imported.path));
+    if (state.history.trim() === "restart") all.push(badge("history", -DIAGONAL, DIAGONAL, BADGES.restart.path));
+    else if (state.history.trim()) all.push(badge("history", -DIAGONAL, DIAGONAL, "", "H"));
+    if (problem) all.push(badge(`problem ${problem.severity}`, DIAGONAL, -DIAGONAL, "", problem.severity === "error" ? "!" : "?"));
+    if (all.length) {
+      this.badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
+      this.group.append(this.badges);
+    }
+  }
+}
+
+/** A small round thing at a state's rim with a glyph, a short text, or both side by side. */
+function badge(kind, x, y, path, text = "") {
+  const wide = path && text ? 30 : 18;
+  const group = make("g", {class: `badge ${kind}`, transform: `translate(${x.toFixed(1)},${y.toFixed(1)})`});
+  group.append(make("rect", {x: -9, y: -9, width: wide, height: 18, rx: 9}));
+  if (path) group.append(make("path", {d: path}));
+  if (text) {
+    const label = make("text", {x: path ? 13 : 0, y: 3.8});
+    label.textContent = text;
+    group.append(label);
+  }
+  return group;
+}
+
+function describe(state, imported, problem, mark) {
+  const count = state.children.length;
+  return [
+    `State ${state.name || "without a name"}`, state.initial && "initial", state.final && "final",
+    count === 1 ? "has a sub-automaton" : count > 1 && `has ${count} sub-automata`, imported && BADGES.imported.word,
+    state.history.trim() === "restart" && BADGES.restart.word, mark, problem && `${problem.severity}: ${problem.message}`,
+  ].filter(Boolean).join(", ");
+}

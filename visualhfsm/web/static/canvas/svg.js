@@ -1,0 +1,24 @@
+/** Make SVG quickly: templates are parsed once and cloned. */
+
+const NAMESPACE = "http://www.w3.org/2000/svg";
+
+/** Parse the content of an SVG; returns a function that makes a copy of its first element. */
+export function template(text) {
+  const parsed = new DOMParser().parseFromString(`<svg xmlns="${NAMESPACE}">${text}</svg>`, "image/svg+xml");
+  const element = parsed.documentElement.firstElementChild;
+  return () => document.importNode(element, true);
+}
+
+/** Make an element with attributes. */
+export function make(name, attributes = {}, ...children) {
+  const element = document.createElementNS(NAMESPACE, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  element.append(...children);
+  return element;
+}
+
+/** Set an attribute, or remove it when there is no value. */
+export function set(element, name, value) {
+  if (value === undefined || value === null || value === false) element.removeAttribute(name);
+  else element.setAttribute(name, value);
+}

@@ -1,0 +1,108 @@
+/** Fit texts into the drawing: widths are measured once and remembered. */
+
+import {RADIUS} from "./geometry.js";
+
+const FAMILY = '"Inter", system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans", Arial, sans-serif';
+const SIZES = [13, 12, 11, 10];
+const LINE = 1.16;
+const MARGIN = 7; // between a name and its state's rim
+const ELLIPSIS = "…";
+
+const context = document.createElement("canvas").getContext("2d");
+/** @type {Map<string, number>} */
+const widths = new Map();
+/** @type {Map<string, {lines: string[], size: number}>} */
+const fits = new Map();
+const REMEMBERED = 20_000;
+
+/** Width of a text in pixels. */
+export function width(text, size, weight = 400) {
+  const key = `${weight} ${size} ${text}`;
+  let known = widths.get(key);
+  if (known === undefined) {
+    context.font = `${weight} ${size}px ${FAMILY}`;
+    known = context.measureText(text).width;
+    if (widths.size > REMEMBERED) widths.clear();
+    widths.set(key, known);
+  }
+  return known;
+}
+
+/** A text that is no wider than some pixels, shortened at its end. */
+export function shortened(text, size, wanted, weight = 400) {
+  if (width(text, size, weight) <= wanted) return text;
+  let [low, high] = [0, text.length];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (width(text.slice(0, middle).trimEnd() + ELLIPSIS, size, weight) <= wanted) low = middle;
+    else high = middle - 1;
+  }
+  return text.slice(0, low).trimEnd() + ELLIPSIS;
+}
+
+/**
+ * The lines in which a name stands in a state's circle, and the size of its letters.
+ *
+ * It is broken at spaces, underscores and before capitals.
+ */
+export function fitCircle(name) {
+  let known = fits.get(name);
+  if (!known) {
+    known = fit(name);
+    if (fits.size > REMEMBERED) fits.clear();
+    fits.set(name, known);
+  }
+  return known;
+}
+
+function fit(name) {
+  const text = name.trim().replace(/\s+/g, " ");
+  if (!text) return {lines: [], size: SIZES[0]};
+  const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu).filter(Boolean);
+  for (const size of SIZES) {
+    for (let count = 1; count <= 3; count++) {
+      const lines = broken(words, size, count);
+      if (lines) return {lines, size};
+    }
+  }
+  const size = SIZES.at(-1);
+  const rest = [];
+  let left = words;
+  for (let line = 0; line < 3 && left.length; line++) {
+    const room = chord(line, 3, size);
+    let taken = 1;
+    while (line < 2 && taken < left.length && width(left.slice(0, taken + 1).join("").trim(), size, 500) <= room) taken++;
+    rest.push(shortened((line < 2 ? left.slice(0, taken) : left).join("").trim(), size, room, 500));
+    left = line < 2 ? left.slice(taken) : [];
+  }
+  return {lines: rest, size};
+}
+
+function broken(words, size, count) {
+  const lines = [];
+  let current = "";
+  for (const word of words) {
+    const longer = current + word;
+    if (current && width(longer.trim(), size, 500) > chord(lines.length, count, size)) {
+      lines.push(current.trim());
+      current = word;
+    } else {
+      current = longer;
+    }
+  }
+  lines.push(current.trim());
+  if (lines.length > count) return undefined;
+  return lines.every((line, index) => width(line, size, 500) <= chord(index, lines.length, size)) ? lines : undefined;
+}
+
+/** How wide a line may be so that it stays in the circle. */
+function chord(index, count, size) {
+  const height = size * LINE;
+  const top = Math.abs((index - count / 2) * height);
+  const bottom = Math.abs((index + 1 - count / 2) * height);
+  const far = Math.max(top, bottom) - size * 0.2;
+  return 2 * Math.sqrt(Math.max(0, (RADIUS - MARGIN) ** 2 - far ** 2));
+}
+
+/** Distance between two lines. */
+export const lineHeight = (size) => size * LINE;

@@ -1,0 +1,84 @@
+/** Which part of the drawing is seen, and how large. */
+
+const SMALLEST = 0.05;
+const LARGEST = 4;
+const FIT_MARGIN = 48; // pixels of the window
+const FIT_LARGEST = 1.25;
+
+/** Calls `changed` after each change; `scale` pixels of the window are one of the drawing. */
+export class Viewport {
+  x = 0;
+  y = 0;
+  scale = 1;
+
+  /** @param {() => {width: number, height: number}} size of the window @param {() => void} changed */
+  constructor(size, changed) {
+    this.size = size;
+    this.changed = changed;
+  }
+
+  /** Where a point of the window is in the drawing. */
+  toDrawing(x, y) {
+    return {x: (x - this.x) / this.scale, y: (y - this.y) / this.scale};
+  }
+
+  /** Where a point of the drawing is in the window. */
+  toWindow({x, y}) {
+    return {x: x * this.scale + this.x, y: y * this.scale + this.y};
+  }
+
+  /** What of the drawing is seen. */
+  get seen() {
+    const {width, height} = this.size();
+    const start = this.toDrawing(0, 0);
+    const end = this.toDrawing(width, height);
+    return {left: start.x, top: start.y, right: end.x, bottom: end.y};
+  }
+
+  /** Zoom so that the point of the drawing at (x, y) of the window stays there; by default its middle. */
+  zoom(factor, x = this.size().width / 2, y = this.size().height / 2) {
+    const scale = Math.min(LARGEST, Math.max(SMALLEST, this.scale * factor));
+    this.x = x - ((x - this.x) * scale) / this.scale;
+    this.y = y - ((y - this.y) * scale) / this.scale;
+    this.scale = scale;
+    this.changed();
+  }
+
+  pan(dx, dy) {
+    this.x += dx;
+    this.y += dy;
+    this.changed();
+  }
+
+  /** Show a box whole, in the middle. */
+  fit(box) {
+    const {width, height} = this.size();
+    if (!width || !height) return;
+    if (!box) {
+      Object.assign(this, {x: width / 2, y: height / 2, scale: 1});
+    } else {
+      const [wide, high] = [Math.max(1, box.right - box.left), Math.max(1, box.bottom - box.top)];
+      const scale = Math.min((width - 2 * FIT_MARGIN) / wide, (height - 2 * FIT_MARGIN) / high, FIT_LARGEST);
+      this.scale = Math.max(SMALLEST, scale);
+      this.x = width / 2 - ((box.left + box.right) / 2) * this.scale;
+      this.y = height / 2 - ((box.top + box.bottom) / 2) * this.scale;
+    }
+    this.changed();
+  }
+
+  /** Move only as far as needed to see a point, with some pixels around it. */
+  reveal(point, margin = 70) {
+    const {width, height} = this.size();
+    const {x, y} = this.toWindow(point);
+    const dx = x < margin ? margin - x : Math.min(0, width - margin - x);
+    const dy = y < margin ? margin - y : Math.min(0, height - margin - y);
+    if (dx || dy) this.pan(dx, dy);
+  }
+
+  center(point) {
+    const {width, height} = this.size();
+    this.x = width / 2 - point.x * this.scale;
+    this.y = height / 2 - point.y * this.scale;
+    this.changed();
+  }
+}

@@ -1,0 +1,95 @@
+/**
+ * Changes of the shown document. What each command means stands in visualhfsm/editing/commands/.
+ *
+ * Nothing is drawn before the server has changed the document; a refusal is told to the person.
+ */
+
+import {notifyError} from "./notices.js";
+import {page} from "./page.js";
+import {store} from "./store.js";
+
+/**
+ * Send a request that a person asked for; tells why it was refused.
+ *
+ * @returns {Promise<any>} its value, undefined when it was refused
+ */
+export async function ask(op, fields = {}) {
+  try {
+    return (await store.request(op, fields)) ?? null;
+  } catch (error) {
+    notifyError(error);
+    return undefined;
+  }
+}
+
+/** Send a request about the shown tab. */
+export const askTab = (op, fields = {}) => ask(op, {tab: page.tab, ...fields});
+
+/**
+ * Apply a command to the shown document; `automaton` is the shown one unless another is given.
+ *
+ * @param {string} command
+ * @param {object} fields
+ */
+export function apply(command, fields = {}) {
+  return askTab("do", {command: {command, ...fields}});
+}
+
+/** Apply a command to the shown automaton. */
+export const applyHere = (command, fields = {}) => apply(command, {automaton: page.automaton.id, ...fields});
+
+/** The selected ids as the fields of a command. */
+export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});
+
+/** Add a state and select it; resolves to its id. */
+export async function addState({x, y}, name = "") {
+  return selectAdded(await applyHere("addState", {x, y, name}), "states");
+}
+
+/** Add a transition and select it; resolves to its id. */
+export async function addTransition(origin, destination) {
+  return selectAdded(await applyHere("addTransition", {origin, destination}), "transitions");
+}
+
+/** Select what a command has brought into the shown automaton; returns the first id. */
+function selectAdded(done, kind) {
+  const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
+  if (!added?.[kind]?.length) return undefined;
+  page.select({[kind]: added[kind]});
+  return added[kind][0];
+}
+
+/** Delete what is selected. */
+export function deleteSelected() {
+  return applyHere("deleteItems", selected());
+}
+
+/** Move what is selected. */
+export function moveSelected(dx, dy) {
+  return applyHere("moveItems", {...selected(), dx, dy});
+}
+
+/** Give a state or transition another name. */
+export function rename(kind, id, name) {
+  return kind === "state" ? applyHere("renameState", {state: id, name}) : applyHere("renameTransition", {transition: id, name});
+}
+
+export const copy = () => askTab("copy", {automaton: page.automaton.id, states: [...page.states]});
+export const cut = () => askTab("cut", {automaton: page.automaton.id, states: [...page.states]});
+
+/** Paste with its middle at a point, and select what came. */
+export async function paste({x, y}) {
+  selectAdded(await askTab("paste", {automaton: page.automaton.id, x, y}), "states");
+}
+
+/** Show a sub-automaton of a state, made first when it has none. */
+export async function openChild(state) {
+  if (!state.children.length) {
+    const father = page.automaton.id;
+    const done = await applyHere("addAutomaton", {state: state.id});
+    const made = done?.added?.find((each) => each.automaton !== father);
+    if (made) page.open(made.automaton);
+  } else {
+    page.open(state.children[0]);
+  }
+}

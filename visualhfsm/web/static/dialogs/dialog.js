@@ -1,0 +1,55 @@
+/** Dialogs: the browser's own, which hold the focus, close with Esc and give the focus back. */
+
+import {html, render} from "lit";
+
+import {icon} from "../icons.js";
+
+/**
+ * Show a dialog until it is closed.
+ *
+ * @param {{title: string, content: (close: (value?: any) => void, redraw: () => void) => unknown,
+ *   footer?: (close: (value?: any) => void) => unknown, wide?: boolean}} options
+ * @returns {Promise<any>} what it was closed with, undefined after Esc
+ */
+export function showDialog({title, content, footer, wide = false}) {
+  const dialog = document.createElement("dialog");
+  dialog.className = wide ? "wide" : "";
+  dialog.setAttribute("aria-labelledby", "dialog-title");
+  const before = document.activeElement;
+  return new Promise((resolve) => {
+    let value;
+    const close = (given) => {
+      value = given;
+      dialog.close();
+    };
+    const redraw = () => render(html`
+      <header><h2 id="dialog-title">${title}</h2><button type="button" class="action bare" aria-label="Close" @click=${() => close()}>${icon("close")}</button></header>
+      <div class="content">${content(close, redraw)}</div>
+      ${footer ? html`<footer>${footer(close)}</footer>` : ""}`, dialog);
+    redraw();
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      before?.focus?.({preventScroll: true});
+      resolve(value);
+    });
+    dialog.addEventListener("pointerdown", (event) => event.target === dialog && close());
+    document.body.append(dialog);
+    dialog.showModal();
+    dialog.querySelector("[autofocus]")?.focus();
+  });
+}
+
+/**
+ * Ask for a decision.
+ *
+ * @param {{title: string, text: string, choices: [string, string, string?][]}} options choices as [value, label, kind]
+ * @returns {Promise<string | undefined>}
+ */
+export function confirm({title, text, choices}) {
+  return showDialog({
+    title,
+    content: () => html`<p>${text}</p>`,
+    footer: (close) => html`<button type="button" class="button" @click=${() => close()}>Cancel</button>
+      ${choices.map(([value, label, kind = ""], index) => html`<button type="button" class="button ${kind}" ?autofocus=${index === choices.length - 1} @click=${() => close(value)}>${label}</button>`)}`,
+  });
+}

@@ -1,0 +1,40 @@
+/** What the elements of the page have in common. */
+
+import {LitElement} from "lit";
+
+import {page} from "./page.js";
+import {store} from "./store.js";
+
+/**
+ * An element without a shadow, so that one style sheet, one order of focus and one set of labels hold for all.
+ *
+ * `watches` names the events of the page and of the store after which it is drawn again.
+ */
+export class PageElement extends LitElement {
+  static watches = {page: ["change"], store: ["document", "workspace"]};
+
+  #stop = new AbortController();
+
+  createRenderRoot() {
+    return this;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.#stop = new AbortController();
+    const {page: ofPage = [], store: ofStore = []} = this.constructor.watches;
+    const redraw = () => this.requestUpdate();
+    for (const kind of ofPage) page.addEventListener(kind, redraw, {signal: this.#stop.signal});
+    for (const kind of ofStore) store.addEventListener(kind, redraw, {signal: this.#stop.signal});
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    this.#stop.abort();
+  }
+
+  /** Do something at each event of the page or the store for as long as the element is shown. */
+  listen(target, kind, handler) {
+    target.addEventListener(kind, handler, {signal: this.#stop.signal});
+  }
+}

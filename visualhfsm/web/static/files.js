@@ -1,0 +1,127 @@
+/** Open, save and close documents, and ask where a person must decide. */
+
+import {ask} from "./commands.js";
+import {chooseFile} from "./dialogs/files.js";
+import {confirm} from "./dialogs/dialog.js";
+import {notify, notifyError} from "./notices.js";
+import {page} from "./page.js";
+import {store} from "./store.js";
+
+const RECENT = "visualhfsm.recent";
+const MOST_RECENT = 8;
+const LARGEST = 4_000_000; // characters that a dropped file may have
+
+/** Paths that were opened lately, the latest first. @returns {string[]} */
+export function recentFiles() {
+  try {
+    const found = JSON.parse(localStorage.getItem(RECENT) ?? "[]");
+    return Array.isArray(found) ? found.filter((each) => typeof each === "string") : [];
+  } catch {
+    return []; // somebody else wrote there
+  }
+}
+
+function remember(path) {
+  localStorage.setItem(RECENT, JSON.stringify([path, ...recentFiles().filter((each) => each !== path)].slice(0, MOST_RECENT)));
+}
+
+export async function openPath(path) {
+  const done = await ask("open", {path});
+  if (!done) return;
+  remember(path);
+  page.show(done.tab);
+}
+
+export async function openNew(template = "empty") {
+  const done = await ask("new", {template});
+  if (done) page.show(done.tab);
+}
+
+export async function openFile() {
+  const path = await chooseFile({title: "Open a document", verb: "Open"});
+  if (path) await openPath(path);
+}
+
+/** @param {File[]} dropped */
+export async function openDropped(dropped) {
+  for (const file of dropped) {
+    if (file.size > LARGEST) {
+      notify(`${file.name} is too large for a document.`, "error");
+      continue;
+    }
+    const done = await ask("openText", {name: file.name, text: await file.text()});
+    if (done) page.show(done.tab);
+  }
+}
+
+/** Open the document of a session that ended without closing. */
+export async function recover(journal) {
+  const done = await ask("recover", {journal});
+  if (done) page.show(done.tab);
+}
+
+/** @returns {Promise<boolean>} whether the document is saved */
+export async function save(tab = page.tab) {
+  await settleTyping();
+  const state = store.workspace.tabs.find((each) => each.tab === tab);
+  if (!state?.path) return saveAs(tab);
+  return saving((overwrite) => store.request("save", {tab, overwrite}), state.path);
+}
+
+/** @returns {Promise<boolean>} */
+export async function saveAs(tab = page.tab) {
+  await settleTyping();
+  const state = store.workspace.tabs.find((each) => each.tab === tab);
+  const suggestion = state.path || (/\.xml$/i.test(state.title) ? state.title : `${state.title}.xml`);
+  const path = await chooseFile({title: "Save the document as", verb: "Save", suggestion});
+  return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path) : false;
+}
+
+/** Let a field that is being typed into give what it holds to the document. */
+async function settleTyping() {
+  const event = new CustomEvent("settle", {detail: {waiting: []}});
+  page.dispatchEvent(event);
+  await Promise.all(event.detail.waiting);
+}
+
+async function saving(request, path) {
+  try {
+    const done = await request(false);
+    remember(done.path);
+    notify(`Saved ${done.path}.`);
+    return true;
+  } catch (error) {
+    if (!["exists", "outside"].includes(error.kind)) {
+      notifyError(error);
+      return false;
+    }
+    const sure = await confirm({title: `Write over ${path}?`, text: error.message, choices: [["overwrite", "Write over it", "danger"]]});
+    if (!sure) return false;
+  }
+  try {
+    const done = await request(true);
+    remember(done.path);
+    notify(`Saved ${done.path}.`);
+    return true;
+  } catch (error) {
+    notifyError(error);
+    return false;
+  }
+}
+
+export async function closeTab(tab) {
+  try {
+    await store.request("close", {tab});
+  } catch (error) {
+    if (error.kind !== "unsaved") {
+      notifyError(error);
+      return;
+    }
+    const {title} = store.workspace.tabs.find((each) => each.tab === tab);
+    const choice = await confirm({
+      title: `Save ${title} before closing?`, text: "It has changes that are not in its file.",
+      choices: [["discard", "Close without saving", "danger"], ["save", "Save", "primary"]],
+    });
+    if (choice === "discard" || (choice === "save" && (await save(tab)))) await ask("close", {tab, discard: choice === "discard"});
+  }
+}

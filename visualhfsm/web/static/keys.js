@@ -1,0 +1,63 @@
+/** Keys: which action each one does. The table itself stands with the actions. */
+
+import {actions, perform} from "./actions.js";
+
+/** By how a key is written, such as `Ctrl+Shift+Z`. */
+const byKey = new Map();
+for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
+
+/** How a pressed key is written. */
+export function written(event) {
+  const {key} = event;
+  const letter = key.length === 1 && key !== " " ? key.toUpperCase() : key;
+  const shown = /^[A-Z]$/.test(letter) || key.length > 1;
+  const parts = [(event.ctrlKey || event.metaKey) && "Ctrl", event.altKey && "Alt", event.shiftKey && shown && "Shift", letter];
+  return parts.filter(Boolean).join("+");
+}
+
+/** A key as it is shown to people. */
+export function spoken(key) {
+  const names = {ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", Delete: "Del", Escape: "Esc", PageUp: "PgUp", PageDown: "PgDn"};
+  return key.split(/\+(?!$)/).map((part) => names[part] ?? part).join("+");
+}
+
+/** Whether somebody types into something. */
+function isTyping(target) {
+  return target.isContentEditable || (target.matches?.("input, textarea, select") && !target.matches("[type=checkbox], [type=radio], [type=button]"));
+}
+
+/**
+ * Listen for keys.
+ *
+ * @param {import("./actions.js").Context} context
+ */
+export function listenForKeys(context) {
+  document.addEventListener("keydown", (event) => {
+    if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
+    const action = byKey.get(written(event));
+    if (!action) return;
+    if (action.scope !== "typing" && isTyping(event.target)) return;
+    const onCanvas = context.canvas.contains(event.target) || event.target === document.body;
+    if (action.scope === "canvas" && !onCanvas) return;
+    if (event.target.closest?.("[role=menu]")) return;
+    event.preventDefault();
+    perform(action.id, context);
+  });
+}
+
+/** All keys for the help: groups of [keys, what it does]. */
+export function keyTable() {
+  const row = (id) => {
+    const {label, hint, keys = []} = actions.get(id);
+    return {keys: keys.map(spoken), text: hint ? `${label}: ${hint}` : label};
+  };
+  const groups = {
+    Draw: ["newState", "newTransition", "rename", "edit", "editCode", "openChild", "markInitial", "toggleFinal", "delete"],
+    "Move about": ["up", "moveLeft", "moveRight", "moveUp", "moveDown", "goLeft", "goRight", "goUp", "goDown", "goNext", "goBack", "cancel"],
+    Edit: ["undo", "redo", "copy", "cut", "paste", "duplicate", "selectAll", "tryEarlier", "tryLater", "resetHandle", "layout", "layoutAll"],
+    View: ["fit", "fitSelection", "zoomIn", "zoomOut", "search", "problems", "output", "historyList", "theme", "help"],
+    Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
+    "Data and run": ["interfaces", "timing", "variables", "functions", "component", "generate", "run", "stopRun"],
+  };
+  return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));
+}

@@ -1,0 +1,70 @@
+/** The menu of the right mouse button, and of Shift+F10. */
+
+import {html, nothing, render} from "lit";
+
+import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
+import {icon} from "./icons.js";
+import {spoken} from "./keys.js";
+
+const GROUND = [["newState", "newTransition", "paste"], ["selectAll", "layout", "fit"], ["up"]];
+
+let element;
+
+/**
+ * @param {{x: number, y: number, point: {x: number, y: number}}} where in the window, and in the drawing
+ * @param {import("./actions.js").Context} context
+ */
+export function showMenu({x, y, point}, context) {
+  hideMenu();
+  const here = {...context, point};
+  const title = selectionTitle();
+  const groups = title ? selectionActions() : GROUND;
+  element = document.createElement("div");
+  element.className = "menu";
+  element.setAttribute("role", "menu");
+  element.setAttribute("aria-label", title || "Automaton");
+  const item = (id) => {
+    const {label, icon: image, keys = []} = actions.get(id);
+    const enabled = isEnabled(id, here);
+    return html`<button type="button" role="menuitem" tabindex="-1" aria-disabled=${!enabled} @click=${() => enabled && choose(id, here)}>
+      ${icon(image)}<span>${label}</span>${keys[0] ? html`<kbd>${spoken(keys[0])}</kbd>` : nothing}</button>`;
+  };
+  render(html`${title ? html`<div class="title" role="presentation">${title}</div>` : nothing}
+    ${groups.map((ids, index) => html`${index ? html`<div role="separator"></div>` : nothing}${ids.map(item)}`)}`, element);
+  document.body.append(element);
+  const {width, height} = element.getBoundingClientRect();
+  element.style.left = `${Math.max(4, Math.min(x, innerWidth - width - 4))}px`;
+  element.style.top = `${Math.max(4, Math.min(y, innerHeight - height - 4))}px`;
+  element.addEventListener("keydown", (event) => key(event, context));
+  element.addEventListener("focusout", (event) => !element?.contains(event.relatedTarget) && hideMenu());
+  element.querySelector("[role=menuitem]")?.focus();
+}
+
+function choose(id, context) {
+  hideMenu();
+  context.canvas.focusSelected();
+  perform(id, context);
+}
+
+function hideMenu() {
+  const former = element;
+  element = undefined;
+  former?.remove();
+}
+
+function key(event, context) {
+  const items = [...element.querySelectorAll("[role=menuitem]")];
+  const index = items.indexOf(document.activeElement);
+  const next = {ArrowDown: index + 1, ArrowUp: index - 1, Home: 0, End: items.length - 1}[event.key];
+  if (next !== undefined) items.at(next % items.length).focus();
+  else if (event.key === "Escape" || event.key === "Tab") {
+    hideMenu();
+    context.canvas.focusSelected();
+  } else if (event.key.length === 1 && !event.ctrlKey) {
+    const letter = event.key.toLowerCase();
+    const rest = [...items.slice(index + 1), ...items.slice(0, index + 1)];
+    rest.find((each) => each.innerText.trim().toLowerCase().startsWith(letter))?.focus();
+  } else return;
+  event.preventDefault();
+  event.stopPropagation();
+}

@@ -1,0 +1,37 @@
+/** How the automata of a document hang together. @typedef {import("./store.js").OpenDocument} OpenDocument */
+
+/** The automaton that no state owns, or the first of a document that is not sound. */
+export function rootOf(document) {
+  for (const automaton of document.automata.values()) if (automaton.father === 0) return automaton;
+  return document.automata.values().next().value;
+}
+
+/** The state that owns an automaton, or undefined. */
+export function ownerOf(document, automaton) {
+  return document.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
+}
+
+/** What to call an automaton: as the state that owns it, the root as the component. */
+export function titleOf(document, automaton, component = "root") {
+  if (automaton.father === 0) return component;
+  return ownerOf(document, automaton)?.name || `automaton ${automaton.id}`;
+}
+
+/** The automata from the root to one. */
+export function pathTo(document, automaton) {
+  const found = [];
+  let each = automaton;
+  while (each && !found.includes(each)) {
+    found.unshift(each);
+    each = document.automata.get(each.father);
+  }
+  return found;
+}
+
+/** Automata that hang on nothing, in a document that is not sound. */
+export function lostIn(document) {
+  const owned = new Set();
+  for (const {states} of document.automata.values()) for (const {children} of states) children.forEach((id) => owned.add(id));
+  const root = rootOf(document);
+  return [...document.automata.values()].filter((each) => each !== root && !owned.has(each.id));
+}

@@ -1,0 +1,178 @@
+/**
+ * What the page itself decides: which tab and automaton are shown, and what is selected.
+ *
+ * Tree, canvas and panels share it, so that a selection is seen everywhere. Nothing of it is in the document.
+ */
+
+import {ownerOf, pathTo, rootOf, titleOf} from "./outline.js";
+import {store} from "./store.js";
+
+/** @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot */
+
+/** Events: `tab`, `automaton`, `selection`; each is followed by `change`. */
+class Page extends EventTarget {
+  /** The shown tab; 0 is the start page. */
+  tab = 0;
+  /** @type {Map<number, Spot>} */
+  #spots = new Map();
+
+  get document() {
+    return store.documents.get(this.tab);
+  }
+
+  /** The shown automaton, or undefined. */
+  get automaton() {
+    const document = this.document;
+    if (!document) return undefined;
+    return document.automata.get(this.#spot().automaton) ?? rootOf(document);
+  }
+
+  /** Ids of the selected states. @returns {Set<number>} */
+  get states() {
+    return this.#spot().states;
+  }
+
+  /** Ids of the selected transitions. @returns {Set<number>} */
+  get transitions() {
+    return this.#spot().transitions;
+  }
+
+  /** The selected state when it is the only selected thing. */
+  get state() {
+    if (this.states.size !== 1 || this.transitions.size) return undefined;
+    const [id] = this.states;
+    return this.automaton?.states.find((each) => each.id === id);
+  }
+
+  /** The selected transition when it is the only selected thing. */
+  get transition() {
+    if (this.transitions.size !== 1 || this.states.size) return undefined;
+    const [id] = this.transitions;
+    return this.automaton?.transitions.find((each) => each.id === id);
+  }
+
+  /** The automata from the root to the shown one. */
+  get path() {
+    return this.automaton ? pathTo(this.document, this.automaton) : [];
+  }
+
+  /** The open tab as the workspace knows it. */
+  get tabState() {
+    return store.workspace.tabs.find((each) => each.tab === this.tab);
+  }
+
+  /** What the component is called. */
+  get component() {
+    return this.tabState?.title.replace(/\.xml$/i, "") ?? "root";
+  }
+
+  /** What the shown automaton is called, or another one of the document. */
+  title(automaton = this.automaton) {
+    return automaton ? titleOf(this.document, automaton, this.component) : "";
+  }
+
+  show(tab) {
+    if (tab === this.tab) return;
+    this.tab = tab;
+    this.#emit("tab");
+  }
+
+  /** Show an automaton, and select in it. */
+  open(automaton, {states = [], transitions = []} = {}) {
+    const spot = this.#spot();
+    const differs = this.automaton?.id !== automaton;
+    if (differs && this.automaton) spot.visited.push(this.automaton.id);
+    spot.automaton = automaton;
+    spot.states = new Set(states);
+    spot.transitions = new Set(transitions);
+    this.#emit(differs ? "automaton" : "selection");
+  }
+
+  /** Show the automaton above, with the state selected that owns the one that was shown. */
+  up() {
+    const child = this.automaton;
+    const father = child && this.document.automata.get(child.father);
+    if (!father) return;
+    const owner = ownerOf(this.document, child);
+    this.open(father.id, {states: owner ? [owner.id] : []});
+  }
+
+  select({states = [], transitions = []}) {
+    const spot = this.#spot();
+    const same = sameSet(spot.states, states) && sameSet(spot.transitions, transitions);
+    if (same) return;
+    spot.states = new Set(states);
+    spot.transitions = new Set(transitions);
+    this.#emit("selection");
+  }
+
+  /**
+   * Edit a piece of code beside the canvas.
+   *
+   * @param {{kind: "state" | "transition" | "automaton" | "document", automaton?: number, id?: number, part: string,
+   *   name?: string, line?: number, column?: number}} place as in the protocol, and where the cursor is to stand
+   */
+  edit(place) {
+    this.dispatchEvent(new CustomEvent("edit", {detail: place}));
+  }
+
+  /** Show a part of the data of the automaton or the component: `interfaces`, `timing`, `variables`, … */
+  showData(section) {
+    this.dispatchEvent(new CustomEvent("data", {detail: section}));
+  }
+
+  /** Go to where a problem, a result of a search or a line of a traceback is. */
+  jump({automaton, state, transition, kind, id, part, line, column}) {
+    const what = kind ?? (state ? "state" : transition ? "transition" : automaton ? "automaton" : "document");
+    const number = id ?? state ?? transition;
+    if (automaton) {
+      const chosen = what === "state" ? {states: [number]} : what === "transition" ? {transitions: [number]} : {};
+      this.open(automaton, chosen);
+      this.dispatchEvent(new Event("reveal"));
+    }
+    if (part) this.edit({kind: what, automaton, id: number, part, line, column});
+  }
+
+  /** Forget what is no longer there, after the document has changed. */
+  prune() {
+    const spot = this.#spot();
+    const automaton = this.automaton;
+    if (!automaton) return;
+    if (spot.automaton !== automaton.id) {
+      const back = spot.visited.findLast((id) => this.document.automata.has(id));
+      spot.automaton = back ?? automaton.id;
+      spot.states.clear();
+      spot.transitions.clear();
+      this.#emit("automaton");
+      return;
+    }
+    const states = automaton.states.filter((each) => spot.states.has(each.id)).map((each) => each.id);
+    const transitions = automaton.transitions.filter((each) => spot.transitions.has(each.id)).map((each) => each.id);
+    this.select({states, transitions});
+  }
+
+  /** Forget a tab: a document that is opened anew begins at its root with nothing selected. */
+  forget(tab) {
+    this.#spots.delete(tab);
+  }
+
+  #spot() {
+    let spot = this.#spots.get(this.tab);
+    if (!spot) {
+      spot = {automaton: 0, states: new Set(), transitions: new Set(), visited: []};
+      const root = this.document && rootOf(this.document);
+      if (root) spot.automaton = root.id;
+      if (this.document) this.#spots.set(this.tab, spot);
+    }
+    return spot;
+  }
+
+  #emit(kind) {
+    this.dispatchEvent(new Event(kind));
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+const sameSet = (set, items) => set.size === [...items].length && [...items].every((item) => set.has(item));
+
+export const page = new Page();

@@ -1,0 +1,174 @@
+/** Help from the server for who types Python: completion, parameters of calls, what a name means, and marks. */
+
+import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";
+import {store} from "../store.js";
+import {problemsAt} from "./places.js";
+
+const LINT_AFTER = 300; // ms without typing
+const LARGEST = 200_000; // characters; larger texts are edited without help
+
+/**
+ * Extensions that ask the server about one piece of code.
+ *
+ * @param {{tab: number, place: import("./places.js").Place, problems: () => import("../store.js").Problem[]}} about
+ */
+export function assistance({tab, place, problems}) {
+  const help = new Help(tab, place);
+  return [
+    autocompletion({override: [(context) => help.complete(context)], icons: true, maxRenderedOptions: 100}),
+    linter((view) => help.lint(view, problems), {delay: LINT_AFTER}),
+    hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500}),
+    signatures(help),
+  ];
+}
+
+class Help {
+  constructor(tab, place) {
+    this.tab = tab;
+    this.place = place;
+  }
+
+  /** Ask about a position in the code; null when there is no answer: help is never worth an error message. */
+  async ask(op, state, position) {
+    if (state.doc.length > LARGEST) return null;
+    const at = state.doc.lineAt(position);
+    try {
+      return await store.request(op, {
+        tab: this.tab, place: this.place, code: state.doc.toString(), line: at.number, column: position - at.from,
+      });
+    } catch {
+      return null;
+    }
+  }
+
+  /** @param {import("@codemirror/autocomplete").CompletionContext} context */
+  async complete(context) {
+    const word = context.matchBefore(/[\w.]+$/);
+    if (!context.explicit && (!word || /^\d/.test(word.text))) return null;
+    const found = await this.ask("complete", context.state, context.pos);
+    if (!found?.length || context.aborted) return null;
+    const from = context.matchBefore(/\w*$/)?.from ?? context.pos;
+    return {from, options: found.map((each, index) => asOption(each, index)), validFor: /^\w*$/};
+  }
+
+  /** @param {EditorView} view */
+  async lint(view, problems) {
+    const {doc} = view.state;
+    const known = problemsAt(problems(), this.place).filter((each) => each.line > 0);
+    let typed = [];
+    if (doc.length <= LARGEST) {
+      try {
+        typed = (await store.request("lint", {tab: this.tab, place: this.place, code: doc.toString()})) ?? [];
+      } catch {
+        typed = [];
+      }
+    }
+    const marks = new Map();
+    for (const each of typed) marks.set(`${each.line} ${each.message}`, {...each, column: each.column + 1});
+    for (const each of known) if (!marks.has(`${each.line} ${each.message}`)) marks.set(`${each.line} ${each.message}`, each);
+    return [...marks.values()].map((each) => asMark(doc, each)).sort((a, b) => a.from - b.from);
+  }
+
+  async hover(view, position) {
+    const word = view.state.wordAt(position);
+    if (!word) return null;
+    const name = view.state.sliceDoc(word.from, word.to);
+    const found = (await this.ask("complete", view.state, word.to))?.find((each) => each.label === name);
+    if (!found || !(found.detail || found.documentation)) return null;
+    return {pos: word.from, end: word.to, above: true, create: () => ({dom: explain([found.detail || found.label], found.documentation)})};
+  }
+}
+
+/** A completion of the server for CodeMirror; the server's order stays. */
+function asOption(found, index) {
+  const {label, type, detail, documentation} = found;
+  return {label, type, detail, boost: Math.max(-99, 50 - index), info: documentation ? () => explain([], documentation) : undefined};
+}
+
+/** Something wrong as CodeMirror marks it; line and column count from 1. */
+function asMark(doc, {line, column = 1, length = 0, severity, message}) {
+  const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
+  const from = Math.min(at.from + Math.max(column - 1, 0), at.to);
+  const rest = doc.sliceString(from, at.to);
+  const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
+  return {from, to, severity: severity === "note" ? "info" : severity, message};
+}
+
+/** An explanation as an element: lines of code and text below; nothing in it is taken for HTML. */
+function explain(code, text) {
+  const dom = document.createElement("div");
+  dom.className = "cm-help";
+  for (const part of code) {
+    const line = document.createElement("code");
+    line.append(part);
+    dom.append(line);
+  }
+  if (text) {
+    const paragraph = document.createElement("p");
+    paragraph.textContent = text;
+    dom.append(paragraph);
+  }
+  return dom;
+}
+
+/** Show the parameters of the call in which the cursor stands, after `(` or `,` was typed. @param {Help} help */
+function signatures(help) {
+  const show = StateEffect.define();
+  const shown = StateField.define({
+    create: () => null,
+    update(value, transaction) {
+      for (const effect of transaction.effects) if (effect.is(show)) return effect.value;
+      if (value && transaction.docChanged) return {...value, pos: transaction.changes.mapPos(value.pos)};
+      return value;
+    },
+    provide: (field) => showTooltip.from(field),
+  });
+  let asked = 0;
+  const follow = EditorView.updateListener.of((update) => {
+    const {state, view} = update;
+    const isOpen = state.field(shown) !== null;
+    if (!update.docChanged && !(update.selectionSet && isOpen)) {
+      if (isOpen && update.focusChanged && !view.hasFocus) setTimeout(() => view.dispatch({effects: show.of(null)}));
+      return;
+    }
+    const position = state.selection.main.head;
+    const opens = update.docChanged && /[(,]\s?$/.test(state.sliceDoc(Math.max(0, position - 2), position));
+    if (!opens && !isOpen) return;
+    const number = ++asked;
+    help.ask("signature", state, position).then((found) => {
+      if (number !== asked || !view.dom.isConnected) return;
+      if (found || view.state.field(shown)) view.dispatch({effects: show.of(found ? tip(found, position) : null)});
+    });
+  });
+  const close = EditorView.domEventHandlers({
+    keydown(event, view) {
+      if (event.key !== "Escape" || !view.state.field(shown)) return false;
+      view.dispatch({effects: show.of(null)});
+      return true;
+    },
+  });
+  return [shown, follow, close];
+}
+
+/** @param {{label: string, parameters: string[], active: number, documentation?: string}} found */
+function tip(found, pos) {
+  return {
+    pos,
+    above: true,
+    create() {
+      const {name, parameters, active, documentation} = found;
+      const dom = explain([], documentation);
+      const line = document.createElement("code");
+      line.append(`${name}(`);
+      parameters.forEach((parameter, index) => {
+        const part = document.createElement("span");
+        if (index === active) part.className = "now";
+        part.textContent = parameter;
+        line.append(index ? ", " : "", part);
+      });
+      line.append(")");
+      dom.prepend(line);
+      return {dom};
+    },
+  };
+}

@@ -1,0 +1,135 @@
+/** A piece of code in a panel: a label, and the editor, which is loaded when the first one is shown. */
+
+import {LitElement, css, html, nothing} from "lit";
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {notifyError} from "../notices.js";
+import {Draft, flushEdits} from "./draft.js";
+import {leaveToCanvas} from "./jump.js";
+import {commandFor, keyOf} from "./places.js";
+
+/** Ask for what stands in a shadow root of its own: the editor's styles reach nothing else, and need no exception from the page's policy. */
+export class CodeField extends LitElement {
+  static properties = {
+    tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, lines: {type: Number},
+    readonly: {type: Boolean}, failed: {state: true}, ready: {state: true},
+  };
+
+  static styles = css`
+    :host { display: block; min-height: 0; background: var(--code-background); }
+    :host([hidden]) { display: none; }
+    .editor { height: 100%; }
+    .editor:empty { display: none; }
+    pre { margin: 0; padding: 6px 8px 6px 46px; font: 13px/1.5 var(--code-font); color: var(--code-faint); overflow: hidden; height: 100%; box-sizing: border-box; }
+    .failed { padding: 8px; color: var(--code-error); }
+  `;
+
+  constructor() {
+    super();
+    this.text = "";
+    this.label = "Code";
+    this.hint = "";
+    this.lines = 0;
+    this.readonly = false;
+    this.failed = "";
+    this.ready = false;
+    /** Resolves when the editor is there. */
+    this.loaded = new Promise((resolve) => (this.#resolve = resolve));
+    this.addEventListener("keydown", keepKeys);
+  }
+
+  #resolve;
+  #editor = null;
+  #python = true;
+  #draft = new Draft((text, whole) => this.#show(text, whole));
+
+  connectedCallback() {
+    super.connectedCallback();
+    store.addEventListener("problems", this.#recheck);
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    store.removeEventListener("problems", this.#recheck);
+    this.#draft.flush();
+  }
+
+  render() {
+    const {failed, ready} = this;
+    if (failed) return html`<div class="failed" role="alert">${failed}</div>`;
+    return html`<div class="editor"></div>${ready ? nothing : html`<pre aria-hidden="true">${this.text}</pre>`}`;
+  }
+
+  willUpdate() {
+    if (!this.place) return;
+    this.#draft.take(this.tab, keyOf(this.place), this.text, this.#send(this.place));
+  }
+
+  firstUpdated() {
+    this.#load();
+  }
+
+  /** Put the cursor somewhere in the code; line and column from 1. */
+  async goTo(line, column, {focus = true} = {}) {
+    await this.loaded;
+    this.#editor?.goTo(line, column);
+    if (focus) this.#editor?.focus();
+  }
+
+  async focus() {
+    await this.loaded;
+    this.#editor?.focus();
+  }
+
+  #send = (place) => (tab, text) => store.do(tab, commandFor(place, text));
+
+  async #load() {
+    try {
+      const {Editor} = await import("./editor.js");
+      if (!this.isConnected) return;
+      this.#editor = new Editor(this.renderRoot.querySelector(".editor"), this.#content(), {
+        typed: (text) => this.#draft.type(text),
+        undo: () => this.#step("undo"),
+        redo: () => this.#step("redo"),
+        save: () => flushEdits().then(() => page.dispatchEvent(new Event("save"))),
+        leave: leaveToCanvas,
+        problems: () => store.documents.get(this.tab)?.problems ?? [],
+      });
+      this.ready = true;
+    } catch (error) {
+      this.failed = `The code editor could not be loaded: ${error.message}`;
+    }
+    this.#resolve();
+  }
+
+  #content() {
+    const {tab, place, label, hint, readonly} = this;
+    return {text: this.#draft.text, tab, place, label, hint, readonly, python: this.#python};
+  }
+
+  #show(text, whole) {
+    if (!this.#editor) return;
+    if (whole) this.#editor.open(this.#content());
+    else this.#editor.replace(text);
+  }
+
+  async #step(op) {
+    await flushEdits();
+    try {
+      if (store.documents.get(this.tab)?.[op].length) await store.request(op, {tab: this.tab});
+    } catch (error) {
+      notifyError(error);
+    }
+  }
+
+  #recheck = ({detail}) => {
+    if (detail.tab === this.tab) this.#editor?.recheck();
+  };
+}
+
+/** Keys that mean something to the editor must mean nothing else to the page; function keys do only if they were not used. */
+function keepKeys(event) {
+  if (event.defaultPrevented || !/^F\d+$/.test(event.key)) event.stopPropagation();
+}
+
+customElements.define("hfsm-code-field", CodeField);

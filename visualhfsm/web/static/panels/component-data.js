@@ -1,0 +1,51 @@
+/** The data of the component: what it is for, what it uses, and what is to be proved of it. */
+
+import {html, nothing} from "lit";
+import {LISTS} from "./lists.js";
+import {interfaceDetails, interfaceNames, identitiesOf} from "./known-interfaces.js";
+import {verdictOf} from "./verdicts.js";
+
+const AFTER_ERROR = [["", "Stop the robot and halt"], ["stop", "Stop the robot and halt (said)"], ["continue", "Go on without that piece of code"]];
+const LANGUAGES = [["", "Python"], ["python", "Python (said)"]];
+
+/**
+ * @param {{tab: number, document: import("../store.js").OpenDocument,
+ *   known: import("./known-interfaces.js").KnownInterface[] | undefined}} about
+ */
+export function componentData({tab, document, known}) {
+  const {fields, problems} = document;
+  const text = (part, label, rest) => html`<hfsm-text-field data-section=${part} class="section" label=${label} .tab=${tab} .place=${{kind: "document", part}} .text=${fields[part] ?? ""}
+    kind=${rest.kind} .options=${rest.options ?? []} hint=${rest.hint ?? ""}></hfsm-text-field>`;
+  const list = (name, more = {}) => html`<hfsm-entries data-section=${name} .tab=${tab} .of=${LISTS[name]} .entries=${fields[name] ?? []} .problems=${problems}
+    .details=${more.details ?? nothingMore} .suggest=${more.suggest ?? noSuggestions}></hfsm-entries>`;
+  return html`
+    ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
+    ${text("onError", "After an error in its code", {kind: "select", options: said(AFTER_ERROR, fields.onError)})}
+    ${text("language", "Language of the code", {kind: "select", options: said(LANGUAGES, fields.language)})}
+    ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field) => suggestions(field, known)})}
+    ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
+    ${list("parameters")}
+    ${list("events")}
+    ${list("properties", {details: (entry, index) => verdict(document, index)})}`;
+}
+
+const nothingMore = () => nothing;
+const noSuggestions = () => [];
+
+/** Leave out the choice that says the default unless the document says it. */
+function said(options, value = "") {
+  return options.filter(([each]) => !each || each === value.trim() || !options.some(([other, words]) => !other && words === options.find(([o]) => o === each)[1].replace(" (said)", "")))
+    .map(([each, words]) => [each, words.replace(" (said)", "")]);
+}
+
+function suggestions(field, known) {
+  if (field === "type") return interfaceNames(known);
+  if (field === "proxy") return identitiesOf(known);
+  return [];
+}
+
+function verdict(document, index) {
+  const found = verdictOf(document, index);
+  if (!found) return nothing;
+  return html`<p class="verdict ${found.kind}"><span class="dot" aria-hidden="true"></span>${found.words}</p>`;
+}

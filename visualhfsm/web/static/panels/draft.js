@@ -1,0 +1,103 @@
+/**
+ * Texts that are being typed.
+ *
+ * What is typed is sent to the server after a short pause; the server makes one step for undo of what belongs
+ * together. What changes elsewhere (undo, another window) is shown at once, but never takes away what is being typed.
+ */
+
+import {notifyError} from "../notices.js";
+import {store} from "../store.js";
+
+const PAUSE = 250; // ms
+
+/** @type {Set<Draft>} */
+const waiting = new Set();
+
+/** Send everything that was typed and is not sent yet: before saving, running, and undo. */
+export async function flushEdits() {
+  await Promise.all([...waiting].map((draft) => draft.flush()));
+}
+
+export class Draft {
+  /** What stands in the field. */
+  text = "";
+
+  #show;
+  #send = null;
+  #tab = 0;
+  #key = "";
+  #known = "";
+  #typed = false;
+  #timer = 0;
+  #sending = 0;
+
+  /** @param {(text: string, whole: boolean) => void} show show another text; `whole`: it is another piece altogether */
+  constructor(show) {
+    this.#show = show;
+  }
+
+  /**
+   * Say what the document has.
+   *
+   * @param {number} tab
+   * @param {string} key which piece of text it is
+   * @param {string} text
+   * @param {(tab: number, text: string) => Promise<any>} send
+   */
+  take(tab, key, text, send) {
+    if (tab !== this.#tab || key !== this.#key) {
+      this.flush();
+      this.#tab = tab;
+      this.#key = key;
+      this.#send = send;
+      this.#known = text;
+      this.#replace(text, true);
+      return;
+    }
+    this.#send = send;
+    if (text === this.#known) return;
+    this.#known = text;
+    if (!this.#busy) this.#replace(text, false);
+  }
+
+  /** Say what was typed. */
+  type(text) {
+    if (text === this.text) return;
+    this.text = text;
+    this.#typed = true;
+    waiting.add(this);
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.flush(), PAUSE);
+  }
+
+  /** Send what was typed, if anything was. */
+  async flush() {
+    clearTimeout(this.#timer);
+    waiting.delete(this);
+    if (!this.#typed) return;
+    this.#typed = false;
+    const [tab, key] = [this.#tab, this.#key];
+    this.#sending += 1;
+    let revision = 0;
+    try {
+      revision = (await this.#send(tab, this.text))?.revision ?? 0;
+    } catch (error) {
+      notifyError(error);
+    } finally {
+      this.#sending -= 1;
+    }
+    const isSame = tab === this.#tab && key === this.#key;
+    // A document that is older than the answer is still on its way, and shown by `take`.
+    if (isSame && !this.#busy && (store.documents.get(tab)?.revision ?? 0) >= revision) this.#replace(this.#known, false);
+  }
+
+  get #busy() {
+    return this.#typed || this.#sending > 0;
+  }
+
+  #replace(text, whole) {
+    if (text === this.text && !whole) return;
+    this.text = text;
+    this.#show(text, whole);
+  }
+}

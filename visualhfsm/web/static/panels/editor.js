@@ -1,0 +1,163 @@
+/** The code editor. Loaded when the first piece of code is shown, as CodeMirror is larger than the rest of the page. */
+
+import {
+  Annotation, EditorState, EditorView, HighlightStyle, Prec, bracketMatching, closeBrackets, closeBracketsKeymap,
+  completionKeymap, crosshairCursor, defaultKeymap, drawSelection, dropCursor, foldGutter, foldKeymap, forceLinting, highlightActiveLine,
+  highlightActiveLineGutter, highlightSelectionMatches, highlightSpecialChars, indentOnInput, indentUnit, indentWithTab, keymap, lineNumbers,
+  lintGutter, lintKeymap, placeholder, python, rectangularSelection, searchKeymap, syntaxHighlighting, tags, tooltips,
+} from "codemirror";
+import {assistance} from "./assistance.js";
+
+const fromDocument = Annotation.define();
+
+const colors = HighlightStyle.define([
+  {tag: [tags.keyword, tags.operatorKeyword, tags.controlKeyword], color: "var(--code-keyword)"},
+  {tag: [tags.string, tags.special(tags.string)], color: "var(--code-string)"},
+  {tag: [tags.number, tags.bool, tags.null], color: "var(--code-number)"},
+  {tag: tags.comment, color: "var(--code-comment)", fontStyle: "italic"},
+  {tag: [tags.function(tags.variableName), tags.function(tags.propertyName)], color: "var(--code-function)"},
+  {tag: [tags.className, tags.definition(tags.className)], color: "var(--code-class)"},
+  {tag: tags.self, color: "var(--code-self)"},
+  {tag: tags.invalid, color: "var(--code-error)"},
+]);
+
+const theme = EditorView.theme({
+  "&": {height: "100%", color: "var(--code-text)", backgroundColor: "var(--code-background)", fontSize: "13px"},
+  "&.cm-focused": {outline: "none"},
+  ".cm-scroller": {fontFamily: "var(--code-font)", lineHeight: "1.5"},
+  ".cm-content": {caretColor: "var(--code-caret)", padding: "6px 0"},
+  ".cm-cursor": {borderLeftColor: "var(--code-caret)", borderLeftWidth: "2px"},
+  ".cm-gutters": {backgroundColor: "var(--code-gutter)", color: "var(--code-faint)", border: "none"},
+  ".cm-activeLine, .cm-activeLineGutter": {backgroundColor: "transparent"},
+  "&.cm-focused .cm-activeLine": {backgroundColor: "var(--code-line)"},
+  "&.cm-focused .cm-activeLineGutter": {backgroundColor: "var(--code-line)", color: "var(--code-text)"},
+  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": {background: "var(--code-selection)"},
+  ".cm-selectionMatch, .cm-searchMatch": {backgroundColor: "var(--code-match)"},
+  "&.cm-focused .cm-matchingBracket": {backgroundColor: "var(--code-match)"},
+  ".cm-placeholder": {color: "var(--code-faint)", fontStyle: "italic"},
+  ".cm-foldGutter .cm-gutterElement": {cursor: "pointer"},
+  ".cm-tooltip": {
+    backgroundColor: "var(--code-popup)", color: "var(--code-text)", border: "1px solid var(--code-border)", borderRadius: "6px",
+    boxShadow: "0 4px 16px #0003", maxWidth: "34rem",
+  },
+  ".cm-tooltip.cm-tooltip-autocomplete > ul": {fontFamily: "var(--code-font)", maxHeight: "16em"},
+  ".cm-tooltip-autocomplete ul li[aria-selected]": {backgroundColor: "var(--code-chosen)", color: "var(--code-chosen-text)"},
+  ".cm-completionDetail": {color: "inherit", opacity: "0.75", fontStyle: "normal"},
+  ".cm-completionInfo, .cm-help": {padding: "6px 10px", whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
+  ".cm-help code": {fontFamily: "var(--code-font)", display: "block"},
+  ".cm-help .now": {fontWeight: "700", textDecoration: "underline"},
+  ".cm-help p": {margin: "4px 0 0"},
+  ".cm-diagnostic": {padding: "4px 10px", borderLeftWidth: "3px"},
+  ".cm-panels": {backgroundColor: "var(--code-gutter)", color: "var(--code-text)"},
+  ".cm-textfield": {backgroundColor: "var(--code-background)", color: "inherit", border: "1px solid var(--code-border)", borderRadius: "4px"},
+  ".cm-button": {backgroundImage: "none", backgroundColor: "var(--code-popup)", color: "inherit", border: "1px solid var(--code-border)", borderRadius: "4px"},
+});
+
+const shared = [
+  lineNumbers(), highlightActiveLineGutter(), highlightSpecialChars(), foldGutter(), drawSelection(), dropCursor(),
+  EditorState.allowMultipleSelections.of(true), EditorState.tabSize.of(4), indentUnit.of("    "), indentOnInput(), bracketMatching(),
+  closeBrackets(), rectangularSelection(), crosshairCursor(), highlightActiveLine(), highlightSelectionMatches(), lintGutter(),
+  tooltips({position: "fixed"}), syntaxHighlighting(colors), theme,
+];
+
+/**
+ * @typedef {{text: string, place: import("./places.js").Place, tab: number, label: string, hint: string, python: boolean,
+ *   readonly: boolean}} Content
+ * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void, leave: () => void,
+ *   problems: () => import("../store.js").Problem[]}} Actions what the editor tells and asks
+ */
+
+/** One editor in an element; it shows one piece of code after the other. */
+export class Editor {
+  #view;
+  #actions;
+
+  /** @param {HTMLElement} parent @param {Content} content @param {Actions} actions */
+  constructor(parent, content, actions) {
+    this.#actions = actions;
+    this.#view = new EditorView({parent, state: this.#stateOf(content)});
+  }
+
+  get focused() {
+    return this.#view.hasFocus;
+  }
+
+  /** Show another piece of code. @param {Content} content */
+  open(content) {
+    const hadFocus = this.focused;
+    this.#view.setState(this.#stateOf(content));
+    if (hadFocus) this.#view.focus();
+  }
+
+  /** Show what became of the same piece; cursor and scrolling stay where they are. @param {string} text */
+  replace(text) {
+    const {state} = this.#view;
+    const former = state.doc.toString();
+    const change = difference(former, text);
+    if (change) this.#view.dispatch({changes: change, annotations: fromDocument.of(true)});
+  }
+
+  /** Let the marks be made anew: the checks have said something. */
+  recheck() {
+    forceLinting(this.#view);
+  }
+
+  /** Put the cursor somewhere; line and column from 1. */
+  goTo(line, column = 1) {
+    const {doc} = this.#view.state;
+    const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
+    const anchor = Math.min(at.from + Math.max(column - 1, 0), at.to);
+    this.#view.dispatch({selection: {anchor}, effects: EditorView.scrollIntoView(anchor, {y: "center"})});
+  }
+
+  focus() {
+    this.#view.focus();
+  }
+
+  destroy() {
+    this.#view.destroy();
+  }
+
+  /** @param {Content} content */
+  #stateOf({text, place, tab, label, hint, python: isPython, readonly}) {
+    const {typed, undo, redo, save, leave, problems} = this.#actions;
+    const run = (action) => () => {
+      action();
+      return true;
+    };
+    return EditorState.create({
+      doc: text,
+      extensions: [
+        // One list of what can be undone for the whole document: the editor keeps none of its own.
+        Prec.highest(keymap.of([
+          {key: "Mod-s", run: run(save), preventDefault: true},
+          {key: "Mod-z", run: run(undo), preventDefault: true},
+          {key: "Mod-y", run: run(redo), preventDefault: true},
+          {key: "Mod-Shift-z", run: run(redo), preventDefault: true},
+        ])),
+        keymap.of([...completionKeymap, ...closeBracketsKeymap, ...searchKeymap, ...foldKeymap, ...lintKeymap, indentWithTab, ...defaultKeymap]),
+        Prec.lowest(keymap.of([{key: "Escape", run: run(leave)}])),
+        shared,
+        isPython ? [python(), assistance({tab, place, problems})] : [],
+        EditorView.contentAttributes.of({"aria-label": label, "aria-description": "Escape goes back to the drawing"}),
+        placeholder(hint),
+        EditorState.readOnly.of(readonly),
+        EditorView.updateListener.of((update) => {
+          if (!update.docChanged || update.transactions.some((each) => each.annotation(fromDocument))) return;
+          typed(update.state.doc.toString());
+        }),
+      ],
+    });
+  }
+}
+
+/** The one piece in which two texts differ, as a change of the first; undefined when they do not. */
+export function difference(former, text) {
+  if (former === text) return undefined;
+  const shorter = Math.min(former.length, text.length);
+  let from = 0;
+  while (from < shorter && former[from] === text[from]) from += 1;
+  let end = 0;
+  while (end < shorter - from && former[former.length - 1 - end] === text[text.length - 1 - end]) end += 1;
+  return {from, to: former.length - end, insert: text.slice(from, text.length - end)};
+}

@@ -1,0 +1,103 @@
+/** A list of a document, such as its parameters: entries to add, change, move and remove. */
+
+import {LitElement, html, nothing} from "lit";
+import {apply} from "../commands.js";
+import {icon} from "../icons.js";
+import {placeOf} from "./places.js";
+
+/** `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field)` what is offered for one. */
+export class Entries extends LitElement {
+  static properties = {
+    tab: {type: Number}, automaton: {type: Number}, of: {attribute: false}, entries: {attribute: false}, problems: {attribute: false},
+    details: {attribute: false}, suggest: {attribute: false}, readonly: {type: Boolean},
+  };
+
+  constructor() {
+    super();
+    this.automaton = 0;
+    this.entries = [];
+    this.problems = [];
+    this.details = () => nothing;
+    this.suggest = () => [];
+  }
+
+  createRenderRoot() {
+    return this;
+  }
+
+  render() {
+    const {title, noun, explain} = this.of;
+    const count = this.entries.length;
+    return html`
+      <header class="entries-head"><h3>${title}${count ? html` <span class="faint">${count}</span>` : nothing}</h3>
+        ${this.readonly ? nothing : html`<button type="button" class="action add" aria-label="Add ${article(noun)}" @click=${this.#add}>${icon("add")}<span class="text">Add</span></button>`}</header>
+      <p class="explain">${explain}</p>
+      <ol class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</ol>`;
+  }
+
+  /** Put the keyboard into a field of an entry. */
+  async reveal(index, field) {
+    await drawn();
+    const entry = this.querySelectorAll(".entry")[index];
+    entry?.scrollIntoView({block: "nearest"});
+    const wanted = entry?.querySelector(`hfsm-text-field[data-field="${field || "name"}"]`);
+    await wanted?.updateComplete;
+    wanted?.focus();
+  }
+
+  #entry(entry, index) {
+    const {list, noun, fields} = this.of;
+    const words = `${noun} ${entry.name || index + 1}`;
+    const place = {kind: this.automaton ? "automaton" : "document", automaton: this.automaton, part: list, index};
+    const own = this.problems.filter((each) => {
+      const other = placeOf(each);
+      return other.part === list && (other.automaton ?? 0) === this.automaton && (other.index ?? 0) === index && !other.name;
+    });
+    const last = this.entries.length - 1;
+    return html`<li class="entry" role="group" aria-label=${words} @keydown=${(event) => this.#press(event, index)}>
+      <div class="entry-fields">${fields.map((field) => html`<hfsm-text-field class=${field.wide ? "wide" : ""} data-field=${field.name} .tab=${this.tab} .place=${{...place, name: field.name}}
+        .text=${entry[field.name] ?? ""} label=${field.label} kind=${field.kind ?? "text"} .options=${field.options ?? []} hint=${field.hint ?? ""} unit=${field.unit ?? ""} ?mono=${field.mono}
+        .suggestions=${this.suggest(field.name)} ?readonly=${this.readonly}></hfsm-text-field>`)}</div>
+      ${this.readonly ? nothing : html`<div class="entry-actions">
+        <button type="button" class="action bare" aria-label="Move ${words} up" title="Move up (Alt+↑)" ?disabled=${index === 0} @click=${() => this.#move(index, index - 1)}>${icon("up")}</button>
+        <button type="button" class="action bare down" aria-label="Move ${words} down" title="Move down (Alt+↓)" ?disabled=${index === last} @click=${() => this.#move(index, index + 1)}>${icon("up")}</button>
+        <button type="button" class="action bare" aria-label="Remove ${words}" title="Remove" @click=${() => this.#remove(index)}>${icon("delete")}</button></div>`}
+      ${own.length ? html`<p class="field-problems">${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</p>` : nothing}
+      ${this.details(entry, index)}</li>`;
+  }
+
+  #add = async () => {
+    const {add} = this.of;
+    const fields = add === "addLibrary" ? {name: "math"} : this.automaton ? {automaton: this.automaton} : {};
+    const index = this.entries.length;
+    if ((await apply(add, fields)) === undefined) return;
+    await this.reveal(index, "name");
+    this.querySelectorAll(".entry")[index]?.querySelector("input")?.select();
+  };
+
+  async #move(index, to) {
+    if (to < 0 || to >= this.entries.length) return;
+    if ((await apply("reorderEntry", {list: this.of.list, index, to, automaton: this.automaton})) !== undefined) await this.reveal(to);
+  }
+
+  async #remove(index) {
+    if ((await apply("removeEntry", {list: this.of.list, index, automaton: this.automaton})) === undefined) return;
+    await drawn();
+    const left = this.querySelectorAll(".entry");
+    (left[Math.min(index, left.length - 1)]?.querySelector("input") ?? this.querySelector(".add"))?.focus();
+  }
+
+  #press(event, index) {
+    const step = {ArrowUp: -1, ArrowDown: 1}[event.key];
+    if (!step || !event.altKey || this.readonly) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.#move(index, index + step);
+  }
+}
+
+/** Resolves when what the server has just said is drawn. */
+const drawn = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+const article = (noun) => `${/^[aeiou]/.test(noun) ? "an" : "a"} ${noun}`;
+
+customElements.define("hfsm-entries", Entries);

@@ -1,0 +1,90 @@
+/**
+ * Places in a document: what a problem, a hit of a search or a field of a panel is about.
+ *
+ * @typedef {{kind: "document" | "automaton" | "state" | "transition", automaton?: number, id?: number, part?: string,
+ *   index?: number, name?: string, child?: number}} Place see visualhfsm/editing/places.py
+ */
+
+const LISTS = {
+  parameters: "changeParameter", inputs: "changeParameter", events: "changeEvent", properties: "changeProperty",
+  libraries: "changeLibrary", interfaces: "changeInterface",
+};
+const WORDS = {
+  entry: "entry code", code: "code", exit: "exit code", argument: "argument", trigger: "trigger", guard: "guard", fired: "code",
+  priority: "priority", variables: "variables", functions: "functions", period: "period", import: "import", name: "name",
+  description: "description", onError: "after an error", language: "language", inputs: "input", parameters: "parameter",
+  events: "event", properties: "property", libraries: "library", interfaces: "interface",
+};
+const CODE = new Set(["entry", "code", "exit", "argument", "trigger", "guard", "fired"]);
+
+/** A text that is the same for the same place. @param {Place} place */
+export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name = "", child = 0}) {
+  return JSON.stringify([kind, automaton, id, part, index, name, child]);
+}
+
+/** Whether two places are the same piece of text; an argument's child may be left out. */
+export function samePlace(one, other) {
+  return keyOf({...one, child: 0}) === keyOf({...other, child: 0});
+}
+
+/** Whether a place is a piece of code of a state or transition. */
+export const isCode = (place) => (place.kind === "state" || place.kind === "transition") && CODE.has(place.part);
+
+/** The place that a problem is about. @param {import("../store.js").Problem} problem @returns {Place} */
+export function placeOf(problem) {
+  if (problem.place) return problem.place;
+  const {automaton = 0, state, transition, part = ""} = problem;
+  if (state !== undefined && state !== null) return {kind: "state", automaton, id: state, part};
+  if (transition !== undefined && transition !== null) return {kind: "transition", automaton, id: transition, part};
+  return {kind: automaton ? "automaton" : "document", automaton, part};
+}
+
+/** The problems at a piece of text. @param {Place} place */
+export function problemsAt(problems, place) {
+  return problems.filter((problem) => samePlace(placeOf(problem), place));
+}
+
+/** The command that sets the text at a place. @param {Place} place @param {string} text */
+export function commandFor(place, text) {
+  const {kind, automaton, id, part, index, name, child = 0} = place;
+  switch (kind) {
+    case "state":
+      if (part === "name") return {command: "renameState", automaton, state: id, name: text};
+      if (part === "argument") return {command: "setArgument", automaton, state: id, name, child, value: text};
+      return {command: "setStateCode", automaton, state: id, part, text};
+    case "transition":
+      if (part === "name") return {command: "renameTransition", automaton, transition: id, name: text};
+      if (part === "priority") return {command: "setPriority", automaton, transition: id, priority: text};
+      return {command: "setTransitionCode", automaton, transition: id, part, text};
+    case "automaton":
+      if (part === "period") return {command: "setPeriod", automaton, period: text};
+      if (part === "inputs") return {command: LISTS.inputs, automaton, index, [name]: text};
+      return {command: "setAutomatonCode", automaton, part, text};
+    default:
+      if (part in LISTS) return {command: LISTS[part], index, [name]: text};
+      return {command: "setComponentText", part, text};
+  }
+}
+
+/**
+ * A place in words, from the whole to the part, such as `["root", "wander", "exit code"]`.
+ *
+ * @param {import("../store.js").OpenDocument} document
+ * @param {Place} place
+ */
+export function wordsFor(document, place) {
+  const {kind, automaton, id, part = "", index = 0, name = ""} = place;
+  const found = [];
+  const shown = automaton ? document.automata.get(automaton) : undefined;
+  if (automaton) found.push(shown?.title ?? `automaton ${automaton}`);
+  if (kind === "state") found.push(nameOf(shown?.states, id, "state"));
+  if (kind === "transition") found.push(nameOf(shown?.transitions, id, "transition"));
+  if (kind === "document") found.push("component");
+  const list = kind === "automaton" ? shown?.[part] : document.fields[part];
+  if (part in LISTS) found.push(`${WORDS[part]} ${list?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
+  else if (part === "argument") found.push(`argument ${name}`);
+  else if (part) found.push(WORDS[part] ?? part);
+  return found;
+}
+
+const nameOf = (items, id, kind) => items?.find((each) => each.id === id)?.name || `${kind} ${id}`;

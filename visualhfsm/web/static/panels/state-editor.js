@@ -1,0 +1,93 @@
+/** A state in the panel beside the canvas: its name, its marks, its code and what it hands to its automata. */
+
+import {html, keyed, live, nothing} from "lit";
+import {apply} from "../commands.js";
+import {icon} from "../icons.js";
+import {placeOf} from "./places.js";
+import {badge, tabStrip} from "./tabs.js";
+
+const CODES = {
+  entry: {label: "Entry", hint: "Runs once when the state is entered"},
+  code: {label: "Code", hint: "Runs in every cycle while the state is current"},
+  exit: {label: "Exit", hint: "Runs once when a transition leaves the state"},
+};
+
+/**
+ * @param {{tab: number, document: import("../store.js").OpenDocument, automaton: import("../store.js").Automaton,
+ *   state: import("../store.js").State, part: string, choose: (part: string) => void, readonly: boolean}} about
+ */
+export function stateEditor(about) {
+  const {tab, document, automaton, state, choose, readonly} = about;
+  const place = {kind: "state", automaton: automaton.id, id: state.id};
+  const problems = document.problems.filter((each) => isAt(placeOf(each), place));
+  const inputs = inputsOf(document, state);
+  const tabs = Object.entries(CODES).map(([id, {label}]) => ({
+    id, label, filled: state[id].trim() !== "", problems: problems.filter((each) => placeOf(each).part === id),
+  }));
+  if (inputs.length || state.arguments.length) {
+    tabs.push({id: "argument", label: "Arguments", filled: state.arguments.length > 0, problems: problems.filter((each) => placeOf(each).part === "argument")});
+  }
+  const part = tabs.some((each) => each.id === about.part) ? about.part : "code";
+  const own = problems.filter((each) => !placeOf(each).part);
+  return html`
+    <div class="about">
+      <hfsm-text-field class="title" data-part="name" label="Name of the state" .tab=${tab} .place=${{...place, part: "name"}} .text=${state.name} ?readonly=${readonly}></hfsm-text-field>
+      <div class="marks">
+        <label><input type="checkbox" .checked=${live(state.initial)} ?disabled=${state.initial || readonly} @change=${() => apply("markInitial", at(place))}> Initial</label>
+        <label><input type="checkbox" .checked=${live(state.final)} ?disabled=${readonly} @change=${({target}) => apply("markFinal", {...at(place), final: target.checked})}> Final</label>
+        ${state.children.length ? history(place, state, readonly) : nothing}
+      </div>
+      ${own.length ? html`<p class="field-problems">${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</p>` : nothing}
+    </div>
+    ${tabStrip({label: "Code of the state", tabs, chosen: part, choose, prefix: "state"})}
+    <div class="tab-panel" role="tabpanel" id="state-panel" aria-labelledby="state-tab-${part}">
+      ${part === "argument" ? argumentList(about, place, inputs)
+        : html`<hfsm-code-field class="fill" data-part=${part} .tab=${tab} .place=${{...place, part}} .text=${state[part]} ?readonly=${readonly}
+            label="${CODES[part].label === "Code" ? "Code" : `${CODES[part].label} code`} of the state ${state.name}" hint=${CODES[part].hint}></hfsm-code-field>`}
+    </div>`;
+}
+
+const at = ({automaton, id}) => ({automaton, state: id});
+const isAt = (one, place) => one.kind === place.kind && one.automaton === place.automaton && one.id === place.id;
+
+function history(place, state, readonly) {
+  const choose = ({target}) => apply("setHistory", {...at(place), history: target.value});
+  return html`<label>When entered again <select ?disabled=${readonly} @change=${choose}>
+    <option value="" ?selected=${state.history !== "restart"}>its automata go on</option>
+    <option value="restart" ?selected=${state.history === "restart"}>its automata begin anew</option></select></label>`;
+}
+
+/** The inputs of the automata of a state, and what is handed to each. */
+function inputsOf(document, state) {
+  return state.children.flatMap((child) => {
+    const automaton = document.automata.get(child);
+    return (automaton?.inputs ?? []).map((input) => ({child, automaton, input}));
+  });
+}
+
+function argumentList({tab, document, state, readonly}, place, inputs) {
+  const names = inputs.map((each) => each.input.name);
+  const isFor = (argument, child, name) => argument.name === name && (argument.child === child || argument.child === 0);
+  const strays = state.arguments.filter((argument) => !inputs.some(({child, input}) => isFor(argument, child, input.name)));
+  const rows = inputs.map(({child, input}) => {
+    const given = state.arguments.find((argument) => isFor(argument, child, input.name));
+    const several = names.filter((name) => name === input.name).length > 1;
+    return {name: input.name, child: given?.child ?? (several ? child : 0), input, given, words: several ? ` of automaton ${child}` : ""};
+  });
+  for (const given of strays) rows.push({name: given.name, child: given.child, given, words: ", which none of its automata has"});
+  return html`<p class="explain">Expressions over the variables of this automaton, handed to the automata below when the state is entered.</p>
+    <ul class="entries">${rows.map(({name, child, input, given, words}) => {
+      const where = {...place, part: "argument", name, child};
+      const problems = document.problems.filter((each) => {
+        const other = placeOf(each);
+        return isAt(other, place) && other.part === "argument" && other.name === name;
+      });
+      return html`<li class="entry"><div class="entry-head"><strong class="mono">${name}</strong>
+          <span class="faint">${input ? `${input.type}${input.default ? `, otherwise ${input.default}` : ", needed"}` : ""}${words}</span>${badge(problems)}
+          ${given && !readonly ? html`<button type="button" class="action bare" aria-label="Remove the argument ${name}" title="Remove"
+            @click=${() => apply("removeArgument", {...at(place), name, child})}>${icon("delete")}</button>` : nothing}</div>
+        ${keyed(`${state.id} ${name} ${child}`, html`<hfsm-code-field class="grow" data-part="argument" data-name=${name} .tab=${tab} .place=${where} .text=${given?.value ?? ""}
+          ?readonly=${readonly} label="Argument ${name}" hint=${input?.default || "an expression"}></hfsm-code-field>`)}
+        ${input?.description ? html`<p class="explain">${input.description}</p>` : nothing}</li>`;
+    })}</ul>`;
+}

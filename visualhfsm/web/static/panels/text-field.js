@@ -1,0 +1,108 @@
+/** A short text in a panel with its label, and what the checks say of it. */
+
+import {LitElement, html, live, nothing} from "lit";
+import {store} from "../store.js";
+import {Draft} from "./draft.js";
+import {commandFor, keyOf, problemsAt} from "./places.js";
+
+let count = 0;
+
+/**
+ * `kind` is `text`, `number`, `area`, or `select` with `options` of [value, label]. `suggestions` are offered and not
+ * demanded. `send(tab, text)` does something else with the text than the command for its place.
+ */
+export class TextField extends LitElement {
+  static properties = {
+    tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, unit: {}, kind: {},
+    options: {attribute: false}, suggestions: {attribute: false}, bare: {type: Boolean}, readonly: {type: Boolean}, send: {attribute: false},
+    mono: {type: Boolean},
+  };
+
+  constructor() {
+    super();
+    this.text = "";
+    this.kind = "text";
+    this.hint = "";
+    this.suggestions = [];
+    this.options = [];
+    this.number = ++count;
+  }
+
+  #draft = new Draft(() => this.requestUpdate());
+
+  createRenderRoot() {
+    return this;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    store.addEventListener("problems", this.#recheck);
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    store.removeEventListener("problems", this.#recheck);
+    this.#draft.flush();
+  }
+
+  willUpdate() {
+    const {place, send} = this;
+    if (place) this.#draft.take(this.tab, keyOf(place), this.text, send ?? ((tab, text) => store.do(tab, commandFor(place, text))));
+  }
+
+  render() {
+    const {label, unit, number, bare} = this;
+    const problems = problemsAt(store.documents.get(this.tab)?.problems ?? [], this.place);
+    const id = `field-${number}`;
+    return html`
+      ${bare ? nothing : html`<label for=${id}>${label}</label>`}
+      <span class="field-box">${this.#input(id, problems)}${unit ? html`<span class="unit" aria-hidden="true">${unit}</span>` : nothing}</span>
+      ${this.suggestions.length ? html`<datalist id="${id}-list">${this.suggestions.map((each) => html`<option value=${each}></option>`)}</datalist>` : nothing}
+      ${problems.length ? html`<span class="field-problems" id="${id}-problems">${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</span>` : nothing}`;
+  }
+
+  focus() {
+    this.querySelector("input, textarea, select")?.focus();
+  }
+
+  #input(id, problems) {
+    const {kind, label, bare, hint, readonly} = this;
+    const name = bare ? label : nothing;
+    const text = this.#draft.text;
+    const invalid = problems.some((each) => each.severity === "error") ? "true" : nothing;
+    const described = problems.length ? `${id}-problems` : nothing;
+    if (kind === "select") {
+      const known = this.options.some(([value]) => value === text.trim());
+      return html`<select id=${id} aria-label=${name} ?disabled=${readonly} aria-invalid=${invalid} aria-describedby=${described} @change=${this.#choose}>
+        ${this.options.map(([value, shown]) => html`<option value=${value} ?selected=${value === text.trim()}>${shown}</option>`)}
+        ${known ? nothing : html`<option value=${text} selected>${text || "none"}</option>`}
+      </select>`;
+    }
+    if (kind === "area") {
+      return html`<textarea id=${id} rows="3" aria-label=${name} placeholder=${hint} ?readonly=${readonly} .value=${live(text)}
+        aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave}></textarea>`;
+    }
+    return html`<input id=${id} class=${this.mono || kind === "number" ? "mono" : ""} type="text" inputmode=${kind === "number" ? "decimal" : nothing} spellcheck="false"
+      autocomplete="off" aria-label=${name} placeholder=${hint} ?readonly=${readonly} .value=${live(text)} list=${this.suggestions.length ? `${id}-list` : nothing}
+      aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave} @keydown=${this.#press}>`;
+  }
+
+  #type = ({target}) => this.#draft.type(target.value);
+
+  #choose = ({target}) => {
+    this.#draft.type(target.value);
+    this.#draft.flush();
+  };
+
+  #leave = () => this.#draft.flush();
+
+  #press = (event) => {
+    if (event.key === "Enter") this.#draft.flush();
+  };
+
+  #recheck = ({detail}) => {
+    if (detail.tab === this.tab) this.requestUpdate();
+  };
+}
+
+customElements.define("hfsm-text-field", TextField);

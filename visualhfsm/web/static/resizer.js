@@ -1,0 +1,37 @@
+/** Lines between two areas that can be dragged, or moved with the arrows. */
+
+import {html} from "lit";
+
+const STEP = 24;
+const root = document.documentElement;
+
+/**
+ * A line that sets a variable of the style.
+ *
+ * @param {{name: string, variable: string, along: "x" | "y", sign: 1 | -1, smallest: number, largest: number}} options
+ *   `sign` says whether the area grows with the coordinate
+ */
+export function resizer({name, variable, along, sign, smallest, largest}) {
+  const value = () => Number.parseFloat(getComputedStyle(root).getPropertyValue(variable));
+  const set = (element, wanted) => {
+    const next = Math.round(Math.min(largest, Math.max(smallest, wanted)));
+    root.style.setProperty(variable, `${next}px`);
+    element.setAttribute("aria-valuenow", next);
+  };
+  const down = (event) => {
+    const element = event.currentTarget;
+    element.setPointerCapture(event.pointerId);
+    const start = {at: along === "x" ? event.clientX : event.clientY, value: value()};
+    element.onpointermove = (move) => set(element, start.value + ((along === "x" ? move.clientX : move.clientY) - start.at) * sign);
+    element.onlostpointercapture = () => (element.onpointermove = null);
+  };
+  const key = (event) => {
+    const step = {ArrowLeft: -STEP, ArrowUp: -STEP, ArrowRight: STEP, ArrowDown: STEP}[event.key];
+    if (!step) return;
+    event.preventDefault();
+    event.stopPropagation();
+    set(event.currentTarget, value() + step * sign);
+  };
+  return html`<div class="resizer ${along}" role="separator" tabindex="0" aria-label=${name} aria-orientation=${along === "x" ? "vertical" : "horizontal"}
+    aria-valuemin=${smallest} aria-valuemax=${largest} aria-valuenow=${Math.round(value()) || smallest} @pointerdown=${down} @keydown=${key}></div>`;
+}

@@ -1,0 +1,133 @@
+/** The small parts around the canvas: tabs, breadcrumbs, buttons and the line of status. */
+
+import {html, nothing} from "lit";
+
+import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
+import {PageElement} from "./element.js";
+import {icon} from "./icons.js";
+import {spoken} from "./keys.js";
+import {page} from "./page.js";
+import {store} from "./store.js";
+
+/** A button that does an action. @param {string} id @param {import("./actions.js").Context} context */
+export function actionButton(id, context, {label = true, kind = ""} = {}) {
+  const action = actions.get(id);
+  const key = action.keys?.[0];
+  const title = `${action.label}${action.hint ? `: ${action.hint}` : ""}${key ? ` (${spoken(key)})` : ""}`;
+  return html`<button type="button" class="action ${kind} ${label ? "" : "bare"}" data-action=${id} title=${title} ?disabled=${!isEnabled(id, context)}
+      aria-label=${label ? nothing : action.label} aria-keyshortcuts=${key ? key.replace("Ctrl", "Control") : nothing}
+      @click=${() => perform(id, context)}>${icon(action.icon)}${label ? html`<span class="text">${action.label}</span>${key && label === true ? html`<kbd aria-hidden="true">${spoken(key)}</kbd>` : nothing}` : nothing}</button>`;
+}
+
+class Tabs extends PageElement {
+  static properties = {context: {attribute: false}};
+
+  render() {
+    const {tabs} = store.workspace;
+    return html`<div role="tablist" aria-label="Open documents" @keydown=${this.#key}>
+        ${tabs.map((each) => html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
+          <button type="button" role="tab" aria-selected=${each.tab === page.tab} tabindex=${each.tab === page.tab ? 0 : -1} title=${each.path || "not saved yet"}
+            @click=${() => page.show(each.tab)} @auxclick=${(event) => event.button === 1 && this.#close(each.tab)}>
+            <span class="text">${each.title}</span>${each.dirty ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>` : nothing}
+          </button>
+        </div>`)}
+      </div>
+      ${tabs.length ? actionButton("closeTab", this.context, {label: false}) : nothing}
+      <button type="button" class="action bare" aria-label="Start page" title="Start page: open or begin another document" @click=${() => page.show(0)}>${icon("add")}</button>`;
+  }
+
+  async #close(tab) {
+    (await import("./files.js")).closeTab(tab);
+  }
+
+  async #key(event) {
+    const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
+    if (!step) return;
+    event.preventDefault();
+    this.context.app.showNeighbor(step);
+    await this.updateComplete;
+    this.querySelector('[aria-selected="true"]')?.focus();
+  }
+}
+
+class Breadcrumbs extends PageElement {
+  render() {
+    const {path} = page;
+    return html`<nav aria-label="Path to the shown automaton"><ol>
+      ${path.map((automaton, index) => html`<li>${index === path.length - 1
+        ? html`<span aria-current="location">${page.title(automaton)}</span>`
+        : html`<button type="button" @click=${() => page.open(automaton.id)}>${page.title(automaton)}</button>`}</li>`)}
+    </ol></nav>${this.#siblings()}`;
+  }
+
+  /** Automata that run beside the shown one, below the same state. */
+  #siblings() {
+    const {automaton, document} = page;
+    const owner = automaton && document.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
+    if (!owner || owner.children.length < 2) return nothing;
+    return html`<div class="siblings" role="group" aria-label="Automata of ${owner.name}">${owner.children.map((id, index) => html`
+      <button type="button" aria-pressed=${id === automaton.id} title="Automaton ${index + 1} of ${owner.name}" @click=${() => page.open(id)}>${index + 1}</button>`)}</div>`;
+  }
+}
+
+/** The five groups of buttons at the right, and those for what is selected. */
+class ActionBar extends PageElement {
+  static properties = {context: {attribute: false}};
+  static watches = {page: ["change"], store: ["document", "workspace", "run"]};
+  static groups = [
+    ["Navigation", ["up"]],
+    ["Figures", ["newState", "newTransition"]],
+    ["Files", ["open", "save", "saveAs"]],
+    ["Automaton data", ["interfaces", "timing", "variables", "functions", "component"]],
+    ["Generate and run", ["generate", "run", "stopRun"]],
+  ];
+
+  render() {
+    const title = selectionTitle();
+    const groups = selectionActions();
+    return html`${ActionBar.groups.map(([name, ids]) => html`<section role="group" aria-label=${name}><h2>${name}</h2>
+        ${ids.map((id) => actionButton(id, this.context, {kind: id === "run" ? "primary" : ""}))}</section>`)}
+      ${groups.length ? html`<section role="group" aria-label="Selection" class="selection"><h2 title=${title}>${title}</h2>
+        ${groups.flat().map((id) => actionButton(id, this.context))}</section>` : nothing}`;
+  }
+}
+
+class Status extends PageElement {
+  static properties = {context: {attribute: false}};
+  static watches = {page: ["change"], store: ["document", "workspace", "problems", "connection", "run"]};
+
+  firstUpdated() {
+    this.listen(this.context.canvas, "view", () => this.#showZoom());
+  }
+
+  updated() {
+    this.#showZoom();
+  }
+
+  render() {
+    const {document, automaton} = page;
+    if (!document) return html`<span>${store.online ? "Connected" : "Connecting"}</span>`;
+    const errors = document.problems.filter((each) => each.severity === "error").length;
+    const warnings = document.problems.length - errors;
+    const count = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
+    return html`
+      <button type="button" class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}" title="Problems" @click=${() => perform("problems", this.context)}>
+        ${icon(errors + warnings ? "problems" : "properties")}${errors + warnings ? [errors && count(errors, "error"), warnings && count(warnings, "warning")].filter(Boolean).join(", ") : "No problems"}</button>
+      <span>${selectionTitle() || `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`}</span>
+      ${automaton && !automaton.imported ? html`<span title="Time between two cycles of this automaton">every ${automaton.period.trim() || "?"} ms</span>` : nothing}
+      <span class="room"></span>
+      ${document.undo.length ? html`<span class="last-step" title="The last step, which can be undone">${document.undo[0]}</span>` : nothing}
+      <span class="zoom"></span>
+      <span class="connection ${store.online ? "on" : "off"}">${store.online ? "Connected" : "Away"}</span>`;
+  }
+
+  #showZoom() {
+    const element = this.querySelector(".zoom");
+    if (element) element.textContent = `${Math.round(this.context.canvas.viewport.scale * 100)} %`;
+  }
+}
+
+customElements.define("hfsm-tabs", Tabs);
+customElements.define("hfsm-breadcrumbs", Breadcrumbs);
+customElements.define("hfsm-actions", ActionBar);
+customElements.define("hfsm-status", Status);

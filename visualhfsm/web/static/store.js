@@ -1,0 +1,189 @@
+/**
+ * The connection to the server and what it has said: open documents, problems, what runs.
+ *
+ * The server is the truth. The page asks with `request`, and everything that changes comes back as a push.
+ *
+ * @typedef {{id: number, name: string, x: number, y: number, initial: boolean, final: boolean, children: number[],
+ *   history: string, entry: string, code: string, exit: string, arguments: object[]}} State
+ * @typedef {{id: number, name: string, x: number, y: number, origin: number, destination: number, type: string,
+ *   trigger: string, guard: string, priority: string, code: string}} Transition
+ * @typedef {{id: number, father: number, period: string, variables: string,
+ *   functions: string, inputs: object[], imported: object | null, states: State[], transitions: Transition[]}} Automaton
+ * @typedef {{code: string, severity: string, message: string, automaton?: number, state?: number, transition?: number,
+ *   part?: string, line: number, column: number, length: number}} Problem
+ * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: object,
+ *   automata: Map<number, Automaton>, problems: Problem[]}} OpenDocument
+ */
+
+const FIRST_RETRY = 250; // ms
+const LAST_RETRY = 5000;
+
+/** An answer of the server that says why something was not done. */
+export class RequestError extends Error {
+  constructor(message, kind, details = {}) {
+    super(message);
+    this.kind = kind;
+    this.details = details;
+  }
+}
+
+/**
+ * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
+ * and one of the name of each further push (`output`, `run`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
+ */
+export class Store extends EventTarget {
+  /** @type {Map<number, OpenDocument>} */
+  documents = new Map();
+  workspace = {tabs: [], recoverable: [], clipboard: 0, running: []};
+  online = false;
+  /** When the connection was lost, ms since 1970; 0 while it stands. */
+  offlineSince = 0;
+  /** What the server said of itself to `hello`. */
+  greeting = {};
+
+  #socket = null;
+  #number = 0;
+  #waiting = new Map();
+  #late = [];
+  #retry = FIRST_RETRY;
+  #timer = 0;
+
+  /** Connect, and again whenever the connection is lost. */
+  connect() {
+    clearTimeout(this.#timer);
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws`);
+    this.#socket = socket;
+    socket.addEventListener("open", () => this.#greet());
+    socket.addEventListener("message", (event) => this.#receive(JSON.parse(event.data)));
+    socket.addEventListener("close", (event) => this.#lose(event));
+  }
+
+  /**
+   * Ask the server for something.
+   *
+   * @param {string} op
+   * @param {object} fields
+   * @returns {Promise<any>} its value; rejected with a RequestError
+   */
+  request(op, fields = {}) {
+    return new Promise((resolve, reject) => {
+      if (this.#socket?.readyState !== WebSocket.OPEN) {
+        reject(new RequestError("The server is away; your work is kept there. This page connects again by itself.", "offline"));
+        return;
+      }
+      const id = ++this.#number;
+      this.#waiting.set(id, {resolve, reject, tab: fields.tab});
+      this.#socket.send(JSON.stringify({id, op, ...fields}));
+    });
+  }
+
+  /** Change a document by a command. */
+  do(tab, command) {
+    return this.request("do", {tab, command});
+  }
+
+  async #greet() {
+    const asked = this.request("hello");
+    try {
+      this.greeting = (await asked) ?? {};
+    } catch (error) {
+      this.#emit("failure", {error});
+      return;
+    }
+    this.online = true;
+    this.offlineSince = 0;
+    this.#retry = FIRST_RETRY;
+    this.#emit("connection");
+  }
+
+  #lose(event) {
+    for (const {reject} of [...this.#waiting.values(), ...this.#late]) {
+      reject(new RequestError("The connection was lost before the answer came.", "offline"));
+    }
+    this.#waiting.clear();
+    this.#late = [];
+    if (this.online || !this.offlineSince) this.offlineSince = Date.now();
+    this.online = false;
+    this.#emit("connection", {code: event.code, reason: event.reason});
+    this.#timer = setTimeout(() => this.connect(), this.#retry);
+    this.#retry = Math.min(LAST_RETRY, this.#retry * 2);
+  }
+
+  #receive(message) {
+    if (message.push) {
+      this.#push(message);
+      return;
+    }
+    const waiting = this.#waiting.get(message.re);
+    this.#waiting.delete(message.re);
+    if (message.error !== undefined) {
+      const error = new RequestError(message.error, message.kind, message.details);
+      if (waiting) waiting.reject(error);
+      else this.#emit("failure", {error});
+    } else if (waiting && message.ok?.revision > (this.documents.get(waiting.tab)?.revision ?? Infinity)) {
+      // What changed comes on its own way: who asked goes on when it is here.
+      this.#late.push({...waiting, ...message.ok, value: message.ok});
+    } else {
+      waiting?.resolve(message.ok);
+    }
+  }
+
+  #push(message) {
+    switch (message.push) {
+      case "workspace":
+        this.workspace = message;
+        for (const tab of this.documents.keys()) {
+          if (!message.tabs.some((each) => each.tab === tab)) this.documents.delete(tab);
+        }
+        break;
+      case "document":
+        this.#takeDocument(message);
+        return;
+      case "problems": {
+        const document = this.documents.get(message.tab);
+        if (document) document.problems = message.items;
+        break;
+      }
+      case "closed":
+        this.documents.delete(message.tab);
+        break;
+    }
+    this.#emit(message.push, message);
+  }
+
+  #takeDocument(message) {
+    const {tab, revision, undo, redo, dirty} = message;
+    const former = this.documents.get(tab);
+    const next = {tab, problems: former?.problems ?? [], fields: {}, automata: new Map(), ...former, revision, undo, redo, dirty};
+    const changed = new Set();
+    if (message.full) {
+      const {automata, ...fields} = message.full;
+      next.fields = fields;
+      next.automata = new Map(automata.map((each) => [each.id, each]));
+      for (const {id} of automata) changed.add(id);
+    } else if (message.patch) {
+      const {document: fields, automata = [], removed = [], order} = message.patch;
+      if (fields) next.fields = {...next.fields, ...fields};
+      const known = new Map(next.automata);
+      for (const id of removed) known.delete(id);
+      for (const each of automata) {
+        known.set(each.id, each);
+        changed.add(each.id);
+      }
+      next.automata = order ? new Map(order.filter((id) => known.has(id)).map((id) => [id, known.get(id)])) : known;
+    }
+    this.documents.set(tab, next);
+    this.#emit("document", {tab, changed, whole: Boolean(message.full)});
+    const arrived = this.#late.filter((each) => each.tab === tab && each.revision <= revision);
+    this.#late = this.#late.filter((each) => !arrived.includes(each));
+    for (const {resolve, value} of arrived) resolve(value);
+  }
+
+  #emit(kind, detail = {}) {
+    this.dispatchEvent(new CustomEvent(kind, {detail}));
+  }
+}
+
+/** The one connection of the page. */
+export const store = new Store();

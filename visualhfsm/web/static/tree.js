@@ -1,0 +1,162 @@
+/** The whole hierarchy at the left: every state of every automaton. */
+
+import {html, nothing} from "lit";
+
+import {PageElement} from "./element.js";
+import {lostIn, rootOf} from "./outline.js";
+import {page} from "./page.js";
+
+const MOST = 4000; // rows; a larger tree is folded below the first level
+
+/** @typedef {{key: string, level: number, name: string, kind: string, automaton: number, state?: number, open?: boolean,
+ *   child?: number, count: number, index: number}} Row */
+
+class Tree extends PageElement {
+  static watches = {page: ["change"], store: ["document", "workspace", "problems"]};
+
+  #folded = new Set();
+  #focused = "";
+
+  /** @returns {Row[]} what is seen, from top to bottom */
+  #rows() {
+    const {document} = page;
+    const rows = [];
+    const seen = new Set();
+    const visit = (automaton, level, prefix) => {
+      if (!automaton || seen.has(automaton.id) || rows.length > MOST) return;
+      seen.add(automaton.id);
+      automaton.states.forEach((state, index) => {
+        const children = state.children.filter((id) => document.automata.has(id));
+        const key = `${prefix}/${automaton.id}.${state.id}`;
+        const open = children.length > 0 && !this.#folded.has(key);
+        rows.push({
+          key, level, name: state.name || `state ${state.id}`, kind: kindOf(state), automaton: automaton.id, state: state.id, child: children[0],
+          open: children.length ? open : undefined, count: automaton.states.length, index,
+        });
+        if (!open) return;
+        if (children.length === 1) visit(document.automata.get(children[0]), level + 1, key);
+        else children.forEach((id, number) => {
+          const branch = `${key}:${id}`;
+          const child = document.automata.get(id);
+          const unfolded = !this.#folded.has(branch);
+          rows.push({key: branch, level: level + 1, name: `automaton ${number + 1}`, kind: "automaton", automaton: id, child: id, open: child.states.length ? unfolded : undefined, count: children.length, index: number});
+          if (unfolded) visit(child, level + 2, branch);
+        });
+      });
+    };
+    const root = rootOf(document);
+    const open = !this.#folded.has("root");
+    if (root) rows.push({key: "root", level: 1, name: page.component, kind: "root", automaton: root.id, child: root.id, open: root.states.length ? open : undefined, count: 1, index: 0});
+    if (open) visit(root, 2, "root");
+    for (const lost of lostIn(document)) {
+      rows.push({key: `lost:${lost.id}`, level: 1, name: `automaton ${lost.id}, of no state`, kind: "lost", automaton: lost.id, child: lost.id, open: undefined, count: 1, index: 0});
+    }
+    return rows;
+  }
+
+  render() {
+    if (!page.document) return nothing;
+    const rows = (this.rows = this.#rows());
+    const current = page.automaton?.id;
+    const focused = rows.find((row) => row.key === this.#focused) ?? rows.find(isSelected) ?? rows.find((row) => row.child === current) ?? rows[0];
+    return html`<h2 id="tree-title">Automata</h2>
+      <div role="tree" aria-labelledby="tree-title" @keydown=${this.#key} @click=${this.#click} @dblclick=${this.#open}>
+        ${rows.map((row, index) => {
+          const selected = isSelected(row);
+          const problem = problemOf(row);
+          return html`<div role="treeitem" class="row ${row.kind} ${row.child === current && row.child !== undefined ? "shown" : ""}" data-index=${index} data-level=${row.level}
+              aria-level=${row.level} aria-setsize=${row.count} aria-posinset=${row.index + 1} aria-selected=${selected}
+              aria-expanded=${row.open ?? nothing} aria-label=${row.name + (problem ? `, ${problem}` : "")} tabindex=${row === focused ? 0 : -1}>
+            ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span><span class="dot"></span><span class="text">${row.name}</span>
+            ${problem ? html`<span class="problem ${problem}" title=${problem}></span>` : nothing}
+          </div>`;
+        })}
+      </div>`;
+  }
+
+  updated() {
+    this.querySelector('[aria-selected="true"]')?.scrollIntoView({block: "nearest"});
+  }
+
+  #row(event) {
+    const element = event.target.closest("[role=treeitem]");
+    return element && this.rows[Number(element.dataset.index)];
+  }
+
+  #click(event) {
+    const row = this.#row(event);
+    if (!row) return;
+    this.#focused = row.key;
+    if (event.target.classList.contains("twist") && row.open !== undefined) this.#fold(row, row.open);
+    else choose(row);
+  }
+
+  #open(event) {
+    const row = this.#row(event);
+    if (row && !event.target.classList.contains("twist")) enter(row);
+  }
+
+  #fold(row, folded) {
+    if (folded) this.#folded.add(row.key);
+    else this.#folded.delete(row.key);
+    this.requestUpdate();
+  }
+
+  async #key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const row = this.#row(event);
+    const index = this.rows.indexOf(row);
+    let next;
+    switch (event.key) {
+      case "ArrowDown": next = this.rows[index + 1]; break;
+      case "ArrowUp": next = this.rows[index - 1]; break;
+      case "Home": next = this.rows[0]; break;
+      case "End": next = this.rows.at(-1); break;
+      case "ArrowRight":
+        if (row.open === false) this.#fold(row, false);
+        else if (row.open) next = this.rows[index + 1];
+        break;
+      case "ArrowLeft":
+        if (row.open) this.#fold(row, true);
+        else next = this.rows.slice(0, index).findLast((each) => each.level < row.level);
+        break;
+      case "Enter": enter(row); break;
+      case " ": choose(row); break;
+      default: return;
+    }
+    event.preventDefault();
+    event.stopPropagation();
+    if (!next) return;
+    this.#focused = next.key;
+    choose(next);
+    this.requestUpdate();
+    await this.updateComplete;
+    this.querySelector('[tabindex="0"]')?.focus();
+  }
+}
+
+const kindOf = (state) => `${state.children.length ? "parent" : "plain"}${state.initial ? " initial" : ""}${state.final ? " final" : ""}`;
+
+function isSelected(row) {
+  if (row.state === undefined) return row.automaton === page.automaton?.id && page.states.size + page.transitions.size === 0;
+  return row.automaton === page.automaton?.id && page.states.has(row.state);
+}
+
+function choose(row) {
+  page.open(row.automaton, row.state === undefined ? {} : {states: [row.state]});
+  page.dispatchEvent(new Event("reveal"));
+}
+
+/** Open the sub-automaton of a row, or the code of a state without one. */
+function enter(row) {
+  if (row.child !== undefined) page.open(row.child);
+  else page.edit({kind: "state", automaton: row.automaton, id: row.state, part: "code"});
+}
+
+function problemOf(row) {
+  if (row.state === undefined) return "";
+  const found = (page.document.problems ?? []).filter((each) => each.automaton === row.automaton && each.state === row.state);
+  return found.some((each) => each.severity === "error") ? "error" : found.length ? "warning" : "";
+}
+
+customElements.define("hfsm-tree", Tree);
