@@ -51,9 +51,15 @@ class Alarm:
         if first:
             self._news.set()
 
+    def look(self) -> None:
+        """Look at the time again, which has stood still, or was far from what is due."""
+        self._news.set()
+
     def _run(self) -> None:
-        while not self._stopping:
-            self._news.clear()
+        while True:
+            self._news.clear()  # before anything is looked at: what changes later sets it again
+            if self._stopping:
+                return
             due = self._set_due()
             if due is None:
                 self._news.wait(_IDLE)

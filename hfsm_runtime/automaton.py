@@ -112,10 +112,10 @@ class Automaton:
     def __post_init__(self) -> None:
         by_id = {state.id: state for state in self.states}
         object.__setattr__(self, "_by_id", by_id)
-        outgoing = {
-            origin: tuple(sorted((t for t in self.transitions if t.origin == origin), key=_rank))
-            for origin in by_id
-        }
+        leaving: dict[int, list[Transition]] = {origin: [] for origin in by_id}
+        for transition in self.transitions:
+            leaving.setdefault(transition.origin, []).append(transition)
+        outgoing = {origin: tuple(sorted(found, key=_rank)) for origin, found in leaving.items()}
         object.__setattr__(self, "_outgoing", outgoing)
         self._check()
 

@@ -103,9 +103,11 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
 
 
 def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
-    forced, run.forced = run.forced, None
-    if forced is not None and forced.origin == run.current.id:
-        return forced
+    forced = run.forced
+    if forced is not None:
+        run.forced = None
+        if forced.origin == run.current.id:
+            return forced
     for transition in run.automaton.outgoing(run.current):
         if _holds(tree, run, transition, now, supervisor):
             return transition
@@ -181,7 +183,7 @@ def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
 def _left_for_good(run: Run) -> list[tuple[Run, State]]:
     """Return the states whose exit code runs when an automaton leaves its state, in this order."""
     left: list[tuple[Run, State]] = []
-    if run.current.restart:
+    if run.current.restart and not run.waking:  # those that have not been woken since are left already
         for child in run.below:
             if child.entered is not None and not child.owed and not child.finished:
                 left += _left_for_good(child)

@@ -75,7 +75,8 @@ class Reloading:
             raise
         forget(former)
         self._first = replacement.first
-        dropped = runtime.breakpoints.renew(runtime.tree, parameters_of(replacement.component))
+        with runtime.tree.lock:  # as for those who set breakpoints
+            dropped = runtime.breakpoints.renew(runtime.tree, parameters_of(replacement.component))
         return Reloaded(runtime.generation, held, (*replacement.not_kept, *dropped))
 
     def _make(self, loaded: type[Component]) -> Replacement:

@@ -73,6 +73,8 @@ class Threads:
             self._tree.held = True
             self._stopping = True
         self.wake()
+        for worker in self._workers.values():
+            worker.stepped.set()  # nobody waits for a step that does not come any more
         self._alarm.stop()
         deadline = time.monotonic() + timeout
         threads = [worker.thread for worker in self._workers.values() if worker.thread.ident is not None]
@@ -93,6 +95,7 @@ class Threads:
         with self._tree.lock:
             self._timeline.resume()
             self._tree.held = self._stopping
+        self._alarm.look()
         self.wake()
 
     def step(self, runs: tuple[Run, ...]) -> None:
@@ -111,11 +114,17 @@ class Threads:
                 if worker is None:  # it has left the tree in the meantime
                     continue
                 worker.stepped.clear()
-                with self._tree.lock:
-                    run.stepping = True
+                if not self._order_step(run):
+                    return
                 worker.wake.set()
                 if not worker.stepped.wait(_STEP):
                     _logger.warning("the step of %s takes longer than %g s", run.automaton.name, _STEP)
+
+    def _order_step(self, run: Run) -> bool:
+        """Ask an automaton for one cycle; false once the threads end."""
+        with self._tree.lock:
+            run.stepping = not self._stopping
+            return run.stepping
 
     def sleep(self, clock: Clock, seconds: float, ended: threading.Event) -> bool:
         """Wait on behalf of user code; false, and no wait, when this is no automaton's thread.
@@ -145,8 +154,9 @@ class Threads:
 
     def remove(self, runs: tuple[Run, ...]) -> None:
         """End the threads of automata that are not in the tree, and in no cycle."""
-        retired = [worker for run, worker in self._workers.items() if run in runs]
-        self._workers = {run: worker for run, worker in self._workers.items() if run not in runs}
+        leaving = set(runs)
+        retired = [worker for run, worker in self._workers.items() if run in leaving]
+        self._workers = {run: worker for run, worker in self._workers.items() if run not in leaving}
         for worker in retired:
             worker.retired = True
             worker.wake.set()
@@ -171,8 +181,10 @@ class Threads:
     def run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end; the body of its thread."""
         run, interval, delay, slot = worker.run, 0, 0, 0
-        while not (self._stopping or worker.retired):
-            worker.wake.clear()
+        while True:
+            worker.wake.clear()  # before anything is looked at: what changes later sets it again
+            if self._stopping or worker.retired:
+                return
             if run.automaton.interval != interval:  # at first, and when the automaton was replaced
                 interval, slot = run.automaton.interval, 0
                 delay = delay_in_slot(worker.index, interval)

@@ -187,7 +187,8 @@ class Tree:
         """
         before = self._by_id
         runs = tuple(before.get(run.automaton.id, run) for run in grown)
-        gone = tuple(run for run in self.runs if run not in runs)
+        staying = set(runs)
+        gone = tuple(run for run in self.runs if run not in staying)
         for run in gone:
             self._deactivate(run, now)
         displaced = []
@@ -239,6 +240,7 @@ class Tree:
         run.activated = now
         run.activations += 1
         if initial:
+            run.last_transition = 0
             self._set(run, run.automaton.initial, now)
         else:
             self._changed(now, run, ChangeKind.RESUMED)

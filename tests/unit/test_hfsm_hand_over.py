@@ -270,3 +270,32 @@ def test_an_automaton_that_blocks_delays_no_other() -> None:
         assert run is not None
         eventually(lambda: run.cycles > 20)
         release.set()
+
+
+def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since() -> None:
+    order: list[str] = []
+    crossing = threading.Event()
+
+    def cross() -> None:
+        if "lowest leaves" in order:
+            crossing.set()
+            eventually(lambda: not runtime.run(2).active)
+
+    lowest = automaton(3, "lowest", [State(id=1, name="x", exit=lambda: order.append("lowest leaves"))])
+    middle = automaton(
+        2,
+        "middle",
+        [State(id=1, name="below", children=(lowest,), restart=True), State(id=2, name="apart")],
+        [when(lambda: True, 1, 2), when(lambda: True, 2, 1, code=cross)],
+        period=0.02,
+    )
+    root = automaton(
+        1,
+        "root",
+        [State(id=1, name="a", children=(middle,), restart=True), State(id=2, name="b")],
+        [when(crossing.is_set, 1, 2)],
+        period=0.02,
+    )
+    with running(root) as runtime:
+        eventually(lambda: runtime.tree.active == "b")
+    assert order == ["lowest leaves"]

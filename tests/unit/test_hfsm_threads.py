@@ -13,6 +13,7 @@ import pytest
 from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime.errors import ComponentStoppedError, UnknownElementError
 from hfsm_runtime.runtime import Runtime, Status
+from hfsm_runtime.timeline import Timeline
 from tests.support.automata import after, automaton, finished, on, when
 from tests.support.documents import load
 from tests.support.running import LIMIT, eventually, running
@@ -332,3 +333,95 @@ def test_what_is_called_like_a_function_of_every_component_may_still_use_it() ->
         assert runtime.ended.wait(LIMIT)
     finally:
         runtime.stop()
+
+
+def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    alarm_rests = threading.Event()
+    wait_until = Timeline.wait_until
+
+    def rest(timeline: Timeline, when: int, wake: threading.Event) -> None:
+        if timeline.paused and threading.current_thread().name == "alarm":
+            alarm_rests.set()
+        wait_until(timeline, when, wake)
+
+    monkeypatch.setattr(Timeline, "wait_until", rest)
+    monkeypatch.setattr("hfsm_runtime.timeline._PAUSED_WAIT", 60.0)
+    monkeypatch.setattr("hfsm_runtime.threads._IDLE", 60.0)
+    left = automaton(2, "left", [State(id=1, name="x")], period=0.02)
+    right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
+    states = [State(id=1, name="a", children=(left,)), State(id=2, name="b", children=(right,))]
+    root = automaton(1, "root", states, [when(lambda: False, 1, 2), when(lambda: False, 2, 1)], period=0.02)
+    forth, back = root.transitions
+    with running(root) as runtime:
+        eventually(lambda: runtime.run(2).cycles > 0)
+        runtime.pause()
+        eventually(lambda: not runtime.in_cycle)
+        runtime.force(1, forth.id)
+        runtime.step(1)
+        assert alarm_rests.wait(LIMIT)
+        runtime.resume()
+        eventually(lambda: runtime.run(3).cycles > 5)
+        before = runtime.run(2).cycles
+        runtime.force(1, back.id)
+        eventually(lambda: runtime.run(2).cycles > before)
+
+
+def test_a_thread_that_is_just_about_to_rest_is_told_of_the_end(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    armed, reached, told = threading.Event(), threading.Event(), threading.Event()
+
+    class Wake(threading.Event):
+        def clear(self) -> None:
+            if armed.is_set() and threading.current_thread() is not threading.main_thread():
+                reached.set()
+                told.wait(LIMIT)
+            super().clear()
+
+        def set(self) -> None:
+            super().set()
+            if reached.is_set():
+                told.set()
+
+    class Threading:
+        Event = Wake
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(threading, name)
+
+    monkeypatch.setattr("hfsm_runtime.threads.threading", Threading())
+    monkeypatch.setattr("hfsm_runtime.threads._IDLE", 60.0)
+    with running(automaton(1, "root", [State(id=1, name="a")], period=60)) as runtime:
+        eventually(lambda: runtime.tree.root.cycles == 1)
+        armed.set()
+        runtime.resume()
+        assert reached.wait(LIMIT)
+        runtime.stop()
+    assert "did not end" not in caplog.text
+
+
+def test_a_step_of_many_ends_when_the_component_does(caplog: pytest.LogCaptureFixture) -> None:
+    paused, inside, release = threading.Event(), threading.Event(), threading.Event()
+
+    def code() -> None:
+        if paused.is_set():
+            inside.set()
+            release.wait(LIMIT)
+
+    child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
+    root = automaton(1, "root", [State(id=1, name="a", code=code, children=(child,))], period=0.02)
+    with running(root) as runtime:
+        eventually(lambda: runtime.run(2).cycles > 0)
+        runtime.pause()
+        eventually(lambda: not runtime.in_cycle)
+        paused.set()
+        stepping = threading.Thread(target=runtime.step, args=(0,))
+        stepping.start()
+        assert inside.wait(LIMIT)
+        stopping = threading.Thread(target=runtime.stop)
+        stopping.start()
+        eventually(lambda: "automaton child" not in {thread.name for thread in threading.enumerate()})
+        release.set()
+        stepping.join(LIMIT)
+        stopping.join(LIMIT)
+    assert "takes longer" not in caplog.text
