@@ -197,9 +197,8 @@ class NoRunning(_Missing):
         """Refuse."""
         self._refuse()
 
-    async def stop(self, tab: int) -> object:  # noqa: ARG002
-        """Refuse."""
-        self._refuse()
+    async def stop(self, tab: int) -> object:
+        """Do nothing: nothing runs."""
 
 
 class NoLive(_Missing):

@@ -225,10 +225,10 @@ class Workspace:
         return self._abandoned[journal].file
 
     def _changed(self, tab: Tab) -> None:
+        self.tell()  # first: a window hears of a tab before it gets its document
         for window in self._windows:
             window.show(tab)
         self._checking.check(tab)
-        self.tell()
 
     def _tell_problems(self, tab: Tab, problems: Problems) -> None:
         if tab.id in self._tabs:

@@ -1,0 +1,48 @@
+"""The conversation of docs/editor-protocol.md is held as it stands there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tests.support.editor import DOCUMENT, Window, editor
+from tests.support.pages import blocks_of
+
+PAGE = Path(__file__).parents[2] / "docs" / "editor-protocol.md"
+
+
+def test_the_conversation_is_held_as_it_is_described(tmp_path: Path) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    (root / "robot.xml").write_text(DOCUMENT)
+    lines = [line for block in blocks_of(PAGE.read_text("utf-8")) for line in block.text.splitlines()]
+    with editor(root) as running, running.socket() as socket:
+        window = Window(socket)
+        pushed = 0
+        for line in lines:
+            mark, text = line.split(" ", 1)
+            expected = json.loads(text)
+            if mark == "→":
+                socket.send(text)
+                pushed = len(window.pushes)
+                continue
+            # What stands in the page comes in this order; other news may come in between.
+            seen = [message for message in window.pushes[pushed:] if matches(message, expected)]
+            if not seen:
+                window.wait_for(lambda message, expected=expected: matches(message, expected))
+    assert not window.documents
+
+
+def matches(message: Any, expected: Any) -> bool:
+    """Whether a message is as expected, where `…` stands for anything."""
+    if expected == "…":
+        return True
+    if isinstance(expected, dict) and isinstance(message, dict):
+        open_ended = "…" in expected
+        wanted = {key: value for key, value in expected.items() if key != "…"}
+        same_keys = wanted.keys() <= message.keys() if open_ended else wanted.keys() == message.keys()
+        return same_keys and all(matches(message[key], value) for key, value in wanted.items())
+    if isinstance(expected, list) and isinstance(message, list):
+        return len(message) == len(expected) and all(map(matches, message, expected))
+    return bool(message == expected)
