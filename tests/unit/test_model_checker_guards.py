@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from itertools import product
+from itertools import combinations, product
 
 import pytest
 from hypothesis import given
@@ -31,6 +31,30 @@ def test_satisfy_finds_values_exactly_when_there_are_some(
         assert not possible
     else:
         assert dict.fromkeys("abcd", False) | found in possible
+
+
+def entangled(one: str, other: str) -> list[Conjunction]:
+    """Return clauses that cannot all be false."""
+    return [((one, first), (other, second)) for first, second in product([True, False], repeat=2)]
+
+
+def test_guards_that_have_nothing_to_do_with_one_another_are_looked_at_alone() -> None:
+    free: list[Conjunction] = [((f"x{number}", True), (f"y{number}", True)) for number in range(60)]
+    assert satisfy((), [*free, *entangled("a", "b")]) is None
+    found = satisfy((), free)
+    assert found is not None
+    values = dict.fromkeys((atom for clause in free for atom, _ in clause), False) | found
+    assert not any(holds(clause, values) for clause in free)
+
+
+def test_guards_that_are_too_entangled_count_as_possible() -> None:
+    # Twelve pigeons do not fit into eleven holes, and there is no quick way to see that.
+    pigeons, holes = range(12), range(11)
+    somewhere: list[Conjunction] = [tuple((f"{p} in {h}", False) for h in holes) for p in pigeons]
+    alone: list[Conjunction] = [
+        ((f"{p} in {h}", True), (f"{q} in {h}", True)) for h in holes for p, q in combinations(pigeons, 2)
+    ]
+    assert satisfy((), [*somewhere, *alone]) is not None
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,9 @@ Conjunction = tuple[tuple[str, bool], ...]
 Assignment = Mapping[str, bool]
 """Values of atoms; those that are missing are false."""
 
+_MOST_STEPS: Final = 20_000
+"""Steps of the search for values of guards that depend on one another; it may take 2 to the power of them."""
+
 _CHANGES_WHEN_ASKED: Final = re.compile(r"random|shuffle|choice|next|pop|read|recv|get_nowait|:=|\bawait\b")
 """What makes the second value of an expression in one cycle independent of the first."""
 
@@ -71,28 +74,66 @@ def _literals(tree: ast.expr, wanted: bool) -> Iterator[tuple[str, bool]]:
 def satisfy(wanted: Conjunction, refused: Iterable[Conjunction]) -> dict[str, bool] | None:
     """Return values of atoms for which `wanted` holds and none of `refused` does, or None.
 
-    Atoms of no importance are left out.
+    Atoms of no importance are left out. Where guards are so entangled that a search takes too long, it is
+    given up, and what it was at is returned: then the guards count as possible.
     """
     values: dict[str, bool] = {}
     for atom, value in wanted:
         if values.setdefault(atom, value) is not value:
             return None
-    open_clauses: list[Conjunction] = []
-    for clause in refused:
-        if len(clause) == 1:  # a clause of one literal leaves no choice
-            atom, value = clause[0]
-            if values.setdefault(atom, not value) is value:
+    clauses = _without_alternative(values, list(refused))
+    if clauses is None or not all(_refuse(values, group) for group in _groups(clauses)):
+        return None
+    return values
+
+
+def _without_alternative(values: dict[str, bool], clauses: list[Conjunction]) -> list[Conjunction] | None:
+    """Set the atoms that leave no choice; return the clauses that do, or None when one cannot be false."""
+    while True:
+        left: list[Conjunction] = []
+        known = len(values)
+        for clause in clauses:
+            if any(values.get(atom, value) is not value for atom, value in clause):
+                continue
+            undecided = tuple(literal for literal in clause if literal[0] not in values)
+            if not undecided:
                 return None
-        else:
-            open_clauses.append(clause)
-    return _refuse(values, open_clauses)
+            if len(undecided) == 1:
+                ((atom, value),) = undecided
+                values[atom] = not value
+            else:
+                left.append(undecided)
+        if len(values) == known:
+            return left
+        clauses = left
 
 
-def _refuse(values: dict[str, bool], clauses: Sequence[Conjunction]) -> dict[str, bool] | None:
+def _groups(clauses: Sequence[Conjunction]) -> Iterator[list[Conjunction]]:
+    """Yield the clauses in groups that have no atoms in common, so that each can be looked at alone."""
+    having: dict[str, list[int]] = {}
+    for index, clause in enumerate(clauses):
+        for atom, _ in clause:
+            having.setdefault(atom, []).append(index)
+    seen: set[int] = set()
+    for start in range(len(clauses)):
+        pending, group = [start], []
+        while pending:
+            index = pending.pop()
+            if index not in seen:
+                seen.add(index)
+                group.append(clauses[index])
+                pending += [other for atom, _ in clauses[index] for other in having.pop(atom, ())]
+        if group:
+            yield group
+
+
+def _refuse(values: dict[str, bool], clauses: Sequence[Conjunction]) -> bool:
     """Extend `values` until every clause is false, by trying its literals one after the other."""
     trail: list[tuple[int, int, str | None]] = []  # clause, literal that is false in it, atom set for it
     clause, first = 0, 0
-    while clause < len(clauses):
+    for _ in range(_MOST_STEPS):
+        if clause == len(clauses):
+            return True
         for index in range(first, len(clauses[clause])):
             atom, value = clauses[clause][index]
             if atom not in values:
@@ -106,11 +147,11 @@ def _refuse(values: dict[str, bool], clauses: Sequence[Conjunction]) -> dict[str
             while trail and trail[-1][2] is None:  # it was false anyway: another literal is no way out
                 trail.pop()
             if not trail:
-                return None
+                return False
             clause, first, undone = trail.pop()
             assert undone is not None
             del values[undone]
             first += 1
             continue
         clause, first = clause + 1, 0
-    return values
+    return True
