@@ -20,7 +20,7 @@ from zenoh_ice import Object
 from .calls import Call
 from .clock import TaskClock
 from .communicator import InProcessCommunicator
-from .errors import BehaviorFailed, UnknownName
+from .errors import BehaviorFailed, UnknownName, says_it_all
 from .guards import GuardTable, path_of
 from .journal import Fired, Journal
 from .loading import load_component
@@ -28,6 +28,7 @@ from .robot import CameraKind, RobotKind, RobotUnderTest
 from .stubs import make_stub
 
 __all__ = ["Behavior", "Condition"]
+__tracebackhide__ = says_it_all
 
 Condition = str | Callable[[], object] | Callable[["Behavior"], object]
 """A path of states, or a function, of nothing or of the behavior, that returns whether it holds."""
@@ -202,9 +203,9 @@ class Behavior:
         return self._communicator.calls.find(target)
 
     @property
-    def errors(self) -> tuple[ErrorRecord, ...]:
+    def errors(self) -> list[ErrorRecord]:
         """The newest errors of its code, oldest first."""
-        return self.run.errors
+        return list(self.run.errors)
 
     @property
     def timeline(self) -> str:

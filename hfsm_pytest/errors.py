@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["BehaviorFailed", "DocumentInvalid", "UnknownName"]
+from typing import Protocol
+
+__all__ = ["BehaviorFailed", "DocumentInvalid", "UnknownName", "says_it_all"]
 
 
 class UnknownName(LookupError):
@@ -15,3 +17,15 @@ class DocumentInvalid(ValueError):
 
 class BehaviorFailed(AssertionError):
     """The behavior did what a test does not allow: its code raised, or it never did what was waited for."""
+
+
+class _Caught(Protocol):
+    def errisinstance(self, kinds: tuple[type[BaseException], ...]) -> bool: ...
+
+
+def says_it_all(caught: _Caught) -> bool:
+    """Return whether an exception says what is wrong with a test, so that pytest need not show our code.
+
+    A module assigns it to `__tracebackhide__`.
+    """
+    return caught.errisinstance((BehaviorFailed, DocumentInvalid, UnknownName))

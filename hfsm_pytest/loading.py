@@ -15,9 +15,10 @@ from codegen.hfsm import compile_document, read_document, resolve
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 
-from .errors import DocumentInvalid
+from .errors import DocumentInvalid, says_it_all
 
 __all__ = ["document_of", "find_document", "load_component", "read"]
+__tracebackhide__ = says_it_all
 
 
 def read(path: Path) -> Document:
@@ -76,7 +77,7 @@ def _compile(path: Path, changed: int, include: tuple[Path, ...]) -> tuple[Path,
     diagnostics = Diagnostics()
     files = compile_document(path, None, diagnostics, include)
     if files is None:
-        raise DocumentInvalid(f"{path} cannot be run:\n{diagnostics.render()}")
+        raise DocumentInvalid(f"{path} cannot be run:\n{diagnostics.render(outcome='')}")
     (file,) = files
     return file.path, file.text
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import pytest
 
+from .errors import says_it_all
+
 if TYPE_CHECKING:
     from hfsm_runtime import Component
     from zenoh_ice import Object
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from .robot import CameraKind, RobotKind
 
 __all__ = ["MakeBehavior"]
+__tracebackhide__ = says_it_all
 
 _BEHAVIORS: Final = pytest.StashKey["list[Behavior]"]()
 _COVERAGE: Final = "hfsm_coverage"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,12 +19,13 @@ from hfsm_runtime.tree import Run
 
 from .abstraction import abstract_component
 from .behavior import Behavior
-from .errors import BehaviorFailed, DocumentInvalid
+from .errors import BehaviorFailed, DocumentInvalid, says_it_all
 from .loading import load_component, read
 from .steps import Step
 from .strategies import stimuli
 
 __all__ = ["Invariant", "check_properties"]
+__tracebackhide__ = says_it_all
 
 Invariant = Callable[[Behavior], object]
 """Returns whether all is well; an AssertionError says that it is not."""
@@ -45,8 +48,8 @@ def check_properties(
     a time. Random are the time that passes, events, the places of `balls` (`red`, `green`), and the `guards`.
 
     With `abstract`, the default, there is no code: only states, timers and guards, which are random.
-    Otherwise the code runs, with the `options` of the fixture `behavior` such as `robot`, and its guards say
-    what they say unless `guards` is set.
+    Otherwise the code runs, with the `options` of the fixture `behavior` such as `robot`; its guards say what
+    they say unless `guards` is set, and where the document declares events only these come from outside.
 
     There are `examples` runs of at most so many `steps`: the same ones each time, or, with `random`, others.
     Raises BehaviorFailed with the shortest steps found that break something, or at which the code fails.
@@ -64,7 +67,15 @@ def check_properties(
         phases=(Phase.generate, Phase.shrink),  # to explain takes longer than all the rest
         suppress_health_check=list(HealthCheck),
     )
-    @given(stimuli(path, guards=abstract if guards is None else guards, balls=tuple(balls), max_size=steps))
+    @given(
+        stimuli(
+            path,
+            guards=abstract if guards is None else guards,
+            inner_events=abstract,
+            balls=tuple(balls),
+            max_size=steps,
+        )
+    )
     def run(taken: list[Step]) -> None:
         b = Behavior(component(), document=path, **options)
         try:
@@ -72,7 +83,18 @@ def check_properties(
         finally:
             b.close()
 
-    run()
+    with _quiet(component._hfsm_log):
+        run()
+
+
+@contextmanager
+def _quiet(log: logging.Logger) -> Iterator[None]:
+    """Log nothing in a `with` block: on the way to the fewest steps the same goes wrong many times."""
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before
 
 
 _Check = tuple[str, Invariant]
@@ -95,7 +117,7 @@ class _Examination(Watcher):
             try:
                 step.apply(self._b)
             except BehaviorFailed as failure:
-                raise BehaviorFailed(f"{failure}\nsteps:{_listed(steps[:number])}") from failure
+                raise BehaviorFailed(f"{failure}\nsteps:{_listed(steps[:number])}") from failure.__cause__
             self._tell(steps[:number])
 
     def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .behavior import Behavior
+from .errors import says_it_all
 
 __all__ = ["Advance", "HideBall", "PlaceBall", "Send", "SetGuard", "Step"]
+__tracebackhide__ = says_it_all
 
 
 @dataclass(frozen=True, slots=True)

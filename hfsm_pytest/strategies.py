@@ -30,6 +30,7 @@ class _Facts(NamedTuple):
     """What of a document a random test can use."""
 
     guards: tuple[str, ...]
+    declared: tuple[str, ...]
     events: tuple[str, ...]
     period: float
     """The shortest period in s."""
@@ -57,9 +58,13 @@ def advances(document: str | Path) -> SearchStrategy[Advance]:
     return periods | st.sampled_from([Advance(delay) for delay in facts.delays]) if facts.delays else periods
 
 
-def events(document: str | Path) -> SearchStrategy[Send]:
-    """Return the events that the document declares, or that a transition waits for."""
-    return st.sampled_from([Send(name) for name in _facts(document).events])
+def events(document: str | Path, *, inner: bool = True) -> SearchStrategy[Send]:
+    """Return the events that the document declares, or that a transition waits for.
+
+    Without `inner` only those that it declares, if it declares any.
+    """
+    facts = _facts(document)
+    return st.sampled_from([Send(name) for name in (not inner and facts.declared) or facts.events])
 
 
 def balls(*names: str) -> SearchStrategy[PlaceBall | HideBall]:
@@ -75,18 +80,24 @@ def balls(*names: str) -> SearchStrategy[PlaceBall | HideBall]:
 
 
 def stimuli(
-    document: str | Path, *, guards: bool = True, balls: Sequence[str] = (), max_size: int = 30
+    document: str | Path,
+    *,
+    guards: bool = True,
+    inner_events: bool = True,
+    balls: Sequence[str] = (),
+    max_size: int = 30,
 ) -> SearchStrategy[list[Step]]:
     """Return sequences of steps: time passes and events come.
 
-    With `guards` the guards of the document become true or false; `balls` names those that are moved.
+    With `guards` the guards of the document become true or false; without `inner_events` only events come
+    that the document declares, if it declares any; `balls` names those that are moved.
     """
     facts = _facts(document)
     kinds: list[SearchStrategy[Step]] = [advances(document)]
     if guards and facts.guards:
         kinds.append(st.builds(SetGuard, st.sampled_from(facts.guards), st.booleans()))
     if facts.events:
-        kinds.append(events(document))
+        kinds.append(events(document, inner=inner_events))
     if balls:
         kinds.append(_balls(*balls))
     return st.lists(st.one_of(kinds), max_size=max_size)
@@ -113,6 +124,7 @@ def _read_facts(path: Path, changed: int) -> _Facts:  # noqa: ARG001
     declared = [event.name for event in document.events]
     return _Facts(
         guards=tuple(b.guards),
+        declared=tuple(declared),
         events=tuple(dict.fromkeys([*declared, *(each.event for each in transitions if each.event)])),
         period=min(automaton.period for automaton in automata),
         delays=tuple(sorted({each.seconds for each in transitions if each.seconds is not None})),

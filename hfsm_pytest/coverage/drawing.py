@@ -17,7 +17,10 @@ _WIDTH: Final = 132.0
 _HEIGHT: Final = 44.0
 _MARGIN: Final = 40.0
 _BOW: Final = 0.18
-"""How far a transition bows that has no place of its own, as a share of its length."""
+"""How far a transition bows that has no place of its own, as a share of its length.
+
+The next that goes the same way bows as much farther.
+"""
 _CLOSE: Final = 1.0
 _LONGEST: Final = 16
 """Characters of a name in a box; the rest is in the tooltip."""
@@ -38,11 +41,7 @@ def rank_transition(automaton: AutomatonCoverage, transition: TransitionItem) ->
 def draw(automaton: AutomatonCoverage) -> str:
     """Return an automaton as an SVG element."""
     places = _places(automaton.items.states)
-    handles = {
-        each.id: _handle(each, places)
-        for each in automaton.items.transitions
-        if each.origin in places and each.destination in places
-    }
+    handles = _handles(automaton.items.transitions, places)
     points = [*places.values(), *handles.values()]
     left, right = min(x for x, _ in points) - _WIDTH / 2, max(x for x, _ in points) + _WIDTH / 2
     top, bottom = min(y for _, y in points) - _HEIGHT / 2, max(y for _, y in points) + _HEIGHT / 2
@@ -67,16 +66,29 @@ def _places(states: tuple[StateItem, ...]) -> dict[int, Point]:
     return places
 
 
-def _handle(transition: TransitionItem, places: dict[int, Point]) -> Point:
-    """Return the point through which a transition is drawn."""
+def _handles(transitions: tuple[TransitionItem, ...], places: dict[int, Point]) -> dict[int, Point]:
+    """Return the points through which transitions are drawn, each beside those that go the same way."""
+    handles: dict[int, Point] = {}
+    for each in transitions:
+        if each.origin in places and each.destination in places:
+            number = 1
+            while (handle := _handle(each, places, number)) in handles.values() and number <= len(handles):
+                number += 1
+            handles[each.id] = handle
+    return handles
+
+
+def _handle(transition: TransitionItem, places: dict[int, Point], number: int) -> Point:
+    """Return the point through which a transition is drawn that is the `number`th of those of its way."""
     (x1, y1), (x2, y2) = places[transition.origin], places[transition.destination]
     middle = ((x1 + x2) / 2, (y1 + y2) / 2)
     own = (transition.x, transition.y)
     if own != (0.0, 0.0) and math.dist(own, middle) > _CLOSE:
         return own
     if transition.origin == transition.destination:
-        return x1, y1 - 1.9 * _HEIGHT
-    return middle[0] + _BOW * (y2 - y1), middle[1] - _BOW * (x2 - x1)
+        return x1, y1 - (1.2 + 0.7 * number) * _HEIGHT
+    bow = number * _BOW
+    return middle[0] + bow * (y2 - y1), middle[1] - bow * (x2 - x1)
 
 
 def _state(automaton: AutomatonCoverage, state: StateItem, place: Point) -> str:

@@ -40,7 +40,8 @@ def _page(summary: Summary) -> Iterator[str]:
         percent = _percent(document.all)
         yield f"<section id='d{number}'><h2>{escape(document.file)} <small>{percent}</small></h2>"
         for automaton in document.automata:
-            yield from _automaton(automaton)
+            elsewhere = automaton.items.file if automaton.items.file != document.file else ""
+            yield from _automaton(automaton, elsewhere)
         yield "</section>"
     yield "</main></body></html>"
 
@@ -54,9 +55,11 @@ def _document_row(document: DocumentCoverage, number: int) -> str:
     )
 
 
-def _automaton(automaton: AutomatonCoverage) -> Iterator[str]:
+def _automaton(automaton: AutomatonCoverage, file: str) -> Iterator[str]:
+    """Yield an automaton; `file` is where it is imported from, if it is."""
     items = automaton.items
-    yield f"<article><h3>{escape(items.name)} <small>{_percent(automaton.all)}</small></h3>"
+    source = f"from {escape(file)}, " if file else ""
+    yield f"<article><h3>{escape(items.name)} <small>{source}{_percent(automaton.all)}</small></h3>"
     if items.states:
         yield f"<figure>{draw(automaton)}</figure>"
     yield "<table class='items'><thead><tr><th>Line<th>State or transition<th>Times<th>Guard true, false"

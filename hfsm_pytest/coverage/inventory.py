@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,7 +44,10 @@ class TransitionItem:
 
 @dataclass(frozen=True, slots=True)
 class AutomatonItems:
-    """An automaton: `name` is the path of the states that own it, `file` where it is written."""
+    """An automaton: `name` is the path of the states that own it, with its id where several have the same.
+
+    `file` is where it is written.
+    """
 
     id: int
     name: str
@@ -90,16 +94,21 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
 
 def _document(file: Path, root: Path) -> DocumentItems:
     document = read(file)
+    names = {each.id: _path(document, each) or file.stem for each in document.automata}
+    several = {name for name, count in Counter(names.values()).items() if count > 1}
     return DocumentItems(
         file=shown(file, root),
-        automata=tuple(_automaton(document, each, file, root) for each in document.automata),
+        automata=tuple(
+            _automaton(each, f"{name} ({each.id})" if name in several else name, file, root)
+            for each, name in zip(document.automata, names.values(), strict=True)
+        ),
     )
 
 
-def _automaton(document: Document, automaton: Automaton, file: Path, root: Path) -> AutomatonItems:
+def _automaton(automaton: Automaton, name: str, file: Path, root: Path) -> AutomatonItems:
     return AutomatonItems(
         id=automaton.id,
-        name=_path(document, automaton) or file.stem,
+        name=name,
         file=shown(automaton.path or file, root),
         states=tuple(
             StateItem(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
+import numpy  # noqa: F401 - a process loads it once, and pytester lets go of what its runs load
 import pytest
 
 from hfsm_pytest import MakeBehavior
@@ -188,6 +190,36 @@ def test_the_page_draws_every_automaton_in_the_color_of_its_coverage(lamp: pytes
     assert "<b>roken" not in page
     assert "line 6, fired once; its guard was true once, false 4 times" in page
     assert "http" not in page.replace("http-equiv", ""), "it needs nothing from elsewhere"
+
+
+def test_the_page_tells_apart_what_would_lie_on_top_of_each_other(pytester: pytest.Pytester) -> None:
+    part = document(sub(1, 0, state(1, "x", initial=True)))
+    (pytester.path / "part.xml").write_text(part, encoding="utf-8")
+    imported = '<SubAutomata id="{}" idFather="1"><import>part.xml</import></SubAutomata>'
+    both = state(1, "off", initial=True).replace("</state>", "<child>2</child><child>3</child></state>")
+    ways = [transition(way, 1, 2, f"{way}00", type="time", name=f"way {way}") for way in (1, 2)]
+    text = document(sub(1, 0, both, state(2, "on"), *ways), imported.format(2), imported.format(3))
+    (pytester.path / "lamp.xml").write_text(text, encoding="utf-8")
+    pytester.makepyfile("def test_it(behavior):\n    behavior('lamp.xml').advance(1.0)")
+    result = pytester.runpytest(COVERAGE, "--hfsm-cov-report=html:page")
+    result.assert_outcomes(passed=1)
+    page = (pytester.path / "page" / "index.html").read_text("utf-8")
+    assert "<h3>off (2) <small>from part.xml, " in page
+    assert "<h3>off (3) <small>from part.xml, " in page
+    first, second = re.findall(r'<g class="transition .*?<path d="(.*?)"', page)
+    assert first != second
+
+
+@pytest.mark.parametrize(
+    "wrong", ['b.run_until("brek", limit=1)', 'b.state("lmp")', 'behavior("lamp.xml", parameters={"x": 1})']
+)
+def test_what_is_wrong_with_a_test_is_told_without_our_own_code(lamp: pytest.Pytester, wrong: str) -> None:
+    lamp.makepyfile(f"def test_wrong(behavior):\n    b = behavior('lamp.xml')\n    {wrong}")
+    result = lamp.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines([f">*{wrong.split('(', maxsplit=1)[0]}*"])
+    result.stdout.no_fnmatch_line("*hfsm_pytest/behavior.py*")
+    result.stdout.no_fnmatch_line("*hfsm_pytest/plugin.py*")
 
 
 def test_nothing_is_loaded_for_tests_without_behaviors(pytester: pytest.Pytester) -> None:

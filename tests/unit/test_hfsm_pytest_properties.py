@@ -205,6 +205,26 @@ class TestCheckProperties:
             check_properties(path, stays, abstract=False, guards=True)
 
 
+def test_code_that_runs_gets_events_from_outside_alone_and_logs_nothing_meanwhile(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    ways = (
+        transition(1, 1, 2, "inner", type="event").replace(
+            "</transition>", "<guard>event.data[0]</guard></transition>"
+        ),
+        transition(2, 2, 1, "outer", type="event"),
+    )
+    parts = sub(1, 0, state(1, "a", 'self.send("inner", [True])', initial=True), state(2, "b"), *ways)
+    outer = "<events><event><name>outer</name></event></events>"
+    path = tmp_path / "letters.xml"
+    path.write_text(document(parts, head=outer), encoding="utf-8")
+    check_properties(path, abstract=False, examples=20)
+    path.write_text(document(parts, head=outer.replace("outer", "inner")), encoding="utf-8")
+    with pytest.raises(BehaviorFailed, match="raised TypeError: 'NoneType'"):
+        check_properties(path, abstract=False, examples=20)
+    assert not caplog.records
+
+
 def test_steps_print_as_the_code_that_repeats_them() -> None:
     assert repr(Advance(0.25)) == "b.advance(0.25)"
     assert repr(SetGuard("open/mute", True)) == "b.guard('open/mute', True)"
