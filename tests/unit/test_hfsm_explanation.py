@@ -90,6 +90,18 @@ def test_the_transition_that_comes_first_is_named() -> None:
     assert "entered by t1" in told.why().summary
 
 
+def test_an_automaton_that_begins_anew_was_entered_by_no_transition() -> None:
+    ready = True
+    states = (State(id=1, name="x", initial=True), State(id=2, name="y", final=True))
+    child = Automaton(id=2, name="b", states=states, transitions=(when(1, lambda: ready),))
+    told = Explained(automaton(when(1, lambda: True), when(2, lambda: True, 2, 1), children=(child,)))
+    told.run.advance(0.15)
+    assert (told.why(2).state, told.why(2).entered_by) == (2, 1)
+    ready = False
+    told.run.advance(0.15)
+    assert (told.why(2).state, told.why(2).entered_by) == (1, 0)
+
+
 def test_transitions_are_explained_in_the_order_in_which_they_are_tried() -> None:
     told = Explained(automaton(when(1, lambda: False), when(2, lambda: False, priority=1)))
     assert [(reason.order, reason.transition.id) for reason in told.why().reasons] == [(1, 2), (2, 1)]
