@@ -6,8 +6,9 @@ import linecache
 import re
 import traceback
 from pathlib import Path
+from types import TracebackType
 
-__all__ = ["locate"]
+__all__ = ["locate", "part_of_component"]
 
 
 def locate(error: BaseException, file: str, document: str) -> str:
@@ -25,6 +26,14 @@ def locate(error: BaseException, file: str, document: str) -> str:
     place = f"{Path(file).name}:{line}"
     written = _written_at(file, line, document)
     return f"{place} ({written})" if written else place
+
+
+def part_of_component(error: BaseException, file: str) -> TracebackType | None:
+    """Return the traceback of an exception from a component's own code on, without what called it."""
+    found = error.__traceback__
+    while found is not None and found.tb_frame.f_code.co_filename != file:
+        found = found.tb_next
+    return found or error.__traceback__
 
 
 def _written_at(file: str, line: int, document: str) -> str:

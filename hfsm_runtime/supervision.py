@@ -21,7 +21,7 @@ from zenoh_ice.exceptions import (
 
 from .automaton import Event, Transition
 from .cycle import CycleEnded
-from .source_map import locate
+from .source_map import locate, part_of_component
 from .timeline import Timeline
 from .tree import Run, Tree
 
@@ -196,7 +196,8 @@ class Supervision:
                 return
             self._logged[key] = (now, 0)
         again = f" ({repeated} times more since it was last told)" if repeated else ""
-        self._log.error("%s%s", text, again, exc_info=error)
+        trace = error and (type(error), error, part_of_component(error, self._file))
+        self._log.error("%s%s", text, again, exc_info=trace)
 
 
 def _describe(error: Exception) -> str:

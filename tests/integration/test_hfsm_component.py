@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
 import time
@@ -150,6 +151,8 @@ def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
             assert component.wait(15.0) == 0
             assert component.output.count("again") > 2
             assert component.output.count("Traceback") == 1
+            frames = re.findall(r'^  File "(.*?)"', component.output, re.MULTILINE)
+            assert frames == [str(file)], "of the code that runs it nothing is shown"
 
 
 def test_a_killed_server_is_told_once_and_it_goes_on_when_the_server_is_back(
