@@ -125,17 +125,25 @@ class Editor:
 
     def upgrade(self, path: str, headers: dict[str, str]) -> int:
         """Return the status with which the server answers a handshake with these headers and no others."""
-        fields = {
-            "Upgrade": "websocket",
-            "Connection": "Upgrade",
-            "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
-            "Sec-WebSocket-Version": "13",
-            **headers,
-        }
-        lines = [f"GET {path} HTTP/1.1", *(f"{name}: {value}" for name, value in fields.items())]
         with socket.create_connection(("127.0.0.1", self.port), LIMIT) as client:
-            client.sendall("\r\n".join([*lines, "", ""]).encode())
+            client.sendall(_handshake(path, headers))
             return int(client.recv(64).split(b" ")[1])
+
+    @contextlib.contextmanager
+    def deaf_window(self) -> Iterator[None]:
+        """Open a window that says hello and reads nothing from then on."""
+        with socket.create_connection(("127.0.0.1", self.port), LIMIT) as client:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            client.sendall(
+                _handshake(
+                    "/ws",
+                    {"Host": self.host, "Origin": f"http://{self.host}", "Cookie": self.cookie()},
+                )
+            )
+            assert client.recv(12) == b"HTTP/1.1 101"
+            hello = b'{"id": 1, "op": "hello"}'
+            client.sendall(b"\x81" + bytes([0x80 | len(hello)]) + bytes(4) + hello)  # masked with zeros
+            yield
 
     @contextlib.contextmanager
     def window(self) -> Iterator[Window]:
@@ -156,6 +164,7 @@ class Window:
         self.documents: dict[int, dict[str, Any]] = {}
         self.pushes: list[dict[str, Any]] = []
         self.workspace: dict[str, Any] = {}
+        self._answers: dict[int, dict[str, Any]] = {}
         self._next = 0
 
     def send(self, op: str, **fields: Any) -> int:
@@ -167,8 +176,11 @@ class Window:
         """Send a request, take in what comes, and return the answer; raises Refused."""
         return self.answer(self.send(op, **fields))
 
-    def answer(self, number: int | None) -> Any:
-        answer = self.wait_for(lambda message: "re" in message and message["re"] == number)
+    def answer(self, number: int) -> Any:
+        """Return the answer of a request, once it is there; raises Refused."""
+        while number not in self._answers:
+            self.wait_for(lambda message: "re" in message)
+        answer = self._answers.pop(number)
         if "error" in answer:
             raise Refused(answer)
         return answer["ok"]
@@ -183,17 +195,19 @@ class Window:
                 return message
 
     def wait_for_push(self, kind: str, **fields: Any) -> dict[str, Any]:
-        """Take in messages until such a push comes."""
-        return self.wait_for(
-            lambda message: (
-                message.get("push") == kind
-                and all(message.get(name) == value for name, value in fields.items())
+        """Return such a push: one that was taken in already, or the next that comes."""
+
+        def wanted(message: dict[str, Any]) -> bool:
+            return message.get("push") == kind and all(
+                message.get(name) == value for name, value in fields.items()
             )
-        )
+
+        return next((push for push in self.pushes if wanted(push)), None) or self.wait_for(wanted)
 
     def _take_in(self, message: dict[str, Any]) -> None:
         kind = message.get("push")
         if kind is None:
+            self._answers[message["re"]] = message
             return
         self.pushes.append(message)
         if kind == "workspace":
@@ -204,6 +218,18 @@ class Window:
             self.documents[message["tab"]] = message["full"]
         elif kind == "document":
             patched(self.documents[message["tab"]], message["patch"])
+
+
+def _handshake(path: str, headers: dict[str, str]) -> bytes:
+    fields = {
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+        "Sec-WebSocket-Version": "13",
+        **headers,
+    }
+    lines = [f"GET {path} HTTP/1.1", *(f"{name}: {value}" for name, value in fields.items())]
+    return "\r\n".join([*lines, "", ""]).encode()
 
 
 def patched(document: dict[str, Any], patch: dict[str, Any]) -> None:

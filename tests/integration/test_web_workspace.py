@@ -1,0 +1,496 @@
+"""What windows see of each other and of what is open, through real websockets."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from tests.support.editor import DOCUMENT, Editor, Refused, Window, editor
+from visualhfsm.editing.places import Place
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.web.limits import Limits
+from visualhfsm.web.protocol import Output, OutputLine, RunPush, Snapshot
+from visualhfsm.web.services import (
+    Components,
+    NoCodeHelp,
+    NoLive,
+    NoRunning,
+    Publish,
+    ServiceError,
+    Services,
+    Source,
+)
+
+ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    root = tmp_path / "root"
+    root.mkdir()
+    (root / "robot.xml").write_text(DOCUMENT)
+    return root
+
+
+@pytest.fixture
+def running(root: Path) -> Iterator[Editor]:
+    with editor(root) as running:
+        yield running
+
+
+@pytest.fixture
+def window(running: Editor) -> Iterator[Window]:
+    with running.window() as window:
+        window.ask("open", path="robot.xml")
+        yield window
+
+
+def names(window: Window, tab: int = 1) -> list[str]:
+    return [state["name"] for state in window.documents[tab]["automata"][0]["states"]]
+
+
+# ------------------------------------------------------------------------------------------ editing
+
+
+def test_the_outcome_is_there_when_the_answer_comes(window: Window) -> None:
+    window.ask("do", tab=1, command=ADD_STATE)
+    assert names(window) == ["wait", "go", "stop"]
+    window.ask("undo", tab=1)
+    assert names(window) == ["wait", "go"]
+    window.ask("redo", tab=1)
+    assert names(window) == ["wait", "go", "stop"]
+
+
+def test_windows_see_each_others_changes(running: Editor, window: Window) -> None:
+    with running.window() as other:
+        assert names(other) == ["wait", "go"]
+        window.ask("do", tab=1, command=ADD_STATE)
+        other.wait_for_push("document", revision=1)
+        assert names(other) == ["wait", "go", "stop"]
+        other.ask("undo", tab=1)
+        window.wait_for_push("document", revision=2)
+        assert names(window) == ["wait", "go"]
+
+
+def test_windows_share_tabs_and_clipboard(running: Editor, window: Window) -> None:
+    with running.window() as other:
+        window.ask("copy", tab=1, automaton=1, states=[1, 2])
+        tab = other.ask("new")["tab"]
+        other.ask("paste", tab=tab, automaton=1)
+        window.wait_for_push("document", tab=tab, revision=1)
+        assert names(window, tab) == ["wait", "go"]
+        other.ask("close", tab=tab, discard=True)
+        window.wait_for_push("closed", tab=tab)
+        window.ask("listFiles")
+        assert [open_tab["tab"] for open_tab in window.workspace["tabs"]] == [1]
+
+
+def test_only_automata_that_changed_are_sent(window: Window) -> None:
+    window.ask("do", tab=1, command={"command": "addAutomaton", "automaton": 1, "state": 2})
+    assert [automaton["title"] for automaton in window.documents[1]["automata"]] == ["robot", "go"]
+    inner = window.documents[1]["automata"][1]["id"]
+    window.pushes.clear()
+    window.ask("do", tab=1, command={**ADD_STATE, "automaton": inner})
+    (push,) = [push for push in window.pushes if push["push"] == "document"]
+    assert [automaton["id"] for automaton in push["patch"]["automata"]] == [inner]
+    assert push["patch"].keys() == {"automata"}
+    # The name of the state is the title of the automaton in it.
+    window.ask("do", tab=1, command={"command": "renameState", "automaton": 1, "state": 2, "name": "run"})
+    assert [automaton["title"] for automaton in window.documents[1]["automata"]] == ["robot", "run"]
+    window.ask("undo", tab=1, steps=3)
+    assert [automaton["id"] for automaton in window.documents[1]["automata"]] == [1]
+
+
+def test_a_window_that_says_hello_again_gets_everything_again(window: Window) -> None:
+    window.ask("do", tab=1, command=ADD_STATE)
+    window.documents.clear()
+    window.ask("hello")
+    assert names(window) == ["wait", "go", "stop"]
+
+
+def test_problems_follow_with_the_revision_that_was_checked(window: Window) -> None:
+    window.ask("do", tab=1, command={"command": "deleteItems", "automaton": 1, "states": [1]})
+    found = window.wait_for_push("problems", revision=1)
+    assert {item["severity"] for item in found["items"]}
+
+
+def test_changes_are_done_in_the_order_in_which_they_are_sent(window: Window) -> None:
+    numbers = [window.send("do", tab=1, command={**ADD_STATE, "name": f"s{index}"}) for index in range(50)]
+    for number in numbers:
+        window.answer(number)
+    assert names(window) == ["wait", "go", *(f"s{index}" for index in range(50))]
+
+
+# ------------------------------------------------------------------------------------------ files
+
+
+def test_unsaved_changes_are_not_closed_without_asking(window: Window) -> None:
+    window.ask("close", tab=window.ask("new")["tab"])  # nothing to lose
+    window.ask("do", tab=1, command=ADD_STATE)
+    with pytest.raises(Refused) as refused:
+        window.ask("close", tab=1)
+    assert refused.value.kind == "unsaved"
+    assert 1 in window.documents
+    window.ask("close", tab=1, discard=True)
+    assert 1 not in window.documents
+
+
+def test_what_is_saved_can_be_closed_and_opened_again(root: Path, window: Window) -> None:
+    window.ask("do", tab=1, command=ADD_STATE)
+    assert window.workspace["tabs"][0]["dirty"]
+    window.ask("save", tab=1)
+    assert not window.workspace["tabs"][0]["dirty"]
+    window.ask("close", tab=1)
+    assert "stop" in (root / "robot.xml").read_text()
+    tab = window.ask("open", path="robot.xml")["tab"]
+    assert names(window, tab) == ["wait", "go", "stop"]
+
+
+def test_a_document_is_opened_once(running: Editor, root: Path, window: Window) -> None:
+    (root / "same.xml").symlink_to(root / "robot.xml")
+    with running.window() as other:
+        assert window.ask("open", path="same.xml") == other.ask("open", path="./robot.xml") == {"tab": 1}
+
+
+def test_what_is_no_document_is_refused(root: Path, window: Window) -> None:
+    (root / "broken.xml").write_text("<VisualHFSM>")
+    (root / "laughs.xml").write_text('<!DOCTYPE a [<!ENTITY b "c">]><VisualHFSM>&b;</VisualHFSM>')
+    for name, kind in [("broken.xml", "refused"), ("laughs.xml", "refused"), ("missing.xml", "missing")]:
+        with pytest.raises(Refused) as refused:
+            window.ask("open", path=name)
+        assert refused.value.kind == kind
+
+
+def test_a_dropped_document_is_opened_without_a_file(window: Window) -> None:
+    tab = window.ask("openText", name="dropped.xml", text=DOCUMENT)["tab"]
+    assert names(window, tab) == ["wait", "go"]
+    assert [each["title"] for each in window.workspace["tabs"]] == ["robot", "dropped"]
+    with pytest.raises(Refused) as refused:
+        window.ask("save", tab=tab)
+    assert refused.value.kind == "refused"
+    window.ask("saveAs", tab=tab, path="dropped.xml")
+    assert window.workspace["tabs"][1]["path"] == "dropped.xml"
+
+
+def test_no_file_is_replaced_without_asking(root: Path, window: Window) -> None:
+    (root / "other.xml").write_text(DOCUMENT.replace("go", "away"))
+    with pytest.raises(Refused) as refused:
+        window.ask("saveAs", tab=1, path="other.xml")
+    assert refused.value.kind == "exists"
+    assert "away" in (root / "other.xml").read_text()
+    window.ask("saveAs", tab=1, path="other.xml", overwrite=True)
+    assert "away" not in (root / "other.xml").read_text()
+
+
+def test_no_document_is_saved_over_one_in_another_tab(root: Path, window: Window) -> None:
+    tab = window.ask("new")["tab"]
+    with pytest.raises(Refused) as refused:
+        window.ask("saveAs", tab=tab, path="robot.xml", overwrite=True)
+    assert refused.value.kind == "exists"
+    assert (root / "robot.xml").read_text() == DOCUMENT
+
+
+def test_a_document_without_changes_follows_its_file(root: Path, window: Window) -> None:
+    (root / "robot.xml").write_text(DOCUMENT.replace("go", "away"))
+    window.wait_for_push("outside", state="reloaded")
+    window.ask("hello")
+    assert names(window) == ["wait", "away"]
+    window.ask("undo", tab=1)
+    assert names(window) == ["wait", "go"]
+
+
+def test_the_person_is_asked_when_both_have_changed(root: Path, window: Window) -> None:
+    window.ask("do", tab=1, command=ADD_STATE)
+    (root / "robot.xml").write_text(DOCUMENT.replace("go", "away"))
+    window.wait_for_push("outside", state="changed")
+    with pytest.raises(Refused) as refused:
+        window.ask("save", tab=1)
+    assert refused.value.kind == "outside"
+    assert window.ask("resolve", tab=1, choice="merge")["conflicts"] == []
+    assert names(window) == ["wait", "away", "stop"]
+    assert window.workspace["tabs"][0]["outside"] == ""
+    window.ask("save", tab=1)
+
+
+def test_a_file_that_is_gone_is_told(root: Path, window: Window) -> None:
+    (root / "robot.xml").unlink()
+    window.wait_for_push("outside", state="deleted")
+    (root / "robot.xml").write_text(DOCUMENT)
+    window.wait_for_push("outside", state="same")
+
+
+def test_unsaved_changes_outlive_the_server(root: Path) -> None:
+    with editor(root) as running, running.window() as window:
+        window.ask("open", path="robot.xml")
+        window.ask("do", tab=1, command=ADD_STATE)
+    with editor(root) as running, running.window() as window:
+        (found,) = window.workspace["recoverable"]
+        assert (found["name"], found["path"]) == ("robot", "robot.xml")
+        tab = window.ask("recover", journal=found["journal"])["tab"]
+        assert names(window, tab) == ["wait", "go", "stop"]
+        assert window.workspace["recoverable"] == []
+        assert window.workspace["tabs"][0]["recovered"]
+        window.ask("undo", tab=tab)
+        assert names(window, tab) == ["wait", "go"]
+
+
+def test_changes_that_are_given_up_are_gone(root: Path) -> None:
+    with editor(root) as running, running.window() as window:
+        window.ask("do", tab=window.ask("new")["tab"], command=ADD_STATE)
+    with editor(root) as running, running.window() as window:
+        (found,) = window.workspace["recoverable"]
+        window.ask("discard", journal=found["journal"])
+        assert window.workspace["recoverable"] == []
+        for journal in (found["journal"], "../robot.xml"):
+            with pytest.raises(Refused) as refused:
+                window.ask("recover", journal=journal)
+            assert refused.value.kind == "missing"
+
+
+def test_files_of_the_command_line_are_opened_wherever_they_are(root: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere.xml"
+    elsewhere.write_text(DOCUMENT)
+    with editor(root, elsewhere) as running, running.window() as window:
+        assert window.workspace["tabs"][0]["path"] == str(elsewhere)
+        window.ask("do", tab=1, command=ADD_STATE)
+        window.ask("save", tab=1)
+    assert "stop" in elsewhere.read_text()
+
+
+def test_a_file_of_the_command_line_that_is_no_document_ends_the_command(root: Path) -> None:
+    (root / "broken.xml").write_text("<VisualHFSM>")
+    with pytest.raises(VisualHfsmError, match=r"broken\.xml"), editor(root, root / "broken.xml"):
+        pass
+
+
+# ------------------------------------------------------------------------------------------ limits
+
+
+def test_a_window_that_reads_nothing_holds_up_nobody(running: Editor, window: Window) -> None:
+    with running.deaf_window():
+        text = "x" * 100_000
+        for index in range(40):
+            code = f"{text}{index}"
+            window.ask(
+                "do",
+                tab=1,
+                command={"command": "setAutomatonCode", "automaton": 1, "part": "functions", "text": code},
+            )
+        assert window.documents[1]["automata"][0]["functions"].endswith("39")
+
+
+def test_who_sends_too_much_is_read_more_slowly_and_loses_nothing(root: Path) -> None:
+    limits = Limits(message_burst=5, messages_per_second=100)
+    with editor(root, limits=limits) as running, running.window() as window:
+        window.ask("open", path="robot.xml")
+        numbers = [window.send("do", tab=1, command=ADD_STATE | {"name": f"s{index}"}) for index in range(30)]
+        for number in numbers:
+            window.answer(number)
+        assert len(names(window)) == 32
+
+
+def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
+    gate = threading.Event()
+
+    class SlowHelp(NoCodeHelp):
+        async def interfaces(self) -> object:
+            return await asyncio.to_thread(gate.wait, 10)
+
+    limits = Limits(concurrent_operations=2)
+    with (
+        editor(root, limits=limits, make_services=lambda _: Services(SlowHelp())) as running,
+        running.window() as window,
+    ):
+        waiting = [window.send("interfaces") for _ in range(2)]
+        with pytest.raises(Refused) as refused:
+            window.ask("interfaces")
+        assert refused.value.kind == "busy"
+        gate.set()
+        assert [window.answer(number) for number in reversed(waiting)] == [True, True]
+
+
+# ------------------------------------------------------------------------------------------ services
+
+
+class FakeRunning(NoRunning):
+    """Says hello, and ends."""
+
+    def __init__(self, publish: Publish) -> None:
+        self._publish = publish
+        self.closed = False
+
+    async def run(self, source: Source, arguments: Sequence[str]) -> object:
+        self._publish(RunPush(tab=source.tab, status="starting"))
+        lines = [OutputLine(text=f"line {index}") for index in range(3000)]
+        self._publish(Output(tab=source.tab, lines=lines))
+        self._publish(RunPush(tab=source.tab, status="ended", exit_code=0))
+        return {"arguments": list(arguments)}
+
+    async def close(self) -> None:
+        self.closed = True
+
+
+class FakeLive(NoLive):
+    """Knows one component."""
+
+    def __init__(self, publish: Publish) -> None:
+        self._publish = publish
+        self.attached: list[str] = []
+        self.closed = False
+        publish(Components([{"name": "dance"}]))
+
+    async def attach(self, component: str) -> object:
+        if component != "dance":
+            raise ServiceError(f"{component} does not run")
+        self.attached.append(component)
+        self._publish(Snapshot(component=component, value={"state": 1}))
+        return None
+
+    async def detach(self, component: str) -> None:
+        self.attached.clear()
+
+    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        if action == "crash":
+            raise RuntimeError("a secret")
+        await asyncio.sleep(60)
+        return None
+
+    async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
+        if name != "top":
+            raise ServiceError(f"there is no camera {name}")
+        for index in range(100):
+            yield b"%d" % index
+
+    async def close(self) -> None:
+        self.closed = True
+        raise RuntimeError("closing failed")
+
+
+class FakeCodeHelp(NoCodeHelp):
+    async def complete(self, source: Source, place: Place, code: str, line: int, column: int) -> object:
+        return {"path": None if source.path is None else source.path.name, "place": place, "code": code}
+
+
+@pytest.fixture
+def services() -> list[Services]:
+    return []
+
+
+@pytest.fixture
+def served(root: Path, services: list[Services]) -> Iterator[Editor]:
+    def make(publish: Publish) -> Services:
+        services.append(Services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
+        return services[0]
+
+    limits = Limits(operation_seconds=0.5, output_lines=2000)
+    with editor(root, root / "robot.xml", limits=limits, make_services=make) as running:
+        yield running
+
+
+def test_a_run_tells_its_output_before_its_end(served: Editor) -> None:
+    with served.window() as window:
+        assert window.ask("run", tab=1, arguments=["--fast"]) == {"arguments": ["--fast"]}
+        ended = window.wait_for_push("run", status="ended")
+        assert ended["exitCode"] == 0
+        output = [push for push in window.pushes if push["push"] == "output"]
+        lines = [line["text"] for push in output for line in push["lines"]]
+        assert lines == [f"line {index}" for index in range(1000, 3000)]
+        assert sum(push["dropped"] for push in output) == 1000
+    with served.window() as later:
+        assert [push["status"] for push in later.pushes if push["push"] == "run"] == ["ended"]
+        assert [len(push["lines"]) for push in later.pushes if push["push"] == "output"] == [2000]
+
+
+def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list[Services]) -> None:
+    live = services[0].live
+    assert isinstance(live, FakeLive)
+    with served.window() as window, served.window() as other:
+        assert window.workspace["running"] == [{"name": "dance"}]
+        window.ask("attach", component="dance")
+        window.wait_for_push("snapshot", component="dance", value={"state": 1})
+        other.ask("listFiles")
+        assert not [push for push in other.pushes if push["push"] == "snapshot"]
+        other.ask("attach", component="dance")
+        window.ask("detach", component="dance")
+        assert live.attached
+        other.ask("detach", component="dance")
+        assert not live.attached
+        window.ask("attach", component="dance")
+        assert live.attached
+        with pytest.raises(Refused, match="does not run"):
+            window.ask("attach", component="chess")
+    with served.window() as later:
+        later.ask("listFiles")
+        assert not live.attached  # the window is gone
+
+
+def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:
+    with served.window() as window:
+        slow = window.send("control", component="dance", action="wait")
+        assert window.ask("listFiles")  # is not held up
+        with pytest.raises(Refused) as refused:
+            window.answer(slow)
+        assert refused.value.kind == "timeout"
+        with pytest.raises(Refused) as refused:
+            window.ask("control", component="dance", action="crash")
+        assert refused.value.kind == "internal"
+        assert "secret" not in str(refused.value)
+
+
+def test_what_is_missing_says_so(window: Window) -> None:
+    for op, fields in [("interfaces", {}), ("generate", {"tab": 1}), ("attach", {"component": "dance"})]:
+        with pytest.raises(Refused) as refused:
+            window.ask(op, **fields)
+        assert refused.value.kind == "unavailable"
+
+
+def test_code_help_gets_the_document_as_it_is(served: Editor) -> None:
+    place = {"kind": "state", "automaton": 1, "id": 2, "part": "code"}
+    with served.window() as window:
+        found = window.ask("complete", tab=1, place=place, code="self.", line=1, column=5)
+    assert found == {"path": "robot.xml", "place": place, "code": "self."}
+
+
+def test_a_picture_is_sent_when_the_last_one_was_drawn(served: Editor) -> None:
+    with served.socket("/camera/top") as socket:
+        assert socket.recv(10) == b"0"
+        with pytest.raises(TimeoutError):
+            socket.recv(0.1)
+        for index in range(1, 5):
+            socket.send("drawn")
+            assert socket.recv(10) == b"%d" % index
+
+
+def test_a_camera_that_is_not_there_is_told(served: Editor) -> None:
+    with served.socket("/camera/side") as socket:
+        with pytest.raises(ConnectionClosed):
+            socket.recv(10)
+        assert socket.close_code == 4404
+        assert socket.close_reason == "there is no camera side"
+
+
+def test_services_are_closed_even_when_one_fails(root: Path, services: list[Services]) -> None:
+    def make(publish: Publish) -> Services:
+        services.append(Services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
+        return services[0]
+
+    with editor(root, make_services=make):
+        pass
+    running, live = services[0].running, services[0].live
+    assert isinstance(running, FakeRunning)
+    assert isinstance(live, FakeLive)
+    assert running.closed
+    assert live.closed
+
+
+def test_messages_are_what_a_page_can_read(window: Window) -> None:
+    window.ask("do", tab=1, command={**ADD_STATE, "name": "“☃”\u2028</script>"})
+    assert names(window)[-1] == "“☃”\u2028</script>"
+    json.dumps(window.documents)
