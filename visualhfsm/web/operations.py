@@ -12,6 +12,7 @@ from visualhfsm.editing.files import read_file
 from visualhfsm.editing.search import search
 from visualhfsm.editing.session import parse_file
 from visualhfsm.editing.templates import find_templates
+from visualhfsm.editing.views import automaton_view
 
 from . import protocol as p
 from .documents import Documents
@@ -189,9 +190,9 @@ class Operations:
             before = await tab.saved_document()
             if before is None:
                 raise MissingError(f"{tab.shown.name} was never saved")
-            return await workspace.workers.do(lambda: diff_documents(before, after))
+            return await workspace.workers.do(lambda: _compared(before, after))
         path = workspace.root.document(against)
-        return await workspace.workers.do(lambda: diff_documents(_read(path), after))
+        return await workspace.workers.do(lambda: _compared(_read(path), after))
 
     async def _run(
         self,
@@ -215,6 +216,16 @@ class Operations:
                 return await live.control(component, action, values)
             case p.Recording(path=path):
                 return await live.recording(workspace.root.resolve(path))
+
+
+def _compared(before: Document, after: Document) -> dict[str, Any]:
+    """Return what differs, and the former automata of it, so that what is gone can be drawn."""
+    differences = diff_documents(before, after)
+    affected = {each.place.automaton for each in differences}
+    return {
+        "differences": differences,
+        "before": [automaton_view(each) for each in before.automata if each.id in affected],
+    }
 
 
 def _read(path: Path) -> Document:

@@ -70,10 +70,10 @@ const LIST = [
   {id: "rename", label: "Rename", icon: "rename", keys: ["F2"], enabled: () => drawable() && (oneState() || oneTransition()), run: ({canvas}) => canvas.beginRename(page.state ? "state" : "transition", (page.state ?? page.transition).id)},
   {id: "edit", label: "Edit code", icon: "code", keys: ["Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: enter, hint: "or open the sub-automaton"},
   {id: "editCode", label: "Edit code", icon: "code", keys: ["Shift+Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: () => editCode()},
-  {id: "editEntry", label: "Edit entry code", icon: "code", enabled: oneState, run: () => editCode("entry")},
-  {id: "editExit", label: "Edit exit code", icon: "code", enabled: oneState, run: () => editCode("exit")},
-  {id: "openChild", label: "Open sub-automaton", icon: "child", keys: ["Ctrl+Enter"], enabled: oneState, run: () => commands.openChild(page.state), hint: "made when there is none"},
-  {id: "addChild", label: "Add a parallel automaton", icon: "child", enabled: () => drawable() && oneState(), run: () => commands.applyHere("addAutomaton", {state: page.state.id})},
+  {id: "editEntry", label: "Edit entry code", icon: "entry", enabled: oneState, run: () => editCode("entry")},
+  {id: "editExit", label: "Edit exit code", icon: "exit", enabled: oneState, run: () => editCode("exit")},
+  {id: "openChild", label: "Sub-automaton", icon: "child", keys: ["Ctrl+Enter"], enabled: oneState, run: () => commands.openChild(page.state), hint: "opens it, or makes one"},
+  {id: "addChild", label: "Add a parallel automaton", icon: "parallel", enabled: () => drawable() && oneState(), run: () => commands.applyHere("addAutomaton", {state: page.state.id})},
   {id: "markInitial", label: "Mark as initial", icon: "initial", keys: ["I"], enabled: () => drawable() && oneState() && !page.state.initial, run: () => commands.applyHere("markInitial", {state: page.state.id})},
   {id: "toggleFinal", label: "Final state", icon: "final", keys: ["E"], enabled: () => drawable() && oneState(), run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}), hint: "on or off"},
   {id: "toggleHistory", label: "Begin anew each time", icon: "history", enabled: () => drawable() && oneState() && page.state.children.length > 0, run: () => commands.applyHere("setHistory", {state: page.state.id, history: page.state.history === "restart" ? "" : "restart"}), hint: "on or off"},
@@ -81,13 +81,13 @@ const LIST = [
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
   {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
   {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: () => drawable() && store.workspace.clipboard, run: async ({canvas, point}) => commands.paste(point ?? (await import("./canvas/tools.js")).freePlace(canvas))},
-  {id: "duplicate", label: "Duplicate", icon: "copy", keys: ["Ctrl+D"], enabled: () => drawable() && anyStates(), run: async ({canvas}) => {
+  {id: "duplicate", label: "Duplicate", icon: "duplicate", keys: ["Ctrl+D"], enabled: () => drawable() && anyStates(), run: async ({canvas}) => {
     if ((await commands.copy()) !== undefined) await commands.paste((await import("./canvas/tools.js")).freePlace(canvas));
   }},
   {id: "delete", label: "Delete", icon: "delete", keys: ["Delete"], enabled: () => drawable() && anySelected(), run: commands.deleteSelected},
   {id: "selectAll", label: "Select all", icon: "state", keys: ["Ctrl+A"], enabled: hasDocument, run: () => page.select({states: page.automaton.states.map((each) => each.id), transitions: page.automaton.transitions.map((each) => each.id)})},
   {id: "tryEarlier", label: "Try earlier", icon: "up", keys: ["Ctrl+ArrowUp"], scope: "canvas", enabled: oneTransition, run: () => reorder(-1), hint: "among the transitions of its state"},
-  {id: "tryLater", label: "Try later", icon: "up", keys: ["Ctrl+ArrowDown"], scope: "canvas", enabled: oneTransition, run: () => reorder(1), hint: "among the transitions of its state"},
+  {id: "tryLater", label: "Try later", icon: "down", keys: ["Ctrl+ArrowDown"], scope: "canvas", enabled: oneTransition, run: () => reorder(1), hint: "among the transitions of its state"},
   {id: "resetHandle", label: "Reset the arc", icon: "transition", keys: ["R"], enabled: () => drawable() && page.transitions.size > 0, run: () => commands.applyHere("resetHandles", {transitions: [...page.transitions]})},
 
   {id: "moveLeft", label: "Move left", icon: "", keys: ["ArrowLeft"], scope: "canvas", run: nudge(-10, 0)},
@@ -142,12 +142,12 @@ export function selectionTitle() {
   return parts.filter(Boolean).join(", ");
 }
 
-/** The actions on what is selected, in groups. */
+/** The actions on what is selected, in groups; the first are the most usual. @returns {string[][]} */
 export function selectionActions() {
-  if (page.state) return [["openChild", "editCode", "editEntry", "editExit", "rename"], ["markInitial", "toggleFinal", "addChild", "toggleHistory", "loop"], ["copy", "cut", "duplicate", "delete"]];
-  if (page.transition) return [["editCode", "rename"], ["tryEarlier", "tryLater", "resetHandle"], ["delete"]];
-  if (page.states.size > 1) return [["alignLeft", "alignCenter", "alignRight", "alignTop", "alignMiddle", "alignBottom", "distributeX", "distributeY"], ["copy", "cut", "duplicate", "delete"]];
-  if (anySelected()) return [["resetHandle", "delete"]];
+  if (page.state) return [["openChild", "editCode", "rename", "markInitial", "delete"], ["editEntry", "editExit", "toggleFinal", "addChild", "toggleHistory", "loop"], ["copy", "cut", "duplicate"]];
+  if (page.transition) return [["editCode", "rename", "delete"], ["tryEarlier", "tryLater", "resetHandle"]];
+  if (page.states.size > 1) return [["copy", "cut", "delete"], ["alignLeft", "alignCenter", "alignRight", "alignTop", "alignMiddle", "alignBottom", "distributeX", "distributeY", "duplicate"]];
+  if (anySelected()) return [["delete"], ["resetHandle"]];
   return [];
 }
 

@@ -11,6 +11,7 @@ import {icon} from "./icons.js";
 import {listenForKeys} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
+import "./panels/output-log.js";
 import {resizer} from "./resizer.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
@@ -54,6 +55,8 @@ export class HfsmApp extends PageElement {
     this.listen(page, "edit", (event) => this.#edit(event.detail));
     this.listen(page, "data", (event) => this.#showData(event.detail));
     this.listen(page, "tab", () => this.#titleWindow());
+    this.listen(page, "save", () => perform("save", this.context));
+    this.listen(page, "focus-canvas", () => this.canvas.focusSelected());
     this.listen(store, "workspace", () => this.#follow());
     this.listen(store, "document", ({detail}) => {
       if (detail.tab === page.tab) page.prune();
@@ -201,9 +204,9 @@ export class HfsmApp extends PageElement {
     if (panel) panel.place = place;
   }
 
-  async #showData(section) {
+  async #showData({section, place}) {
     const panel = await this.showSide("hfsm-data-panel");
-    if (panel) panel.section = section;
+    if (panel) Object.assign(panel, {section, place});
   }
 
   /** Show a document at first, and another one when the shown one was closed. */

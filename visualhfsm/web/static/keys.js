@@ -33,10 +33,11 @@ function isTyping(target) {
  */
 export function listenForKeys(context) {
   document.addEventListener("keydown", (event) => {
+    const [target] = event.composedPath(); // that in the shadow of the code editor, too
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
     const action = byKey.get(written(event));
     if (!action) return;
-    if (action.scope !== "typing" && isTyping(event.target)) return;
+    if (action.scope !== "typing" && isTyping(target)) return;
     const onCanvas = context.canvas.contains(event.target) || event.target === document.body;
     if (action.scope === "canvas" && !onCanvas) return;
     if (event.target.closest?.("[role=menu]")) return;

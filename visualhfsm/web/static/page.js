@@ -7,6 +7,11 @@
 import {ownerOf, pathTo, rootOf, titleOf} from "./outline.js";
 import {store} from "./store.js";
 
+/** Parts of a place that are edited as code beside the canvas. */
+const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument"]);
+/** Where the data of other parts is shown. */
+const SECTIONS = {period: "timing", onError: "description", language: "description", import: "inputs"};
+
 /** @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot */
 
 /** Events: `tab`, `automaton`, `selection`; each is followed by `change`. */
@@ -116,21 +121,31 @@ class Page extends EventTarget {
     this.dispatchEvent(new CustomEvent("edit", {detail: place}));
   }
 
-  /** Show a part of the data of the automaton or the component: `interfaces`, `timing`, `variables`, … */
-  showData(section) {
-    this.dispatchEvent(new CustomEvent("data", {detail: section}));
+  /**
+   * Show a part of the data of the automaton or the component.
+   *
+   * @param {string} section `interfaces`, `timing`, `variables`, `functions`, `inputs`, `parameters`, `events`,
+   *   `properties`, `libraries` or `description`
+   * @param {object} [place] what of it to focus
+   */
+  showData(section, place) {
+    this.dispatchEvent(new CustomEvent("data", {detail: {section, place}}));
   }
 
-  /** Go to where a problem, a result of a search or a line of a traceback is. */
-  jump({automaton, state, transition, kind, id, part, line, column}) {
-    const what = kind ?? (state ? "state" : transition ? "transition" : automaton ? "automaton" : "document");
-    const number = id ?? state ?? transition;
+  /**
+   * Go to a place of the document, such as that of a problem, a hit of a search or a line of a traceback.
+   *
+   * @param {{kind: string, automaton?: number, id?: number, part?: string, name?: string, child?: number}} place
+   * @param {{line?: number, column?: number}} at where in its text
+   */
+  jump(place, at = {}) {
+    const {kind, automaton, id, part = ""} = place;
     if (automaton) {
-      const chosen = what === "state" ? {states: [number]} : what === "transition" ? {transitions: [number]} : {};
-      this.open(automaton, chosen);
+      this.open(automaton, {state: {states: [id]}, transition: {transitions: [id]}}[kind] ?? {});
       this.dispatchEvent(new Event("reveal"));
     }
-    if (part) this.edit({kind: what, automaton, id: number, part, line, column});
+    if (CODE_PARTS.has(part)) this.edit({...place, ...at});
+    else if (part && part !== "name" && (kind === "automaton" || kind === "document")) this.showData(SECTIONS[part] ?? part, {...place, ...at});
   }
 
   /** Forget what is no longer there, after the document has changed. */

@@ -7,6 +7,7 @@ import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 import {page} from "./page.js";
+import {countOf} from "./problems.js";
 import {store} from "./store.js";
 
 /** A button that does an action. @param {string} id @param {import("./actions.js").Context} context */
@@ -88,7 +89,8 @@ class ActionBar extends PageElement {
     return html`${ActionBar.groups.map(([name, ids]) => html`<section role="group" aria-label=${name}><h2>${name}</h2>
         ${ids.map((id) => actionButton(id, this.context, {kind: id === "run" ? "primary" : ""}))}</section>`)}
       ${groups.length ? html`<section role="group" aria-label="Selection" class="selection"><h2 title=${title}>${title}</h2>
-        ${groups.flat().map((id) => actionButton(id, this.context))}</section>` : nothing}`;
+        ${groups[0].map((id) => actionButton(id, this.context, {label: "short"}))}
+        <div class="row">${groups.slice(1).flat().map((id) => actionButton(id, this.context, {label: false}))}</div></section>` : nothing}`;
   }
 }
 
@@ -107,8 +109,8 @@ class Status extends PageElement {
   render() {
     const {document, automaton} = page;
     if (!document) return html`<span>${store.online ? "Connected" : "Connecting"}</span>`;
-    const errors = document.problems.filter((each) => each.severity === "error").length;
-    const warnings = document.problems.length - errors;
+    const errors = countOf(document.problems, "error");
+    const warnings = countOf(document.problems, "warning");
     const count = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
     return html`
       <button type="button" class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}" title="Problems" @click=${() => perform("problems", this.context)}>

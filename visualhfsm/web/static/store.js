@@ -12,11 +12,14 @@
  * @typedef {{code: string, severity: string, message: string, automaton?: number, state?: number, transition?: number,
  *   part?: string, line: number, column: number, length: number}} Problem
  * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: object,
- *   automata: Map<number, Automaton>, problems: Problem[]}} OpenDocument
+ *   automata: Map<number, Automaton>, problems: Problem[], checked?: number}} OpenDocument
+ *   `checked` is the revision that the problems are those of
  */
 
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
+/** Requests that have nothing to do with what was typed before. */
+const ASIDE = new Set(["hello", "complete", "signature", "lint", "interfaces", "listFiles"]);
 
 /** An answer of the server that says why something was not done. */
 export class RequestError extends Error {
@@ -29,7 +32,7 @@ export class RequestError extends Error {
 
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
- * and one of the name of each further push (`output`, `run`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
+ * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
  */
 export class Store extends EventTarget {
   /** @type {Map<number, OpenDocument>} */
@@ -67,6 +70,7 @@ export class Store extends EventTarget {
    * @returns {Promise<any>} its value; rejected with a RequestError
    */
   request(op, fields = {}) {
+    if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
     return new Promise((resolve, reject) => {
       if (this.#socket?.readyState !== WebSocket.OPEN) {
         reject(new RequestError("The server is away; your work is kept there. This page connects again by itself.", "offline"));
@@ -142,7 +146,7 @@ export class Store extends EventTarget {
         return;
       case "problems": {
         const document = this.documents.get(message.tab);
-        if (document) document.problems = message.items;
+        if (document) Object.assign(document, {problems: message.items, checked: message.revision});
         break;
       }
       case "closed":

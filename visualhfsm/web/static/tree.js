@@ -5,6 +5,7 @@ import {html, nothing} from "lit";
 import {PageElement} from "./element.js";
 import {lostIn, rootOf} from "./outline.js";
 import {page} from "./page.js";
+import {problemOf} from "./problems.js";
 
 const MOST = 4000; // rows; a larger tree is folded below the first level
 
@@ -63,7 +64,7 @@ class Tree extends PageElement {
       <div role="tree" aria-labelledby="tree-title" @keydown=${this.#key} @click=${this.#click} @dblclick=${this.#open}>
         ${rows.map((row, index) => {
           const selected = isSelected(row);
-          const problem = problemOf(row);
+          const problem = problemAt(row);
           return html`<div role="treeitem" class="row ${row.kind} ${row.child === current && row.child !== undefined ? "shown" : ""}" data-index=${index} data-level=${row.level}
               aria-level=${row.level} aria-setsize=${row.count} aria-posinset=${row.index + 1} aria-selected=${selected}
               aria-expanded=${row.open ?? nothing} aria-label=${row.name + (problem ? `, ${problem}` : "")} tabindex=${row === focused ? 0 : -1}>
@@ -153,10 +154,6 @@ function enter(row) {
   else page.edit({kind: "state", automaton: row.automaton, id: row.state, part: "code"});
 }
 
-function problemOf(row) {
-  if (row.state === undefined) return "";
-  const found = (page.document.problems ?? []).filter((each) => each.automaton === row.automaton && each.state === row.state);
-  return found.some((each) => each.severity === "error") ? "error" : found.length ? "warning" : "";
-}
+const problemAt = (row) => (row.state === undefined ? "" : problemOf(page.document.problems, row.automaton, "state", row.state)?.severity ?? "");
 
 customElements.define("hfsm-tree", Tree);

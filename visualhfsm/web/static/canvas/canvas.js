@@ -2,6 +2,7 @@
 
 import * as commands from "../commands.js";
 import {page} from "../page.js";
+import {problemOf} from "../problems.js";
 import {store} from "../store.js";
 import {distance, RADIUS} from "./geometry.js";
 import {Band, Link, Move, Pan, resetHandle} from "./gestures.js";
@@ -66,7 +67,7 @@ export class HfsmCanvas extends HTMLElement {
     const key = automaton ? `${page.tab}/${automaton.id}` : "";
     const other = key !== this.#shown;
     if (other) this.#leave();
-    this.scene.update(automaton, {imported: isImporting, problems: problemsOf(automaton), marks: this.marks});
+    this.scene.update(automaton, {imported: isImporting, problem: problemIn(automaton), marks: this.marks});
     this.#shown = key;
     this.svg.setAttribute("aria-label", automaton ? `Automaton ${page.title()}` : "No automaton");
     this.#showEmpty(automaton);
@@ -106,6 +107,11 @@ export class HfsmCanvas extends HTMLElement {
     const [xs, ys] = [places.map(({x}) => x), places.map(({y}) => y)];
     const far = RADIUS * 2;
     return this.viewport.fit({left: Math.min(...xs) - far, right: Math.max(...xs) + far, top: Math.min(...ys) - far, bottom: Math.max(...ys) + far});
+  }
+
+  /** Show each automaton whole when it is shown next. */
+  forgetViews() {
+    this.#views.clear();
   }
 
   selectedKeys() {
@@ -394,15 +400,7 @@ export class HfsmCanvas extends HTMLElement {
 /** Whether any automaton of a state comes from another file. */
 const isImporting = (state) => state.children.some((id) => page.document.automata.get(id)?.imported);
 
-/** The worst problem of each state and transition, by key. */
-function problemsOf(automaton) {
-  const found = new Map();
-  for (const problem of page.document?.problems ?? []) {
-    if (!automaton || problem.automaton !== automaton.id) continue;
-    const key = problem.state ? `s${problem.state}` : problem.transition ? `t${problem.transition}` : "";
-    if (key && found.get(key)?.severity !== "error") found.set(key, problem);
-  }
-  return found;
-}
+/** Finds the worst problem of a state or transition. */
+const problemIn = (automaton) => (kind, id) => problemOf(page.document.problems, automaton.id, kind, id);
 
 customElements.define("hfsm-canvas", HfsmCanvas);

@@ -2,9 +2,9 @@
  * Where arcs run. Everything is a pure function of points in pixels, y downwards.
  *
  * @typedef {{x: number, y: number}} Point
- * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, box: Box}} Arc
+ * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, start?: Point, end?: Point, box: Box}} Arc
  *   `path` from rim to rim, `head` the arrow's, `middle` the handle, `normal` the side on which a name stands best,
- *   `first` where a number at the arc's beginning stands.
+ *   `first` where a number at the arc's beginning stands, `start` and `end` its ends at the rims.
  * @typedef {{left: number, top: number, right: number, bottom: number}} Box
  */
 
@@ -78,7 +78,7 @@ export function arc(from, to, handle, isLoop = false) {
     const normal = Math.abs(across.y) < 0.2 ? {x: 1, y: 0} : {x: across.x * -Math.sign(across.y), y: -Math.abs(across.y)};
     return {
       path: `M${at(start.x, start.y)}L${at(end.x, end.y)}`, head: head(tip, from), middle: handle, normal,
-      first: ahead(start, to, across, 14), box: boxOf([start, tip, handle]),
+      first: ahead(start, to, across, 14), start, end: tip, box: boxOf([start, tip, handle]),
     };
   }
   // The control point that would make a curve between the middles pass through the handle gives the rims.
@@ -89,9 +89,9 @@ export function arc(from, to, handle, isLoop = false) {
   const control = {x: 2 * handle.x - (start.x + end.x) / 2, y: 2 * handle.y - (start.y + end.y) / 2};
   const side = Math.sign(offset) || 1;
   return {
-    path: `M${at(start.x, start.y)}Q${at(control.x, control.y)} ${at(end.x, end.y)}`, head: head(tip, end.x === tip.x && end.y === tip.y ? control : end),
+    path: `M${at(start.x, start.y)}Q${at(control.x, control.y)} ${at(end.x, end.y)}`, head: head(tip, end),
     middle: handle, normal: {x: across.x * side, y: across.y * side}, first: ahead(start, control, {x: -across.x * side, y: -across.y * side}, 14),
-    box: boxOf([start, tip, handle, between(handle, control)]),
+    start, end: tip, box: boxOf([start, tip, handle, between(handle, control)]),
   };
 }
 
@@ -119,7 +119,7 @@ function loop(center, handle) {
   return {
     path: `M${at(start.x, start.y)}C${at(first.x, first.y)} ${at(second.x, second.y)} ${at(end.x, end.y)}`,
     head: head(tip, {x: tip.x * 2 - center.x, y: tip.y * 2 - center.y}), middle: handle, normal,
-    first: on(-LOOP_OPENING - 0.22, RADIUS + 13), box: boxOf([start, tip, handle, first, second]),
+    first: on(-LOOP_OPENING - 0.22, RADIUS + 13), start, end: tip, box: boxOf([start, tip, handle, first, second]),
   };
 }
 

@@ -13,7 +13,7 @@ import {TransitionView} from "./transition-view.js";
 
 /**
  * @typedef {import("./geometry.js").Point} Point
- * @typedef {{imported: (state: object) => boolean, problems: Map<string, {severity: string, message: string}>,
+ * @typedef {{imported: (state: object) => boolean, problem: (kind: "state" | "transition", id: number) => {severity: string, message: string} | undefined,
  *   marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
  * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, fired?: number, note?: string}} Live
  *   of a state `status` and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains) and
@@ -53,7 +53,7 @@ export class Scene {
     const points = new Map();
     const names = new Map();
     this.#sync(this.states, this.circles, states, "s", StateView, (view, state, key) => {
-      view.update(state, {problem: more.problems.get(key), imported: more.imported(state), mark: more.marks?.get(key)});
+      view.update(state, {problem: more.problem("state", state.id), imported: more.imported(state), mark: more.marks?.get(key)});
       view.place(state);
       this.places.set(key, state);
       if (!points.has(state.id)) {
@@ -67,13 +67,16 @@ export class Scene {
     this.#sync(this.transitions, this.arcs, transitions, "t", TransitionView, (view, transition, key) => {
       const from = names.get(transition.origin) ?? "nothing";
       const to = names.get(transition.destination) ?? "nothing";
-      const rewritten = view.update(transition, {from, to, rank: ranks.get(transition) ?? 0, problem: more.problems.get(key), mark: more.marks?.get(key)});
+      const rewritten = view.update(transition, {from, to, rank: ranks.get(transition) ?? 0, problem: more.problem("transition", transition.id), mark: more.marks?.get(key)});
       const handle = grips.get(transition);
       this.places.set(key, handle);
       const replaced = view.place(points.get(transition.origin), points.get(transition.destination), handle, transition.origin === transition.destination);
       changed ||= rewritten || replaced;
     });
-    if (changed || this.#moved) this.placeNames();
+    if (changed || this.#moved) {
+      this.placeNames();
+      this.#placeBadges();
+    }
     this.#moved = false;
   }
 
@@ -101,6 +104,21 @@ export class Scene {
     const circles = [...this.states.keys()].map((key) => this.places.get(key));
     const found = placeLabels(views.map((view) => view.asLabel()), circles);
     for (const view of views) view.placeName(found.get(view));
+  }
+
+  /** Put badges where no arc begins or ends. */
+  #placeBadges() {
+    const angles = new Map();
+    for (const {arc, transition} of this.transitions.values()) {
+      for (const [id, point] of [[transition.origin, arc.start], [transition.destination, arc.end]]) {
+        const place = this.places.get(`s${id}`);
+        if (!place || !point) continue;
+        const angle = Math.atan2(point.y - place.y, point.x - place.x);
+        if (angles.has(id)) angles.get(id).push(angle);
+        else angles.set(id, [angle]);
+      }
+    }
+    for (const view of this.states.values()) view.placeBadges(angles.get(view.state.id) ?? []);
   }
 
   /** Mark what is selected. @param {Set<number>} states @param {Set<number>} transitions */

@@ -10,10 +10,14 @@ const blank = template(`
     <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/><circle class="ring" r="${RADIUS - 5}"/>
     <text class="name"/><g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
   </g>`);
-const DIAGONAL = RADIUS * Math.SQRT1_2;
+const CLEAR = 0.5; // radians between a badge and an arc
+const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
 const CODES_AT = RADIUS - 13;
 
 /** @typedef {import("../store.js").State} State */
+
+/** The angle between two directions. */
+const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.PI);
 
 export class StateView {
   constructor() {
@@ -51,7 +55,7 @@ export class StateView {
     group.setAttribute("aria-label", this.words);
     this.title.textContent = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
       .filter(Boolean).join("\n");
-    this.#drawName(state.name, has.length > 0);
+    this.#drawName(state.name, has.length > 0, state.initial || state.final);
     this.#drawCodes(has);
     this.#drawBadges(state, imported, problem);
   }
@@ -61,8 +65,8 @@ export class StateView {
     this.group.setAttribute("transform", `translate(${x},${y})`);
   }
 
-  #drawName(name, hasCodes) {
-    const {lines, size} = fitCircle(name);
+  #drawName(name, hasCodes, isInitial) {
+    const {lines, size} = fitCircle(name, isInitial);
     const high = lineHeight(size);
     const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
     this.name.setAttribute("font-size", size);
@@ -79,29 +83,44 @@ export class StateView {
       make("path", {d: CODES[part].path, transform: `translate(${start + index * 12},${CODES_AT})`})));
   }
 
+  /** Put the badges where no arc is, by the angles (rad) at which arcs touch the rim. @param {number[]} angles */
+  placeBadges(angles) {
+    this.#angles = angles;
+    if (!this.badges) return;
+    const taken = [...angles];
+    for (const each of this.badges.children) {
+      const wanted = Number(each.dataset.angle);
+      const angle = TURNS.map((turn) => wanted + turn).find((angle) => taken.every((other) => apart(angle, other) > CLEAR)) ?? wanted;
+      taken.push(angle);
+      each.setAttribute("transform", `translate(${(Math.cos(angle) * RADIUS).toFixed(1)},${(Math.sin(angle) * RADIUS).toFixed(1)})`);
+    }
+  }
+
+  #angles = [];
+
   #drawBadges(state, imported, problem) {
     this.badges?.remove();
     this.badges = null;
     const all = [];
+    const history = state.history.trim();
+    if (problem) all.push(badge(`problem ${problem.severity}`, -0.25, "", problem.severity === "error" ? "!" : "?"));
     if (state.children.length) {
       const count = state.children.length;
-      all.push(badge("child", DIAGONAL, DIAGONAL, BADGES.child.path, count > 1 ? `∥${count}` : ""));
+      all.push(badge("child", 0.25, BADGES.child.path, count > 1 ? `∥${count}` : ""));
     }
-    if (imported) all.push(badge("imported", -DIAGONAL, -DIAGONAL, BADGES.imported.path));
-    if (state.history.trim() === "restart") all.push(badge("history", -DIAGONAL, DIAGONAL, BADGES.restart.path));
-    else if (state.history.trim()) all.push(badge("history", -DIAGONAL, DIAGONAL, "", "H"));
-    if (problem) all.push(badge(`problem ${problem.severity}`, DIAGONAL, -DIAGONAL, "", problem.severity === "error" ? "!" : "?"));
-    if (all.length) {
-      this.badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
-      this.group.append(this.badges);
-    }
+    if (history) all.push(badge("history", 0.75, history === "restart" ? BADGES.restart.path : "", history === "restart" ? "" : "H"));
+    if (imported) all.push(badge("imported", -0.75, BADGES.imported.path));
+    if (!all.length) return;
+    this.badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
+    this.group.append(this.badges);
+    this.placeBadges(this.#angles);
   }
 }
 
-/** A small round thing at a state's rim with a glyph, a short text, or both side by side. */
-function badge(kind, x, y, path, text = "") {
+/** A small thing at a state's rim, at so many half turns, with a glyph, a short text, or both side by side. */
+function badge(kind, halfTurns, path, text = "") {
   const wide = path && text ? 30 : 18;
-  const group = make("g", {class: `badge ${kind}`, transform: `translate(${x.toFixed(1)},${y.toFixed(1)})`});
+  const group = make("g", {class: `badge ${kind}`, "data-angle": halfTurns * Math.PI});
   group.append(make("rect", {x: -9, y: -9, width: wide, height: 18, rx: 9}));
   if (path) group.append(make("path", {d: path}));
   if (text) {

@@ -5,7 +5,8 @@ import {RADIUS} from "./geometry.js";
 const FAMILY = '"Inter", system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans", Arial, sans-serif';
 const SIZES = [13, 12, 11, 10];
 const LINE = 1.16;
-const MARGIN = 7; // between a name and its state's rim
+const MARGIN = 5; // between a name and its state's rim
+const RING_MARGIN = 8;
 const ELLIPSIS = "…";
 
 const context = document.createElement("canvas").getContext("2d");
@@ -45,23 +46,24 @@ export function shortened(text, size, wanted, weight = 400) {
  *
  * It is broken at spaces, underscores and before capitals.
  */
-export function fitCircle(name) {
-  let known = fits.get(name);
+export function fitCircle(name, hasRing = false) {
+  const key = `${hasRing} ${name}`;
+  let known = fits.get(key);
   if (!known) {
-    known = fit(name);
+    known = fit(name, RADIUS - (hasRing ? RING_MARGIN : MARGIN));
     if (fits.size > REMEMBERED) fits.clear();
-    fits.set(name, known);
+    fits.set(key, known);
   }
   return known;
 }
 
-function fit(name) {
+function fit(name, radius) {
   const text = name.trim().replace(/\s+/g, " ");
   if (!text) return {lines: [], size: SIZES[0]};
   const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu).filter(Boolean);
   for (const size of SIZES) {
     for (let count = 1; count <= 3; count++) {
-      const lines = broken(words, size, count);
+      const lines = broken(words, size, count, radius);
       if (lines) return {lines, size};
     }
   }
@@ -69,7 +71,7 @@ function fit(name) {
   const rest = [];
   let left = words;
   for (let line = 0; line < 3 && left.length; line++) {
-    const room = chord(line, 3, size);
+    const room = chord(line, 3, size, radius);
     let taken = 1;
     while (line < 2 && taken < left.length && width(left.slice(0, taken + 1).join("").trim(), size, 500) <= room) taken++;
     rest.push(shortened((line < 2 ? left.slice(0, taken) : left).join("").trim(), size, room, 500));
@@ -78,12 +80,12 @@ function fit(name) {
   return {lines: rest, size};
 }
 
-function broken(words, size, count) {
+function broken(words, size, count, radius) {
   const lines = [];
   let current = "";
   for (const word of words) {
     const longer = current + word;
-    if (current && width(longer.trim(), size, 500) > chord(lines.length, count, size)) {
+    if (current && width(longer.trim(), size, 500) > chord(lines.length, count, size, radius)) {
       lines.push(current.trim());
       current = word;
     } else {
@@ -92,16 +94,16 @@ function broken(words, size, count) {
   }
   lines.push(current.trim());
   if (lines.length > count) return undefined;
-  return lines.every((line, index) => width(line, size, 500) <= chord(index, lines.length, size)) ? lines : undefined;
+  return lines.every((line, index) => width(line, size, 500) <= chord(index, lines.length, size, radius)) ? lines : undefined;
 }
 
 /** How wide a line may be so that it stays in the circle. */
-function chord(index, count, size) {
+function chord(index, count, size, radius) {
   const height = size * LINE;
   const top = Math.abs((index - count / 2) * height);
   const bottom = Math.abs((index + 1 - count / 2) * height);
   const far = Math.max(top, bottom) - size * 0.2;
-  return 2 * Math.sqrt(Math.max(0, (RADIUS - MARGIN) ** 2 - far ** 2));
+  return 2 * Math.sqrt(Math.max(0, radius ** 2 - far ** 2));
 }
 
 /** Distance between two lines. */

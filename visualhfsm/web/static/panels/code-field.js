@@ -5,7 +5,6 @@ import {page} from "../page.js";
 import {store} from "../store.js";
 import {notifyError} from "../notices.js";
 import {Draft, flushEdits} from "./draft.js";
-import {leaveToCanvas} from "./jump.js";
 import {commandFor, keyOf} from "./places.js";
 
 /** Ask for what stands in a shadow root of its own: the editor's styles reach nothing else, and need no exception from the page's policy. */
@@ -92,7 +91,7 @@ export class CodeField extends LitElement {
         undo: () => this.#step("undo"),
         redo: () => this.#step("redo"),
         save: () => flushEdits().then(() => page.dispatchEvent(new Event("save"))),
-        leave: leaveToCanvas,
+        leave: () => page.dispatchEvent(new Event("focus-canvas")),
         problems: () => store.documents.get(this.tab)?.problems ?? [],
       });
       this.ready = true;

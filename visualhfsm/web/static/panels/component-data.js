@@ -5,8 +5,8 @@ import {LISTS} from "./lists.js";
 import {interfaceDetails, interfaceNames, identitiesOf} from "./known-interfaces.js";
 import {verdictOf} from "./verdicts.js";
 
-const AFTER_ERROR = [["", "Stop the robot and halt"], ["stop", "Stop the robot and halt (said)"], ["continue", "Go on without that piece of code"]];
-const LANGUAGES = [["", "Python"], ["python", "Python (said)"]];
+const AFTER_ERROR = [["", "Stop the robot and halt"], ["continue", "Go on without that piece of code"]];
+const LANGUAGES = [["", "Python"], ["C++", "C++: kept, and not run"]];
 
 /**
  * @param {{tab: number, document: import("../store.js").OpenDocument,
@@ -20,8 +20,8 @@ export function componentData({tab, document, known}) {
     .details=${more.details ?? nothingMore} .suggest=${more.suggest ?? noSuggestions}></hfsm-entries>`;
   return html`
     ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
-    ${text("onError", "After an error in its code", {kind: "select", options: said(AFTER_ERROR, fields.onError)})}
-    ${text("language", "Language of the code", {kind: "select", options: said(LANGUAGES, fields.language)})}
+    ${text("onError", "After an error in its code", {kind: "select", options: AFTER_ERROR})}
+    ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
     ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field) => suggestions(field, known)})}
     ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
     ${list("parameters")}
@@ -31,12 +31,6 @@ export function componentData({tab, document, known}) {
 
 const nothingMore = () => nothing;
 const noSuggestions = () => [];
-
-/** Leave out the choice that says the default unless the document says it. */
-function said(options, value = "") {
-  return options.filter(([each]) => !each || each === value.trim() || !options.some(([other, words]) => !other && words === options.find(([o]) => o === each)[1].replace(" (said)", "")))
-    .map(([each, words]) => [each, words.replace(" (said)", "")]);
-}
 
 function suggestions(field, known) {
   if (field === "type") return interfaceNames(known);

@@ -15,8 +15,10 @@ import {tabStrip} from "./tabs.js";
 const OF_AUTOMATON = new Set(["timing", "period", "variables", "functions", "inputs", "import"]);
 
 export class DataPanel extends PageElement {
-  static properties = {section: {attribute: false}, half: {state: true}};
+  static properties = {section: {attribute: false}, place: {attribute: false}, half: {state: true}};
   static watches = {page: ["change"], store: ["document", "problems"]};
+
+  #wanted = 0;
 
   constructor() {
     super();
@@ -30,9 +32,14 @@ export class DataPanel extends PageElement {
     loadInterfaces().then(() => this.requestUpdate());
   }
 
-  /** Show a section by its name, or a place in it; set by the page when somebody wants to see it. */
-  set section(wanted) {
-    if (wanted) this.#reveal(typeof wanted === "string" ? {part: wanted} : wanted);
+  /** Show a section; set by the page when somebody wants to see it, and followed by `place`. */
+  set section(section) {
+    if (section) this.#reveal({part: section});
+  }
+
+  /** Show a place in a section. */
+  set place(place) {
+    if (place) this.#reveal(place);
   }
 
   render() {
@@ -56,8 +63,10 @@ export class DataPanel extends PageElement {
   async #reveal(place) {
     const part = place.part === "timing" ? "period" : place.part;
     this.half = OF_AUTOMATON.has(place.part) ? "automaton" : "component";
+    const number = ++this.#wanted;
     this.requestUpdate();
     await this.updateComplete;
+    if (number !== this.#wanted) return;
     const section = this.querySelector(`[data-section="${part}"]`);
     if (!section) return;
     section.scrollIntoView({block: "start"});

@@ -15,7 +15,6 @@ const WORDS = {
   description: "description", onError: "after an error", language: "language", inputs: "input", parameters: "parameter",
   events: "event", properties: "property", libraries: "library", interfaces: "interface",
 };
-const CODE = new Set(["entry", "code", "exit", "argument", "trigger", "guard", "fired"]);
 
 /** A text that is the same for the same place. @param {Place} place */
 export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name = "", child = 0}) {
@@ -26,9 +25,6 @@ export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name =
 export function samePlace(one, other) {
   return keyOf({...one, child: 0}) === keyOf({...other, child: 0});
 }
-
-/** Whether a place is a piece of code of a state or transition. */
-export const isCode = (place) => (place.kind === "state" || place.kind === "transition") && CODE.has(place.part);
 
 /** The place that a problem is about. @param {import("../store.js").Problem} problem @returns {Place} */
 export function placeOf(problem) {

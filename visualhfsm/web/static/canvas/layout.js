@@ -1,0 +1,60 @@
+/** Automatic layout with dagre: ranks from the initial state on, as few crossings as it finds. */
+
+import * as dagre from "dagre";
+
+import {apply} from "../commands.js";
+import {notify} from "../notices.js";
+import {RADIUS} from "./geometry.js";
+import {width} from "./text.js";
+
+const BETWEEN_STATES = 70;
+const BETWEEN_RANKS = 110;
+const LABEL_HEIGHT = 44;
+const WIDEST_LABEL = 150;
+const BEGIN = 120; // where the first state stands, from the top left
+const GRID = 10;
+
+const rounded = (value) => Math.round(value / GRID) * GRID;
+
+/**
+ * Where the states and handles of an automaton are to stand.
+ *
+ * @param {import("../store.js").Automaton} automaton
+ * @returns {{automaton: number, states: [number, number, number][], transitions: [number, number, number][]}}
+ */
+export function placement(automaton) {
+  const graph = new dagre.graphlib.Graph({multigraph: true});
+  graph.setGraph({rankdir: "LR", nodesep: BETWEEN_STATES, ranksep: BETWEEN_RANKS, edgesep: 46, marginx: BEGIN - RADIUS, marginy: BEGIN - RADIUS});
+  graph.setDefaultEdgeLabel(() => ({}));
+  const states = [...automaton.states].sort((a, b) => Number(b.initial) - Number(a.initial));
+  for (const {id} of states) graph.setNode(String(id), {width: RADIUS * 2 + 16, height: RADIUS * 2 + 16});
+  const arcs = automaton.transitions.filter(({origin, destination}) => graph.hasNode(String(origin)) && graph.hasNode(String(destination)));
+  for (const {id, origin, destination, name} of arcs) {
+    if (origin === destination) continue;
+    const wide = Math.min(WIDEST_LABEL, width(name, 12, 500) + 20);
+    graph.setEdge(String(origin), String(destination), {width: wide, height: LABEL_HEIGHT, labelpos: "c"}, String(id));
+  }
+  dagre.layout(graph);
+  const placed = automaton.states.map(({id}) => {
+    const {x, y} = graph.node(String(id));
+    return [id, rounded(x), rounded(y)];
+  });
+  const handles = [];
+  for (const {id, origin, destination} of arcs) {
+    if (origin === destination) continue;
+    const {x, y} = graph.edge(String(origin), String(destination), String(id));
+    handles.push([id, rounded(x), rounded(y)]);
+  }
+  return {automaton: automaton.id, states: placed, transitions: handles};
+}
+
+/** Arrange automata, as one step. */
+export async function arrange(automata, canvas) {
+  const own = automata.filter(({imported, states}) => !imported && states.length);
+  if (!own.length) return;
+  const done = await apply("placeItems", {placements: own.map(placement), name: own.length === 1 ? "Arrange" : "Arrange all automata"});
+  if (done === undefined) return;
+  canvas.forgetViews();
+  canvas.fit();
+  if (own.length > 1) notify(`Arranged ${own.length} automata.`);
+}

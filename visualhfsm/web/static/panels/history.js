@@ -1,0 +1,42 @@
+/** The steps that can be undone and done again; a click goes to that point. */
+
+import {html, nothing} from "lit";
+import {ask} from "../commands.js";
+import {PageElement} from "../element.js";
+import {page} from "../page.js";
+import {flushEdits} from "./draft.js";
+import {moveAmongRows} from "./rows.js";
+
+export class History extends PageElement {
+  static watches = {page: ["tab"], store: ["document"]};
+
+  focusFirst() {
+    this.querySelector('[aria-current="step"]')?.focus();
+  }
+
+  updated() {
+    this.querySelector('[aria-current="step"]')?.scrollIntoView({block: "nearest"});
+  }
+
+  render() {
+    const {document} = page;
+    if (!document) return html`<p class="empty">No document is open.</p>`;
+    const {undo, redo} = document;
+    // The latest first: what would be done again, then the present, then what led to it.
+    return html`<div class="list-panel"><ol class="rows history" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
+      ${redo.map((name, index) => ({name, steps: index + 1})).reverse().map(({name, steps}) => html`<li><button type="button" class="row undone" @click=${() => this.#go("redo", steps)}
+        title="Do it again"><span class="message">${name}</span><span class="where">undone</span></button></li>`)}
+      ${undo.map((name, index) => html`<li><button type="button" class="row" aria-current=${index === 0 ? "step" : nothing} @click=${() => this.#go("undo", index)}
+        title=${index === 0 ? "The document as it is now" : "Go back to here"}><span class="message">${name}</span>${index === 0 ? html`<span class="where">now</span>` : nothing}</button></li>`)}
+      <li><button type="button" class="row" aria-current=${undo.length ? nothing : "step"} @click=${() => this.#go("undo", undo.length)} title="Undo everything">
+        <span class="message faint">${undo.length >= 100 ? "100 steps ago" : "As it was opened"}</span>${undo.length ? nothing : html`<span class="where">now</span>`}</button></li></ol></div>`;
+  }
+
+  async #go(op, steps) {
+    if (!steps) return;
+    await flushEdits();
+    await ask(op, {tab: page.tab, steps});
+  }
+}
+
+customElements.define("hfsm-history", History);

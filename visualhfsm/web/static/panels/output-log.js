@@ -1,0 +1,65 @@
+/** The last lines that the components of the open tabs wrote; they are kept while nothing shows them. */
+
+import {store} from "../store.js";
+
+const KEPT = 5000; // lines of a tab
+
+/** @typedef {{text: string, stream: "out" | "err", place?: import("./places.js").Place, line?: number}} Line */
+
+/** Events: `lines` {tab, lines}, `reset` {tab}, `run` {tab}. */
+class OutputLog extends EventTarget {
+  /** @type {Map<number, Line[]>} */
+  #lines = new Map();
+  /** @type {Map<number, {status: string, exitCode?: number, message?: string}>} */
+  #runs = new Map();
+
+  constructor() {
+    super();
+    store.addEventListener("output", ({detail}) => this.#take(detail));
+    store.addEventListener("run", ({detail}) => this.#told(detail));
+    store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
+  }
+
+  /** The lines of a tab. @returns {Line[]} */
+  of(tab) {
+    return this.#lines.get(tab) ?? [];
+  }
+
+  /** What became of the component of a tab; undefined when it never ran. */
+  run(tab) {
+    return this.#runs.get(tab);
+  }
+
+  clear(tab) {
+    this.#lines.delete(tab);
+    this.#emit("reset", {tab});
+  }
+
+  #take({tab, lines, dropped = 0, whole = false}) {
+    if (whole) this.clear(tab);
+    const fresh = dropped ? [{text: `… ${dropped} lines are left out …`, stream: "err"}, ...lines] : lines;
+    const kept = this.of(tab);
+    kept.push(...fresh);
+    if (kept.length > KEPT) kept.splice(0, kept.length - KEPT);
+    this.#lines.set(tab, kept);
+    this.#emit("lines", {tab, lines: fresh});
+  }
+
+  #told(run) {
+    const former = this.#runs.get(run.tab)?.status;
+    this.#runs.set(run.tab, run);
+    if (run.status === "generating" && former !== "generating") this.clear(run.tab);
+    this.#emit("run", {tab: run.tab});
+  }
+
+  #forget(tab) {
+    this.#lines.delete(tab);
+    this.#runs.delete(tab);
+  }
+
+  #emit(kind, detail) {
+    this.dispatchEvent(new CustomEvent(kind, {detail}));
+  }
+}
+
+export const outputLog = new OutputLog();

@@ -1,0 +1,104 @@
+/** What the component of the shown tab writes; a line about a piece of code leads to it. */
+
+import {html} from "lit";
+import {PageElement} from "../element.js";
+import {page} from "../page.js";
+import {outputLog} from "./output-log.js";
+
+const SHOWN = 2000; // lines
+const NEAR = 30; // px from the end that count as there
+
+const STATUS = {generating: "Generating…", starting: "Starting…", running: "Running", stopping: "Stopping…"};
+
+export class Output extends PageElement {
+  static properties = {follows: {state: true}};
+  static watches = {page: ["tab"], store: ["run"]};
+
+  constructor() {
+    super();
+    this.follows = true;
+    this.shownTab = -1;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.shownTab = -1;
+    this.listen(outputLog, "lines", ({detail}) => detail.tab === this.shownTab && this.#append(detail.lines));
+    this.listen(outputLog, "reset", ({detail}) => detail.tab === this.shownTab && this.#fill());
+    this.requestUpdate();
+  }
+
+  focusFirst() {
+    this.querySelector(".lines")?.focus();
+  }
+
+  render() {
+    return html`<div class="list-panel">
+      <div class="list-tools"><span role="status">${this.#status()}</span><span class="room"></span>
+        <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow}> Follow</label>
+        <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>Clear</button></div>
+      <div class="lines" role="log" aria-label="Output of the component" tabindex="0" @scroll=${this.#scrolled}></div></div>`;
+  }
+
+  updated() {
+    if (this.shownTab === page.tab) return;
+    this.shownTab = page.tab;
+    this.#fill();
+  }
+
+  #status() {
+    const run = outputLog.run(page.tab);
+    if (!run) return "Nothing has been run.";
+    if (run.status !== "ended") return STATUS[run.status] ?? run.status;
+    const how = run.exitCode === 0 ? "Ended." : run.exitCode === null || run.exitCode === undefined ? "Ended." : `Ended with exit code ${run.exitCode}.`;
+    return `${how} ${run.message ?? ""}`;
+  }
+
+  get #lines() {
+    return this.querySelector(".lines");
+  }
+
+  #fill() {
+    this.#lines?.replaceChildren();
+    this.#append(outputLog.of(this.shownTab));
+  }
+
+  /** Lines come by the hundreds a second: they are appended, never drawn anew. */
+  #append(lines) {
+    const list = this.#lines;
+    if (!list) return;
+    list.append(...lines.slice(-SHOWN).map(asElement));
+    while (list.childElementCount > SHOWN) list.firstElementChild.remove();
+    if (this.follows) list.scrollTop = list.scrollHeight;
+  }
+
+  #follow = ({target}) => {
+    this.follows = target.checked;
+    if (this.follows) this.#lines.scrollTop = this.#lines.scrollHeight;
+  };
+
+  /** Who scrolls back wants to read, and who scrolls to the end to follow. */
+  #scrolled = ({target}) => {
+    this.follows = target.scrollHeight - target.scrollTop - target.clientHeight < NEAR;
+  };
+}
+
+/** @param {import("./output-log.js").Line} line */
+function asElement({text, stream, place, line}) {
+  const element = document.createElement("div");
+  element.className = stream === "err" ? "line err" : "line";
+  if (!place) {
+    element.textContent = text || "\u200b";
+    return element;
+  }
+  const link = document.createElement("button");
+  link.type = "button";
+  link.className = "link";
+  link.textContent = text;
+  link.title = "Show the code";
+  link.addEventListener("click", () => page.jump(place, {line: line || 1}));
+  element.append(link);
+  return element;
+}
+
+customElements.define("hfsm-output", Output);

@@ -1,0 +1,88 @@
+/** What the checks say of the shown document; each problem leads to its place. */
+
+import {html, nothing} from "lit";
+import {PageElement} from "../element.js";
+import {page} from "../page.js";
+import {counterexamplePlayer} from "./counterexample.js";
+import {placeOf, wordsFor} from "./places.js";
+import {moveAmongRows} from "./rows.js";
+
+const SEVERITIES = [["error", "Errors"], ["warning", "Warnings"], ["note", "Notes"]];
+
+export class Problems extends PageElement {
+  static properties = {played: {state: true}};
+  static watches = {page: ["tab"], store: ["document", "problems"]};
+
+  constructor() {
+    super();
+    /** Severities that are left out. */
+    this.left = new Set();
+    /** The problem whose counterexample is played, and the step. @type {{key: string, step: number} | null} */
+    this.played = null;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(page, "tab", () => this.#play(null));
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    this.#play(null);
+  }
+
+  focusFirst() {
+    this.querySelector("button.row")?.focus();
+  }
+
+  render() {
+    const {document} = page;
+    if (!document) return html`<p class="empty">No document is open.</p>`;
+    const {problems} = document;
+    const shown = problems.filter((each) => !this.left.has(each.severity));
+    return html`<div class="list-panel">
+      <div class="list-tools" role="group" aria-label="Shown problems">${SEVERITIES.map(([severity, title]) => {
+        const count = problems.filter((each) => each.severity === severity).length;
+        return html`<button type="button" class="filter ${severity}" aria-pressed=${!this.left.has(severity)} ?disabled=${!count} @click=${() => this.#toggle(severity)}>
+          <span class="sign ${severity}" aria-hidden="true"></span>${count} ${count === 1 ? title.slice(0, -1) : title}</button>`;
+      })}<span class="room"></span>${document.checked !== undefined && document.checked !== document.revision ? html`<span class="faint" role="status">Being checked…</span>` : nothing}</div>
+      ${problems.length ? html`<ol class="rows" aria-label="Problems" @keydown=${moveAmongRows}>${shown.map((each) => this.#row(document, each))}</ol>`
+        : html`<p class="empty" role="status">The checks found nothing wrong.</p>`}</div>`;
+  }
+
+  #row(document, problem) {
+    const place = placeOf(problem);
+    const words = problem.file ? [problem.file, problem.line && `line ${problem.line}`] : [...wordsFor(document, place), problem.line > 0 && `line ${problem.line}`];
+    const key = `${problem.code} ${JSON.stringify(place)} ${problem.line} ${problem.message}`;
+    const isPlayed = this.played?.key === key;
+    const {steps = []} = problem.counterexample ?? {};
+    const notes = (problem.notes ?? []).filter((each) => !steps.length || !each.includes("\n"));
+    return html`<li>
+      <button type="button" class="row" @click=${() => this.#go(problem, place)}>
+        <span class="sign ${problem.severity}" role="img" aria-label="${problem.severity}: "></span>
+        <span class="message">${problem.message}</span><span class="code-name">${problem.code}</span>
+        <span class="where">${words.filter(Boolean).join(" › ")}</span></button>
+      ${notes.length ? html`<ul class="notes">${notes.map((each) => html`<li>${each}</li>`)}</ul>` : nothing}
+      ${steps.length ? (isPlayed ? counterexamplePlayer(document, problem.counterexample, this.played.step, (step) => this.#play(step === null ? null : {key, step}))
+        : html`<button type="button" class="play" @click=${() => this.#play({key, step: 0})}>Play the ${steps.length} steps on the canvas</button>`) : nothing}</li>`;
+  }
+
+  #toggle(severity) {
+    if (!this.left.delete(severity)) this.left.add(severity);
+    this.requestUpdate();
+  }
+
+  #go(problem, place) {
+    page.jump(place, problem.file ? {} : {line: problem.line || 1, column: problem.column || 1});
+  }
+
+  #play(played) {
+    this.played = played;
+    if (!played && page.highlight) {
+      page.highlight = undefined;
+      page.dispatchEvent(new Event("highlight"));
+    }
+  }
+}
+
+customElements.define("hfsm-problems", Problems);

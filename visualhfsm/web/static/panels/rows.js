@@ -1,0 +1,14 @@
+/** Lists of rows that are gone through with the arrow keys. */
+
+/** Move the keyboard to the row above or below; a handler of `keydown` of the list. */
+export function moveAmongRows(event) {
+  const step = {ArrowDown: 1, ArrowUp: -1, Home: -Infinity, End: Infinity}[event.key];
+  if (step === undefined || event.altKey || event.ctrlKey || event.metaKey) return;
+  const rows = [...event.currentTarget.querySelectorAll("button.row")];
+  const index = rows.indexOf(document.activeElement);
+  const next = rows[Math.min(rows.length - 1, Math.max(0, index + step))];
+  if (index < 0 || !next) return;
+  event.preventDefault();
+  event.stopPropagation();
+  next.focus();
+}

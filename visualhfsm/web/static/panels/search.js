@@ -1,0 +1,123 @@
+/** Search in the names and all code of the document, or of all open ones. */
+
+import {html, nothing} from "lit";
+import {PageElement} from "../element.js";
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {flushEdits} from "./draft.js";
+import {wordsFor} from "./places.js";
+import {moveAmongRows} from "./rows.js";
+
+const PAUSE = 150; // ms
+const SHOWN = 200;
+
+/** @typedef {{place: import("./places.js").Place, line: number, column: number, length: number, excerpt: string, tab: number}} Hit */
+
+export class Search extends PageElement {
+  static properties = {text: {state: true}, hits: {state: true}, everywhere: {state: true}, failed: {state: true}};
+  static watches = {page: ["tab"], store: []};
+
+  #timer = 0;
+  #asked = 0;
+
+  constructor() {
+    super();
+    this.text = "";
+    /** @type {Hit[] | null} */
+    this.hits = null;
+    this.everywhere = false;
+    this.failed = "";
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(store, "document", () => this.text && this.#soon());
+    this.listen(page, "tab", () => this.text && this.#soon());
+  }
+
+  focusFirst() {
+    const input = this.querySelector("input[type=search]");
+    input?.focus();
+    input?.select();
+  }
+
+  render() {
+    const {hits, text} = this;
+    const more = hits && hits.length > SHOWN;
+    return html`<div class="list-panel">
+      <form class="list-tools" role="search" @submit=${this.#submit}>
+        <input type="search" aria-label="Search in names and code" placeholder="Search in names and code" .value=${text} @input=${this.#type} @keydown=${this.#press} spellcheck="false" autocomplete="off">
+        <label><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen}> In all open documents</label>
+        <span class="room"></span><span class="faint" role="status">${this.failed || (hits ? `${hits.length}${hits.length >= 1000 ? " or more" : ""} found` : "")}</span></form>
+      ${hits?.length ? html`<ol class="rows" aria-label="Found" @keydown=${moveAmongRows}>${hits.slice(0, SHOWN).map((hit) => this.#row(hit))}
+        ${more ? html`<li class="faint rest">${hits.length - SHOWN} more: search for more letters.</li>` : nothing}</ol>`
+        : html`<p class="empty">${text && hits ? `Nothing has “${text}” in it.` : "Names of states and transitions, all code, and the data are searched."}</p>`}</div>`;
+  }
+
+  /** @param {Hit} hit */
+  #row(hit) {
+    const document = store.documents.get(hit.tab);
+    const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
+    const words = document ? wordsFor(document, hit.place) : [];
+    return html`<li><button type="button" class="row hit" @click=${() => this.#go(hit)}>
+      <span class="where">${[title, ...words].filter(Boolean).join(" › ")}${hit.line > 1 || hit.place.part?.match(/^(entry|code|exit|fired|variables|functions)$/) ? `:${hit.line}` : ""}</span>
+      <code class="excerpt">${this.#marked(hit)}</code></button></li>`;
+  }
+
+  #marked({excerpt, length}) {
+    const at = excerpt.toLowerCase().indexOf(this.text.toLowerCase());
+    if (at < 0) return excerpt;
+    return html`${excerpt.slice(0, at)}<mark>${excerpt.slice(at, at + length)}</mark>${excerpt.slice(at + length)}`;
+  }
+
+  #go(hit) {
+    page.show(hit.tab);
+    page.jump(hit.place, {line: hit.line, column: hit.column});
+  }
+
+  #type = ({target}) => {
+    this.text = target.value;
+    this.#soon();
+  };
+
+  #widen = ({target}) => {
+    this.everywhere = target.checked;
+    this.#soon();
+  };
+
+  #submit = (event) => {
+    event.preventDefault();
+    this.querySelector("button.row")?.click();
+  };
+
+  #press = (event) => {
+    if (event.key !== "ArrowDown") return;
+    event.preventDefault();
+    this.querySelector("button.row")?.focus();
+  };
+
+  #soon() {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#ask(), PAUSE);
+  }
+
+  async #ask() {
+    const {text} = this;
+    const number = ++this.#asked;
+    if (!text || !page.tab) {
+      this.hits = null;
+      return;
+    }
+    await flushEdits();
+    try {
+      const found = await store.request("search", {text, ...(this.everywhere ? {} : {tab: page.tab})});
+      if (number !== this.#asked) return;
+      this.hits = found.flatMap(({tab, hits}) => hits.map((hit) => ({...hit, tab})));
+      this.failed = "";
+    } catch (error) {
+      if (number === this.#asked) this.failed = error.message;
+    }
+  }
+}
+
+customElements.define("hfsm-search", Search);
