@@ -1,0 +1,130 @@
+"""`visualhfsm edit` as a process: its address, and its end."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import sys
+import time
+import urllib.request
+from http.cookiejar import CookieJar
+from pathlib import Path
+
+import psutil
+import pytest
+from websockets.sync.client import connect
+
+from tests.support.editor import DOCUMENT, Window
+from tests.support.processes import ComponentProcess, module
+
+ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
+
+
+@pytest.fixture
+def document(tmp_path: Path) -> Path:
+    document = tmp_path / "robot.xml"
+    document.write_text(DOCUMENT)
+    return document
+
+
+def edit(tmp_path: Path, *arguments: str) -> ComponentProcess:
+    environment = {"XDG_STATE_HOME": str(tmp_path / "state")}
+    return ComponentProcess(module("visualhfsm", "edit", "--root", str(tmp_path), *arguments), environment)
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_a_signal_ends_everything_in_an_orderly_way(
+    document: Path, tmp_path: Path, number: signal.Signals, code: int
+) -> None:
+    with edit(tmp_path, str(document), "--no-browser", "--log-level", "debug") as process:
+        address = process.wait_for(ADDRESS)
+        cookies = CookieJar()
+        urllib.request.build_opener(urllib.request.HTTPCookieProcessor(cookies)).open(
+            address[0], timeout=10
+        ).close()
+        (cookie,) = cookies
+        port = int(address[1])
+        with connect(
+            f"ws://127.0.0.1:{port}/ws",
+            origin=f"http://127.0.0.1:{port}",  # type: ignore[arg-type]
+            additional_headers={"Cookie": f"{cookie.name}={cookie.value}"},
+            proxy=None,
+        ) as connection:
+            window = Window(connection)
+            window.ask("hello")
+            window.ask("do", tab=1, command={"command": "addState", "automaton": 1, "x": 1, "y": 1})
+            window.wait_for_push("problems", revision=1)
+            children = psutil.Process(process.process.pid).children(recursive=True)
+            assert children  # the one that checks
+            process.process.send_signal(number)
+            assert process.wait() == code
+        assert not [child for child in children if child.is_running()]
+        assert "robot has unsaved changes" in process.output
+        assert "Traceback" not in process.output
+        secrets = {address[0].partition("token=")[2], str(cookie.value)}
+        assert len(secrets) == 2
+        logged = process.output.replace(address[0], "", 1)
+        assert not [secret for secret in secrets if secret in logged]
+        with socket.socket() as probe:
+            assert probe.connect_ex(("127.0.0.1", port)) != 0
+    (journal,) = (tmp_path / "state" / "visualhfsm" / "journals").iterdir()
+    assert "addState" in journal.read_text()
+    assert journal.stat().st_mode & 0o077 == 0
+
+
+def test_a_port_can_be_chosen_and_a_taken_one_is_told(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with edit(tmp_path, "--port", str(port), "--no-browser") as process:
+            process.wait_for(rf"error: cannot listen on port {port} .*--port")
+            assert process.wait() == 1
+    with edit(tmp_path, "--port", str(port), "--no-browser") as process:
+        assert process.wait_for(ADDRESS)[1] == str(port)
+
+
+def test_the_browser_gets_an_address_of_its_own(tmp_path: Path) -> None:
+    told = tmp_path / "told"
+    browser = tmp_path / "browser"
+    browser.write_text(
+        f"#!{sys.executable}\nimport sys, pathlib\npathlib.Path({str(told)!r}).write_text(sys.argv[1])\n"
+    )
+    browser.chmod(0o755)
+    environment = {"BROWSER": f"{browser} %s", "XDG_STATE_HOME": str(tmp_path)}
+    with ComponentProcess(module("visualhfsm", "edit", "--root", str(tmp_path)), environment) as process:
+        printed = process.wait_for(ADDRESS)[0]
+        process.wait_for("Ctrl-C ends it")
+        launched = content(told)
+    assert re.fullmatch(ADDRESS, launched)
+    assert launched != printed
+
+
+def test_a_missing_package_is_named_with_the_command_that_installs_it(tmp_path: Path) -> None:
+    code = (
+        "import sys; sys.modules['uvicorn'] = None\n"
+        "from visualhfsm.cli import main; sys.argv = ['visualhfsm', 'edit', '--no-browser']; main()"
+    )
+    with ComponentProcess([sys.executable, "-c", code]) as process:
+        process.wait_for(r"uvicorn is not installed; install it with: pip install 'visualhfsm\[web\]'")
+        assert process.wait() == 1
+
+
+def test_a_document_that_cannot_be_opened_is_told(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.xml"
+    broken.write_text("<VisualHFSM>")
+    with edit(tmp_path, str(broken), "--no-browser") as process:
+        process.wait_for(r"error: Cannot open broken\.xml")
+        assert process.wait() == 1
+
+
+def content(file: Path) -> str:
+    """Return what a file holds once it is there."""
+    until = time.monotonic() + 10
+    while not (file.exists() and file.read_text()):
+        assert time.monotonic() < until, "the browser was not opened"
+        time.sleep(0.01)
+    return file.read_text()
