@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-from ..diagnostics import Diagnostics, Location, Note
+from ..diagnostics import Diagnostics, Location, Note, did_you_mean
 from .checks import delay, milliseconds
 from .code_reader import CodeReader
 from .code_text import Code
@@ -190,7 +190,8 @@ class AutomatonAnalysis:
             message = f"automaton {argument.child} has no input `{named}`"
         else:
             message = f"{label} does not own automaton {argument.child}"
-        self._error("E527", message, argument.line, argument.column)
+        near = did_you_mean(named, [item.name for _, item in self._inputs_below(state)])
+        self._error("E527", message, argument.line, argument.column, near)
         return None
 
     def _inputs_below(self, state: State) -> Iterator[tuple[int, Parameter]]:
@@ -210,10 +211,8 @@ class AutomatonAnalysis:
     def _place(self, item: Parameter | Argument | Transition) -> Location:
         return Location(item.path or self._path, item.line, max(1, item.column))
 
-    def _error(
-        self, code: str, message: str, line: int, column: int, notes: list[Note] | None = None
-    ) -> None:
-        self._diagnostics.error(code, message, Location(self._path, line, max(1, column)), notes or ())
+    def _error(self, code: str, message: str, line: int, column: int, notes: Sequence[Note] = ()) -> None:
+        self._diagnostics.error(code, message, Location(self._path, line, max(1, column)), notes)
 
 
 def _default(item: Parameter, type_name: str) -> tuple[str | None, str]:

@@ -147,7 +147,8 @@ class _Understanding:
                 default = _parameter_default(parameter)
             except ValueTextError as error:
                 message = f"the parameter `{parameter.name}`: {error}"
-                where = Location(parameter.path or self._path, parameter.line, max(1, parameter.column))
+                line, column = _wrong_part(parameter)
+                where = Location(parameter.path or self._path, line, max(1, column))
                 self._diagnostics.error("E526", message, where)
             else:
                 yield ParameterProgram(parameter.name, default, " ".join(parameter.description.text.split()))
@@ -181,7 +182,14 @@ def _root_first(document: Document, programs: dict[int, AutomatonProgram]) -> It
 def _parameter_default(parameter: Parameter) -> str:
     type_name = parameter.type.text.strip()
     if type_name not in PARAMETER_TYPES:
-        raise ValueTextError(f"its type is one of {', '.join(PARAMETER_TYPES)}")
+        found = f", not `{type_name[:40]}`" if type_name else ""
+        raise ValueTextError(f"its type is one of {', '.join(PARAMETER_TYPES)}{found}")
     if parameter.default.is_blank:
         raise ValueTextError("it needs a default")
     return literal(parse_value(type_name, parameter.default))
+
+
+def _wrong_part(parameter: Parameter) -> tuple[int, int]:
+    """Return line and column of what is wrong with a parameter: its type, its default, or what is missing."""
+    wrong = parameter.default if parameter.type.text.strip() in PARAMETER_TYPES else parameter.type
+    return (parameter.line, parameter.column) if wrong.is_blank else (wrong.line, wrong.column)

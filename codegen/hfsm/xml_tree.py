@@ -76,7 +76,7 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> tuple[Xml
         parser.parse(source)
     except SAXParseException as error:
         place = Location(path, error.getLineNumber() or 1, (error.getColumnNumber() or 0) + 1)
-        diagnostics.error("E502", f"malformed XML: {error.getMessage()}", place)
+        diagnostics.error("E502", f"malformed XML: {builder.problem(error.getMessage())}", place)
         return None
     except DefusedXmlException as error:
         what = f"{type(error).__name__}: a document type or an entity of its own has no place in a document"
@@ -121,6 +121,15 @@ class _TreeBuilder(ContentHandler):
     def position(self) -> tuple[int, int]:
         """Return line and column of what is being read, both from 1."""
         return int(self._locator.getLineNumber() or 0), int(self._locator.getColumnNumber() or 0) + 1
+
+    def problem(self, told: str) -> str:
+        """Return what expat has told, in words that fit where it only says that there is no element."""
+        if told != "no element found":
+            return told
+        if not self._open:
+            return "there is nothing in it"
+        element = self._open[-1]
+        return f"it ends before the element `{element.tag}` of line {element.line} does"
 
     def startElement(self, name: str, attrs: AttributesImpl) -> None:
         line, column = self.position()

@@ -56,7 +56,7 @@ INTERFACE = "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</n
         ),
         ([value("parameter", "head", "int", "1")], "both a parameter and an interface"),
         ([value("parameter", "go", "int", "1")], "both a parameter and a function"),
-        ([value("parameter", "x", "object", "1")], "its type is one of int, float, bool, str"),
+        ([value("parameter", "x", "object", "1")], "its type is one of int, float, bool, str, not `object`"),
         ([value("parameter", "x", "", "1")], "its type is one of int, float, bool, str"),
         ([value("parameter", "x", "int")], "it needs a default"),
         ([value("parameter", "x", "int", "1.5")], "`1.5` is no int, such as `3`"),
@@ -125,6 +125,21 @@ def test_inputs_and_arguments_that_are_wrong(tmp_path: Path, text: str, message:
     (error,) = errors_of(tmp_path, text)
     assert error.code == "E527"
     assert message in error.message
+
+
+def test_an_input_that_is_spelled_wrong_is_put_right(tmp_path: Path) -> None:
+    speed = value("input", "speed", "int", "1")
+    (error,) = errors_of(tmp_path, with_inputs(speed, arguments=argument("sped")))
+    assert [note.message for note in error.notes] == ["did you mean `speed`?"]
+
+
+@pytest.mark.parametrize(("parameter", "what"), [(("integer", "1"), "integer"), (("int", "fast"), "fast")])
+def test_what_is_wrong_with_a_parameter_is_pointed_at(
+    tmp_path: Path, parameter: tuple[str, str], what: str
+) -> None:
+    text = with_parameters(value("parameter", "x", *parameter))
+    (error,) = errors_of(tmp_path, text)
+    assert text.split("\n")[error.location.line - 1][error.location.column - 1 :].startswith(what)
 
 
 @pytest.mark.parametrize("expression", ["", "a, b", "x = 1", "(yield)"])

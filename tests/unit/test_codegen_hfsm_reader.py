@@ -153,7 +153,8 @@ def test_unknown_elements_attributes_and_comments_survive() -> None:
     ("text", "expected"),
     [
         ("<VisualHFSM>\n <a>\n</VisualHFSM>", "test.xml:3:3: malformed XML: mismatched tag"),
-        ("", "test.xml:1:1: malformed XML: no element found"),
+        ("", "test.xml:1:1: malformed XML: there is nothing in it"),
+        ("<VisualHFSM>\n <a>", "test.xml:2:5: malformed XML: it ends before the element `a` of line 2 does"),
         (b"\xff\xfe\x00<", "test.xml:1:2: malformed XML: not well-formed (invalid token)"),
         ("<html/>", "test.xml:1:1: `html` is not the root of a document: it is `VisualHFSM`"),
     ],
