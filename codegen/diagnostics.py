@@ -116,11 +116,14 @@ class Diagnostics:
     def __len__(self) -> int:
         return len(self._found)
 
-    def render(self, *, color: bool = False, outcome: str = "nothing was written") -> str:
-        """Return everything found as text, one block each, then the number of errors with their outcome."""
+    def render(self, *, color: bool = False, outcome: str | None = "nothing was written") -> str:
+        """Return everything found as text, one block each, then the number of errors with their outcome.
+
+        Without an outcome, None, the number is for others to tell.
+        """
         blocks = ["\n".join(self._render(found, color)) for found in self]
         errors = sum(found.severity is Severity.ERROR for found in self)
-        if errors:
+        if errors and outcome is not None:
             count = f"{errors} error{'s' if errors > 1 else ''}"
             blocks.append(f"{count}; {outcome}" if outcome else count)
         return "\n".join(blocks)

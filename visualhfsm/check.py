@@ -63,7 +63,7 @@ def check(
         check_document(path, diagnostics, directories, limit=DEFAULT_LIMIT if model else 0)
         for path in documents
     ]
-    show(diagnostics, error_format, outcome="")
+    show(diagnostics, error_format, outcome=None)
     counts = Counter(found.severity for found in diagnostics)
     if error_format is ErrorFormat.TEXT:
         for path, report in zip(documents, reports, strict=True):

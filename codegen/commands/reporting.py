@@ -22,8 +22,10 @@ class ErrorFormat(StrEnum):
     GITHUB = "github"
 
 
-def show(diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str = "nothing was written") -> None:
-    """Write everything found to stderr, with the outcome of errors where people read it."""
+def show(
+    diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str | None = "nothing was written"
+) -> None:
+    """Write everything found to stderr, with the outcome of errors, if any, where people read it."""
     match error_format:
         case ErrorFormat.TEXT:
             text = diagnostics.render(color=_wants_color(), outcome=outcome)

@@ -58,6 +58,7 @@ def test_an_error_fails(tmp_path: Path) -> None:
     result = run(write(tmp_path, "wrong.xml", ERROR))
     assert result.exit_code == 1
     assert "error[E520]" in result.stderr
+    assert "1 error" not in result.stderr, "the summary tells it"
     assert result.stdout == "1 document: 1 error\n"
 
 
