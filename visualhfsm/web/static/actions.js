@@ -80,10 +80,8 @@ const LIST = [
   {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: () => commands.addTransition(page.state.id, page.state.id)},
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
   {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
-  {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: () => drawable() && store.workspace.clipboard, run: async ({canvas, point}) => commands.paste(point ?? (await import("./canvas/tools.js")).freePlace(canvas))},
-  {id: "duplicate", label: "Duplicate", icon: "duplicate", keys: ["Ctrl+D"], enabled: () => drawable() && anyStates(), run: async ({canvas}) => {
-    if ((await commands.copy()) !== undefined) await commands.paste((await import("./canvas/tools.js")).freePlace(canvas));
-  }},
+  {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: () => drawable() && store.workspace.clipboard, run: ({point}) => commands.paste(point)},
+  {id: "duplicate", label: "Duplicate", icon: "duplicate", keys: ["Ctrl+D"], enabled: () => drawable() && anyStates(), run: async () => (await commands.copy()) !== undefined && commands.paste()},
   {id: "delete", label: "Delete", icon: "delete", keys: ["Delete"], enabled: () => drawable() && anySelected(), run: commands.deleteSelected},
   {id: "selectAll", label: "Select all", icon: "state", keys: ["Ctrl+A"], enabled: hasDocument, run: () => page.select({states: page.automaton.states.map((each) => each.id), transitions: page.automaton.transitions.map((each) => each.id)})},
   {id: "tryEarlier", label: "Try earlier", icon: "up", keys: ["Ctrl+ArrowUp"], scope: "canvas", enabled: oneTransition, run: () => reorder(-1), hint: "among the transitions of its state"},

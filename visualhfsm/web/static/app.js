@@ -4,6 +4,7 @@ import {html, nothing} from "lit";
 
 import "./canvas/canvas.js";
 import "./tree.js";
+import {perform} from "./actions.js";
 import {actionButton} from "./shell.js";
 import {askTab} from "./commands.js";
 import {PageElement} from "./element.js";
@@ -12,7 +13,7 @@ import {listenForKeys} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import "./panels/output-log.js";
-import {resizer} from "./resizer.js";
+import {resizer, restoreSizes} from "./resizer.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 
@@ -56,6 +57,8 @@ export class HfsmApp extends PageElement {
     this.listen(page, "data", (event) => this.#showData(event.detail));
     this.listen(page, "tab", () => this.#titleWindow());
     this.listen(page, "save", () => perform("save", this.context));
+    this.listen(page, "highlight", () => this.canvas.showLive(page.highlight?.get(page.automaton?.id)));
+    this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(page.highlight.get(page.automaton?.id)));
     this.listen(page, "focus-canvas", () => this.canvas.focusSelected());
     this.listen(store, "workspace", () => this.#follow());
     this.listen(store, "document", ({detail}) => {
@@ -237,4 +240,5 @@ export class HfsmApp extends PageElement {
 }
 
 initTheme();
+restoreSizes();
 customElements.define("hfsm-app", HfsmApp);

@@ -77,9 +77,10 @@ export function rename(kind, id, name) {
 export const copy = () => askTab("copy", {automaton: page.automaton.id, states: [...page.states]});
 export const cut = () => askTab("cut", {automaton: page.automaton.id, states: [...page.states]});
 
-/** Paste with its middle at a point, and select what came. */
-export async function paste({x, y}) {
-  selectAdded(await askTab("paste", {automaton: page.automaton.id, x, y}), "states");
+/** Paste, with the left upper corner at a point if one is given, and select what came. */
+export async function paste(point) {
+  selectAdded(await askTab("paste", {automaton: page.automaton.id, ...point}), "states");
+  page.dispatchEvent(new Event("reveal"));
 }
 
 /** Show a sub-automaton of a state, made first when it has none. */

@@ -18,6 +18,13 @@ const SECTIONS = {period: "timing", onError: "description", language: "descripti
 class Page extends EventTarget {
   /** The shown tab; 0 is the start page. */
   tab = 0;
+  /**
+   * What is marked on the canvas though nothing runs, such as a step of a counterexample: of each automaton
+   * what its states and transitions show. The event `highlight` says that it is another.
+   *
+   * @type {Map<number, Map<string, import("./canvas/scene.js").Live>> | undefined}
+   */
+  highlight = undefined;
   /** @type {Map<number, Spot>} */
   #spots = new Map();
 

@@ -5,6 +5,14 @@ import {html} from "lit";
 const STEP = 24;
 const root = document.documentElement;
 
+/** Let the areas be as large as they were made in this browser. */
+export function restoreSizes() {
+  for (const variable of ["--left", "--side", "--bottom"]) {
+    const size = Number(localStorage.getItem(`visualhfsm.size${variable}`));
+    if (size > 0) root.style.setProperty(variable, `${Math.min(size, innerWidth)}px`);
+  }
+}
+
 /**
  * A line that sets a variable of the style.
  *
@@ -17,6 +25,7 @@ export function resizer({name, variable, along, sign, smallest, largest}) {
     const next = Math.round(Math.min(largest, Math.max(smallest, wanted)));
     root.style.setProperty(variable, `${next}px`);
     element.setAttribute("aria-valuenow", next);
+    localStorage.setItem(`visualhfsm.size${variable}`, next);
   };
   const down = (event) => {
     const element = event.currentTarget;

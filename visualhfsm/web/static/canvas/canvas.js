@@ -22,8 +22,8 @@ export class HfsmCanvas extends HTMLElement {
   sketch = make("g", {class: "sketch"});
   /** The tool in use, see tools.js. */
   tool = undefined;
-  /** Marks by key, such as those of a comparison. @type {Map<string, string> | undefined} */
-  marks = undefined;
+  /** A comparison with another version, see comparison.js. */
+  comparison = undefined;
   /** Whether changes are refused, as for another version of the document. */
   readOnly = false;
 
@@ -67,7 +67,10 @@ export class HfsmCanvas extends HTMLElement {
     const key = automaton ? `${page.tab}/${automaton.id}` : "";
     const other = key !== this.#shown;
     if (other) this.#leave();
-    this.scene.update(automaton, {imported: isImporting, problem: problemIn(automaton), marks: this.marks});
+    const {comparison} = this;
+    const shown = automaton && comparison ? comparison.merged(automaton) : automaton;
+    const marks = automaton && comparison?.marks(automaton);
+    this.scene.update(shown, {imported: isImporting, problem: problemIn(automaton), marks});
     this.#shown = key;
     this.svg.setAttribute("aria-label", automaton ? `Automaton ${page.title()}` : "No automaton");
     this.#showEmpty(automaton);

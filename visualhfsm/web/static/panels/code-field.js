@@ -34,7 +34,6 @@ export class CodeField extends LitElement {
     this.ready = false;
     /** Resolves when the editor is there. */
     this.loaded = new Promise((resolve) => (this.#resolve = resolve));
-    this.addEventListener("keydown", keepKeys);
   }
 
   #resolve;
@@ -90,7 +89,7 @@ export class CodeField extends LitElement {
         typed: (text) => this.#draft.type(text),
         undo: () => this.#step("undo"),
         redo: () => this.#step("redo"),
-        save: () => flushEdits().then(() => page.dispatchEvent(new Event("save"))),
+        save: () => page.dispatchEvent(new Event("save")),
         leave: () => page.dispatchEvent(new Event("focus-canvas")),
         problems: () => store.documents.get(this.tab)?.problems ?? [],
       });
@@ -124,11 +123,6 @@ export class CodeField extends LitElement {
   #recheck = ({detail}) => {
     if (detail.tab === this.tab) this.#editor?.recheck();
   };
-}
-
-/** Keys that mean something to the editor must mean nothing else to the page; function keys do only if they were not used. */
-function keepKeys(event) {
-  if (event.defaultPrevented || !/^F\d+$/.test(event.key)) event.stopPropagation();
 }
 
 customElements.define("hfsm-code-field", CodeField);

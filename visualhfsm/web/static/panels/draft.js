@@ -13,10 +13,13 @@ const PAUSE = 250; // ms
 /** @type {Set<Draft>} */
 const waiting = new Set();
 
-/** Send everything that was typed and is not sent yet: before saving, running, and undo. */
+/** Send everything that was typed and is not sent yet; resolves when the document has it. */
 export async function flushEdits() {
   await Promise.all([...waiting].map((draft) => draft.flush()));
 }
+
+// What was typed goes before saving, running, undo and other commands, so that it is part of what they work on.
+store.addEventListener("request", () => flushEdits());
 
 export class Draft {
   /** What stands in the field. */

@@ -4,7 +4,6 @@ import {html, nothing} from "lit";
 import {ask} from "../commands.js";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
-import {flushEdits} from "./draft.js";
 import {moveAmongRows} from "./rows.js";
 
 export class History extends PageElement {
@@ -34,7 +33,6 @@ export class History extends PageElement {
 
   async #go(op, steps) {
     if (!steps) return;
-    await flushEdits();
     await ask(op, {tab: page.tab, steps});
   }
 }

@@ -4,7 +4,6 @@ import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
-import {flushEdits} from "./draft.js";
 import {wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
@@ -108,7 +107,6 @@ export class Search extends PageElement {
       this.hits = null;
       return;
     }
-    await flushEdits();
     try {
       const found = await store.request("search", {text, ...(this.everywhere ? {} : {tab: page.tab})});
       if (number !== this.#asked) return;

@@ -1,0 +1,92 @@
+/** Pictures of automata that stand for themselves: every style is written into the SVG. */
+
+import {page} from "../page.js";
+import {Scene} from "./scene.js";
+import {make} from "./svg.js";
+
+const MARGIN = 24;
+const PIXELS = 2; // of a PNG for one of the drawing
+const MOST_PIXELS = 8000; // in one direction, which browsers still draw
+const INHERITED = ["font-size", "font-weight", "text-anchor"];
+const PRESENTED = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "paint-order", "opacity", ...INHERITED];
+
+/**
+ * The picture of an automaton as an SVG element with its own styles, in light colors.
+ *
+ * @param {import("../store.js").Automaton} automaton
+ * @returns {SVGSVGElement}
+ */
+export function picture(automaton) {
+  const scene = new Scene();
+  const live = make("svg", {class: "for-readers"}, scene.arcs, scene.circles);
+  const {theme} = document.documentElement.dataset;
+  document.documentElement.dataset.theme = "light";
+  document.body.append(live);
+  try {
+    scene.update(automaton, {imported: (state) => state.children.some((id) => page.document.automata.get(id)?.imported), problem: () => undefined});
+    const box = scene.bounds() ?? {left: 0, top: 0, right: 200, bottom: 100};
+    const [width, height] = [Math.ceil(box.right - box.left + 2 * MARGIN), Math.ceil(box.bottom - box.top + 2 * MARGIN)];
+    const [left, top] = [Math.floor(box.left - MARGIN), Math.floor(box.top - MARGIN)];
+    const made = make("svg", {viewBox: `${left} ${top} ${width} ${height}`, width, height, "font-family": "Inter, system-ui, 'DejaVu Sans', Arial, sans-serif"});
+    const title = make("title");
+    title.textContent = page.title(automaton);
+    made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), styled(scene.arcs), styled(scene.circles));
+    return made;
+  } finally {
+    live.remove();
+    document.documentElement.dataset.theme = theme;
+  }
+}
+
+/** A copy of an element with its computed styles as attributes, without what is not seen. */
+function styled(element) {
+  const style = getComputedStyle(element);
+  const copy = element.cloneNode(false);
+  for (const name of ["class", "tabindex", "role", "aria-label", "aria-pressed", "aria-hidden", "data-key", "data-angle"]) copy.removeAttribute(name);
+  if (element.childElementCount === 0 || element.tagName === "text") {
+    for (const name of PRESENTED) {
+      const value = style.getPropertyValue(name);
+      if (value && !(value === "none" && name === "stroke-dasharray") && !(value === "normal" && name === "paint-order")) copy.setAttribute(name, value);
+    }
+  }
+  for (const child of element.childNodes) {
+    if (child.nodeType === Node.TEXT_NODE) copy.append(child.data);
+    else if (!isHidden(child)) copy.append(styled(child));
+  }
+  return copy;
+}
+
+function isHidden(element) {
+  if (["hit", "rim", "grip"].some((name) => element.classList.contains(name))) return true;
+  const {display, fill, stroke} = getComputedStyle(element);
+  return display === "none" || (["path", "circle"].includes(element.tagName) && fill === "none" && stroke === "none");
+}
+
+/** The text of an SVG file. */
+export const svgText = (automaton) => `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(picture(automaton))}\n`;
+
+/** A PNG of an automaton. @returns {Promise<Blob>} */
+export async function pngOf(automaton) {
+  const url = URL.createObjectURL(new Blob([svgText(automaton)], {type: "image/svg+xml"}));
+  try {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    const scale = Math.min(PIXELS, MOST_PIXELS / Math.max(image.width, image.height));
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [Math.ceil(image.width * scale), Math.ceil(image.height * scale)];
+    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+    return await new Promise((resolve, reject) => canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the picture is too large"))), "image/png"));
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}
+
+/** Let the browser save a file. */
+export function download(name, blob) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}

@@ -1,0 +1,62 @@
+/** The whole component as pages: the browser prints them, or saves them as PDF. */
+
+import {html, nothing, render} from "lit";
+
+import {spokenTime, TRIGGERS} from "./canvas/glyphs.js";
+import {picture} from "./canvas/export.js";
+import {outgoing} from "./canvas/scene.js";
+import {ownerOf} from "./outline.js";
+import {page} from "./page.js";
+
+/** Show the print dialog of the browser with the pages of the shown document. */
+export async function printComponent() {
+  const pages = document.createElement("div");
+  pages.className = "pages";
+  render(content(), pages);
+  document.body.append(pages);
+  document.body.classList.add("printing");
+  await new Promise((resolve) => {
+    addEventListener("afterprint", resolve, {once: true});
+    requestAnimationFrame(() => window.print());
+  });
+  document.body.classList.remove("printing");
+  pages.remove();
+}
+
+function content() {
+  const {fields, automata} = page.document;
+  return html`<h1>${page.component}</h1>
+    ${fields.description ? html`<p class="lead">${fields.description}</p>` : nothing}
+    ${table("Parameters", ["name", "type", "default", "description"], fields.parameters)}
+    ${table("Events", ["name", "description"], fields.events)}
+    ${table("Interfaces", ["name", "identity", "type"], fields.interfaces)}
+    ${table("Properties", ["name", "kind", "within", "expression"], fields.properties)}
+    ${[...automata.values()].map(automatonPage)}`;
+}
+
+function automatonPage(automaton) {
+  const owner = ownerOf(page.document, automaton);
+  return html`<section><h2>${page.title(automaton)}</h2>
+    <p>${automaton.imported ? `Comes from ${automaton.imported.file}.` : `A cycle every ${automaton.period} ms.`} ${owner ? `Part of the state ${owner.name}.` : ""}</p>
+    ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing}
+    ${table("Inputs", ["name", "type", "default", "description"], automaton.inputs)}
+    ${code("Variables", automaton.variables)}${code("Functions", automaton.functions)}
+    ${automaton.states.map((state) => html`<h3>State ${state.name}${state.initial ? ", initial" : ""}${state.final ? ", final" : ""}</h3>
+      ${code("Entry", state.entry)}${code("Each cycle", state.code)}${code("Exit", state.exit)}
+      ${outgoing(automaton.transitions.filter(({origin}) => origin === state.id)).map((each) => transition(automaton, each))}`)}</section>`;
+}
+
+function transition(automaton, {name, destination, type, trigger, guard, code: fired}) {
+  const to = automaton.states.find((each) => each.id === destination)?.name ?? "nothing";
+  const what = type === "time" ? `after ${spokenTime(trigger)}` : (TRIGGERS[type]?.word ?? type);
+  return html`<p class="arc">→ <strong>${to}</strong>: ${name}, ${what}</p>
+    ${type === "condition" || type === "event" ? code("", trigger) : nothing}${code("If", guard)}${code("When it fires", fired)}`;
+}
+
+const code = (title, text) => (text.trim() ? html`${title ? html`<h4>${title}</h4>` : nothing}<pre>${text}</pre>` : nothing);
+
+function table(title, columns, rows) {
+  if (!rows?.length) return nothing;
+  return html`<h3>${title}</h3><table><thead><tr>${columns.map((each) => html`<th>${each}</th>`)}</tr></thead>
+    <tbody>${rows.map((row) => html`<tr>${columns.map((each) => html`<td>${row[each]}</td>`)}</tr>`)}</tbody></table>`;
+}
