@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TypeVar
 
 import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
-from codegen.hfsm.document import Document, Text
 from tests.support.documents import document, state, sub, transition
 from tests.support.processes import free_endpoint
-from visualhfsm.places import CodePlace, replace_text
+from tests.support.pushes import Pushes
+from visualhfsm.editing.commands.states import SetStateCode
+from visualhfsm.editing.places import Place
 from visualhfsm.running.service import RunningComponents
-from visualhfsm.web.protocol import Output, OutputLine, Place, RunPush
+from visualhfsm.web.protocol import Output, OutputLine, RunPush
 from visualhfsm.web.services import ServiceError, Source
 from zenoh_ice import Settings
-
-LIMIT = 30.0
-E = TypeVar("E")
 
 
 @pytest.fixture(autouse=True)
@@ -38,31 +35,16 @@ def text(code: str, head: str = "") -> str:
     )  # fmt: skip
 
 
-class Pushes:
-    """What the service published, and a wait for what is to come."""
-
-    def __init__(self) -> None:
-        self.all: list[object] = []
-        self._changed = asyncio.Event()
-
-    def __call__(self, push: object) -> None:
-        self.all.append(push)
-        self._changed.set()
+class Told(Pushes):
+    """What the service published."""
 
     @property
     def lines(self) -> list[OutputLine]:
-        return [line for push in self.all if isinstance(push, Output) for line in push.lines]
+        return [line for push in self.of(Output) for line in push.lines]
 
     @property
     def changes(self) -> list[RunPush]:
-        return [push for push in self.all if isinstance(push, RunPush)]
-
-    async def until(self, find: Callable[[], E | None]) -> E:
-        async with asyncio.timeout(LIMIT):
-            while not (found := find()):
-                self._changed.clear()
-                await self._changed.wait()
-            return found
+        return self.of(RunPush)
 
     async def line(self, wanted: str) -> OutputLine:
         return await self.until(lambda: next((each for each in self.lines if wanted in each.text), None))
@@ -72,7 +54,7 @@ class Pushes:
 
 
 @asynccontextmanager
-async def running(pushes: Pushes) -> AsyncIterator[RunningComponents]:
+async def running(pushes: Told) -> AsyncIterator[RunningComponents]:
     service = RunningComponents(pushes, Settings(realm="test-run", connect=(free_endpoint(),)))
     try:
         yield service
@@ -90,14 +72,13 @@ def source(path: Path, content: str, *, dirty: bool = False, saved: bool = True)
 
 
 def edited(before: Source, code: str) -> Source:
-    changed: Document | None = replace_text(before.document, CodePlace("state", "code", 1, 1), Text(code))
-    assert changed is not None
+    changed = SetStateCode(automaton=1, state=1, part="code", text=code).apply(before.document)
     return Source(before.tab, before.revision + 1, changed, before.path, True)
 
 
 def test_a_saved_document_runs_beside_its_file(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Pushes()
+        pushes = Told()
         async with running(pushes) as service:
             await service.run(source(tmp_path / "walk.xml", text("print('walking')")), [])
             await pushes.line("walking")
@@ -113,7 +94,7 @@ def test_a_saved_document_runs_beside_its_file(tmp_path: Path) -> None:
 
 def test_an_unsaved_document_runs_aside_and_leaves_nothing(tmp_path: Path) -> None:
     async def go() -> str:
-        pushes = Pushes()
+        pushes = Told()
         async with running(pushes) as service:
             await service.run(source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False), [])
             return (await pushes.line("at /")).text.removeprefix("at ")
@@ -126,7 +107,7 @@ def test_an_unsaved_document_runs_aside_and_leaves_nothing(tmp_path: Path) -> No
 
 def test_changes_that_are_not_saved_run_and_do_not_touch_the_component_beside(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Pushes()
+        pushes = Told()
         saved = source(tmp_path / "walk.xml", text("print('old')"))
         (tmp_path / "walk_ext.py").write_text("class WalkExtension:\n    greeting = 'from the extension'\n")
         async with running(pushes) as service:
@@ -139,7 +120,7 @@ def test_changes_that_are_not_saved_run_and_do_not_touch_the_component_beside(tm
 
 def test_an_error_of_the_code_is_led_back_to_the_document(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Pushes()
+        pushes = Told()
         async with running(pushes) as service:
             await service.run(source(tmp_path / "walk.xml", text("\nx = 1\nx / 0\n")), [])
             end = await pushes.end()
@@ -160,7 +141,7 @@ def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
     )
 
     async def go() -> None:
-        pushes = Pushes()
+        pushes = Told()
         async with running(pushes) as service:
             document = source(tmp_path / "walk.xml", text("print('speed', self.speed)", head))
             await service.run(document, ["--speed", "0.75", "--seconds", "0.2"])
@@ -172,7 +153,7 @@ def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
 
 def test_running_again_stops_the_former_process(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Pushes()
+        pushes = Told()
         async with running(pushes) as service:
             document = source(tmp_path / "walk.xml", text("import os; print('pid', os.getpid())"))
             await service.run(document, [])
@@ -190,7 +171,7 @@ def test_running_again_stops_the_former_process(tmp_path: Path) -> None:
 
 def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Pushes()
+        pushes = Told()
         async with running(pushes) as service:
             with pytest.raises(ServiceError, match="not valid Python"):
                 await service.run(source(tmp_path / "walk.xml", text("x = = 1")), [])
@@ -202,7 +183,7 @@ def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
 
 def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) -> None:
     async def go() -> None:
-        async with running(Pushes()) as service:
+        async with running(Told()) as service:
             saved = source(tmp_path / "walk.xml", text("print('old')"))
             written = await service.generate(edited(saved, "print('edited')"))
             assert written == {"path": str(tmp_path / "walk.py")}
@@ -215,7 +196,7 @@ def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) 
 
 def test_what_runs_aside_is_generated_anew_where_it_runs(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Pushes()
+        pushes = Told()
         async with running(pushes) as service:
             document = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
             await service.run(document, [])

@@ -13,9 +13,9 @@ from typing import Final, Literal
 from codegen.hfsm.document import Document
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.places import PlacedLine
 
 from .directory import Generated, RunDirectory
+from .origins import Origin
 from .process import ChildProcess, Lines, Stream
 
 __all__ = ["DocumentSource", "OutputLine", "Run", "RunChange", "Status", "describe_exit"]
@@ -44,7 +44,7 @@ class OutputLine:
 
     stream: Stream
     text: str
-    origin: PlacedLine | None
+    origin: Origin | None
 
 
 @dataclass(frozen=True, slots=True)

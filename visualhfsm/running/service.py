@@ -6,8 +6,7 @@ import asyncio
 from collections.abc import Sequence
 
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.places import CodePlace
-from visualhfsm.web.protocol import Output, Place, RunPush
+from visualhfsm.web.protocol import Output, RunPush
 from visualhfsm.web.protocol import OutputLine as OutputLineMessage
 from visualhfsm.web.services import Publish, ServiceError, Source
 from zenoh_ice import Settings
@@ -92,10 +91,6 @@ def _line(line: OutputLine) -> OutputLineMessage:
     return OutputLineMessage(
         text=line.text,
         stream=line.stream,
-        place=_place(origin.place) if origin else None,
+        place=origin.place if origin else None,
         line=origin.line if origin else 0,
     )
-
-
-def _place(place: CodePlace) -> Place:
-    return Place(kind=place.kind, part=place.part, automaton=place.automaton, id=place.id, name=place.name)

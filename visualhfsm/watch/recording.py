@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from interfaces.hfsm import AutomatonSnapshot, ComponentSnapshot
+from interfaces.hfsm import ComponentSnapshot
 from visualhfsm.watch.automata import Automata
+from visualhfsm.watch.numbers import number_in
+from visualhfsm.watch.state_log import Change, Span, StateLog
 
 __all__ = ["ARM_JOINTS", "Ball", "Change", "Recording", "RobotReading", "Row", "Span", "read_ball"]
 
@@ -18,8 +20,6 @@ ARM_JOINTS: Final = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
 
 _LONGEST: Final = 36_000
 """Rows kept: an hour of snapshots at 10 a second."""
-_LONGEST_HISTORY: Final = 5_000
-"""Changes of state and spans kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,39 +59,24 @@ class Row:
     robot: RobotReading
 
 
-@dataclass(slots=True)
-class Span:
-    """A time during which an automaton stayed in one state, running or as a ghost."""
-
-    automaton: int
-    state: int
-    ghost: bool
-    start: float
-    end: float
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """A change of state, at the component time at which the new state was entered."""
-
-    time: float
-    automaton: int
-    origin: int
-    destination: int
-    transition: int
-
-
 class Recording:
     """A run of one component. Not thread safe: its owner sees to that."""
 
     def __init__(self, automata: Automata) -> None:
         self.automata = automata
         self.rows: deque[Row] = deque(maxlen=_LONGEST)
-        self.changes: deque[Change] = deque(maxlen=_LONGEST_HISTORY)
-        self.spans: deque[Span] = deque(maxlen=_LONGEST_HISTORY)
         self.newest: ComponentSnapshot | None = None
-        self._open: dict[int, Span] = {}
-        self._last: dict[int, AutomatonSnapshot] = {}
+        self._log = StateLog()
+
+    @property
+    def changes(self) -> deque[Change]:
+        """The newest changes of state."""
+        return self._log.changes
+
+    @property
+    def spans(self) -> deque[Span]:
+        """The newest times during which an automaton stayed in one state."""
+        return self._log.spans
 
     @property
     def duration(self) -> float:
@@ -127,36 +112,8 @@ class Recording:
         before = self.newest.time if self.newest else math.inf
         if snapshot.time != before:  # a component that is paused tells the same time again and again
             self.rows.append(Row(snapshot.time, read_ball(self.automata, snapshot), robot))
-        for automaton in snapshot.automata:
-            self._note_change(automaton)
-            self._note_span(automaton, before, snapshot.time)
-            self._last[automaton.id] = automaton
+        self._log.add(snapshot)
         self.newest = snapshot
-
-    def _note_change(self, automaton: AutomatonSnapshot) -> None:
-        last = self._last.get(automaton.id)
-        if last is None or (last.state, last.enteredAt) == (automaton.state, automaton.enteredAt):
-            return
-        if (
-            automaton.lastTransition == 0
-        ):  # the first entry, of an automaton that was a ghost from the beginning
-            return
-        change = Change(
-            automaton.enteredAt, automaton.id, last.state, automaton.state, automaton.lastTransition
-        )
-        self.changes.append(change)
-
-    def _note_span(self, automaton: AutomatonSnapshot, before: float, now: float) -> None:
-        span = self._open.get(automaton.id)
-        if span is not None and (span.state, span.ghost) == (automaton.state, automaton.ghost):
-            span.end = now
-            return
-        # When a state was entered is told exactly; when a ghost came alive, only by the next snapshot.
-        start = automaton.enteredAt if before < automaton.enteredAt <= now else now
-        if span is not None:
-            span.end = start
-        self._open[automaton.id] = Span(automaton.id, automaton.state, automaton.ghost, start, now)
-        self.spans.append(self._open[automaton.id])
 
 
 def read_ball(automata: Automata, snapshot: ComponentSnapshot) -> Ball | None:
@@ -169,7 +126,7 @@ def read_ball(automata: Automata, snapshot: ComponentSnapshot) -> Ball | None:
         variables = automaton.variables
         if automaton.ghost or not {"error_u", "error_v", "ball_seen"} <= variables.keys():
             continue
-        error_u, error_v = _number(variables["error_u"]), _number(variables["error_v"])
+        error_u, error_v = number_in(variables["error_u"]), number_in(variables["error_v"])
         if error_u is None or error_v is None:
             continue
         return Ball(
@@ -180,14 +137,3 @@ def read_ball(automata: Automata, snapshot: ComponentSnapshot) -> Ball | None:
             automata.active_since(snapshot, automaton.id),
         )
     return None
-
-
-def _number(text: str) -> float | None:
-    # NumPy's own numbers show their type: np.float64(1.5).
-    if text.startswith("np.") and text.endswith(")"):
-        text = text[text.find("(") + 1 : -1]
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None

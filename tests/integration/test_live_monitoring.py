@@ -1,0 +1,375 @@
+"""Follow and steer components for the page: real automata, real Zenoh on loopback, a fake robot."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from PIL import Image
+
+from hfsm_runtime import Component
+from hfsm_runtime.monitor import Monitor
+from hfsm_runtime.runtime import Runtime, Status
+from interfaces.nao import PoseHeadPrx
+from naoserver.fake import FakeRobot
+from tests.support.documents import compile_to, document, load, state, sub, transition
+from tests.support.pushes import LIMIT, Pushes
+from tests.support.robot_server import ServedRobot, eventually, served
+from visualhfsm.live.service import Monitoring
+from visualhfsm.live.values import LiveSnapshot, LiveStructure
+from visualhfsm.web.protocol import Snapshot, Stale, Structure
+from visualhfsm.web.services import Components, ServiceError
+from zenoh_ice import Settings, WallClock, initialize
+
+PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
+
+
+def walker(code: str = "beats += 1") -> str:
+    """Return a document: walk, with step and rest below it, and stand."""
+    return document(
+        sub(
+            1, 0, state(1, "walk", code, initial=True, child=2), state(2, "stand"),
+            transition(1, 1, 2, "ball_lost", type="event", name="lost"),
+            transition(2, 2, 1, "False", name="back"), transition(3, 1, 2, "3600000", type="time"),
+            variables="beats = 0", period="20",
+        ),
+        sub(
+            2, 1, state(1, "step", initial=True), state(2, "rest"),
+            transition(1, 1, 2, "tired > 5", name="rest"), transition(2, 2, 1, "False"),
+            variables="tired = 1", period="20",
+        ),
+        head=PARAMETERS,
+    )  # fmt: skip
+
+
+@dataclass
+class Walker:
+    """A component that runs in the test's process, on a session of its own."""
+
+    runtime: Runtime
+    file: Path
+
+
+@pytest.fixture
+def robot() -> Iterator[ServedRobot]:
+    with served(FakeRobot()) as server:
+        yield server
+
+
+@pytest.fixture
+def component(tmp_path: Path) -> Component:
+    return load(compile_to(tmp_path, walker(), "walker"))
+
+
+@pytest.fixture
+def running(robot: ServedRobot, component: Component, tmp_path: Path) -> Iterator[Walker]:
+    with start(robot, component) as runtime:
+        yield Walker(runtime, tmp_path / "walker.xml")
+
+
+@contextmanager
+def start(robot: ServedRobot, component: Component) -> Iterator[Runtime]:
+    with initialize(realm=robot.realm, connect=[robot.endpoint], clock="wall") as communicator:
+        runtime = Runtime(component, WallClock())
+        with Monitor(runtime, communicator):
+            runtime.start()
+            try:
+                yield runtime
+            finally:
+                runtime.stop()
+
+
+@dataclass
+class Page:
+    """What a page has: the service, and what it published."""
+
+    service: Monitoring
+    pushes: Pushes
+
+    async def attach(self) -> Any:
+        await self.pushes.until(lambda: any(c.running for c in self.pushes.of(Components)) or None)
+        return await self.service.attach("walker")
+
+    async def do(self, action: str, **arguments: object) -> Any:
+        return await self.service.control("walker", action, arguments)
+
+    async def snapshot(self, matches: Callable[[LiveSnapshot], object] = lambda _: True) -> LiveSnapshot:
+        push = await self.pushes.next(Snapshot, lambda push: matches(push.value))
+        assert isinstance(push.value, LiveSnapshot)
+        return push.value
+
+
+@asynccontextmanager
+async def page(robot: ServedRobot) -> AsyncIterator[Page]:
+    pushes = Pushes()
+    service = Monitoring(pushes, Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall"))
+    try:
+        yield Page(service, pushes)
+    finally:
+        await service.close()
+
+
+def on_page(robot: ServedRobot, go: Callable[[Page], Awaitable[None]]) -> None:
+    async def run() -> None:
+        async with asyncio.timeout(LIMIT), page(robot) as opened:
+            await go(opened)
+
+    asyncio.run(run())
+
+
+def test_components_come_and_go(robot: ServedRobot, component: Component) -> None:
+    async def go(opened: Page) -> None:
+        with start(robot, component):
+            await opened.pushes.next(Components, lambda push: push.running == [{"component": "walker"}])
+            await opened.service.attach("walker")
+        await opened.pushes.next(Components, lambda push: push.running == [])
+
+    on_page(robot, go)
+
+
+def test_a_component_that_does_not_run_is_not_followed(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        with pytest.raises(ServiceError, match="no component walkr runs; did you mean walker"):
+            await opened.service.attach("walkr")
+        with pytest.raises(ServiceError, match="not followed"):
+            await opened.service.control("walkr", "pause", {})
+
+    on_page(robot, go)
+
+
+def test_structure_and_snapshots_are_published_ten_times_a_second(
+    robot: ServedRobot, running: Walker
+) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        structure = await opened.pushes.until(lambda: next(iter(opened.pushes.of(Structure)), None))
+        assert isinstance(structure.value, LiveStructure)
+        assert [a.name for a in structure.value.structure.automata] == ["walker", "walk"]
+        first = await opened.snapshot()
+        times = [(await opened.snapshot()).component.time for _ in range(20)]
+        assert times[-1] - first.component.time < 4
+        encoded = msgspec.json.decode(msgspec.json.encode(opened.pushes.of(Snapshot)[-1]))
+        assert encoded["value"]["component"]["automata"][0]["variables"].keys() == {"beats"}
+
+    on_page(robot, go)
+
+
+def test_a_change_of_state_is_told_at_once_and_can_be_scrubbed_back_to(
+    robot: ServedRobot, running: Walker
+) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        await opened.snapshot()
+        await opened.do("send", name="ball_lost")
+        changed = await opened.snapshot(lambda live: live.component.automata[0].state == 2)
+        assert changed.component.automata[1].ghost
+        entered = changed.component.automata[0].enteredAt
+        timeline = await opened.do("timeline")
+        assert (entered, 1, 1, 2, 1) in timeline.changes
+        before = msgspec.json.decode(await opened.do("at", time=entered - 1e-6), type=LiveSnapshot)
+        assert before.component.automata[0].state == 1
+        series = await opened.do("series", names=["1.beats", "1:lastCycle"])
+        beats = [value for value in series["values"]["1.beats"] if value is not None]
+        assert beats == sorted(beats)
+        assert len(series["times"]) == len(series["values"]["1:lastCycle"])
+
+    on_page(robot, go)
+
+
+def test_pause_step_and_resume(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        await opened.do("pause")
+        paused = await opened.snapshot(lambda live: live.component.status == 1)
+        cycles = paused.component.automata[0].cycles
+        await opened.do("step", automaton=1, count=3)
+        await opened.snapshot(lambda live: live.component.automata[0].cycles == cycles + 3)
+        await opened.do("resume")
+        await opened.snapshot(lambda live: live.component.status == 0)
+
+    on_page(robot, go)
+
+
+def test_breakpoints_are_set_told_and_stopped_at(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        points = [{"automaton": 2, "state": 2, "transition": 0, "condition": "tired == 9"}]
+        await opened.do("setBreakpoints", breakpoints=points)
+        structure = await opened.pushes.until(
+            lambda: next((p for p in opened.pushes.of(Structure) if p.value.breakpoints), None)
+        )
+        assert structure.value.breakpoints[0].condition == "tired == 9"
+        await opened.do("set", automaton=2, name="tired", value=9)
+        stopped = await opened.snapshot(lambda live: live.component.stoppedAt)
+        assert stopped.component.automata[1].state == 2
+
+    on_page(robot, go)
+
+
+def test_transitions_are_forced_explained_and_variables_set(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        why = await opened.do("explain", automaton=2)
+        assert "tired" in why.transitions[0].reason
+        await opened.do("force", automaton=2, transition=1)
+        await opened.snapshot(lambda live: live.component.automata[1].state == 2)
+        await opened.do("set", automaton=0, name="speed", value=0.75)
+        await opened.snapshot(lambda live: live.component.parameters == {"speed": "0.75"})
+
+    on_page(robot, go)
+
+
+@pytest.mark.parametrize(
+    ("action", "arguments", "reason"),
+    [
+        ("force", {"automaton": 9, "transition": 1}, "9"),
+        ("set", {"automaton": 1, "name": "beats", "value": {}, "more": 1}, "more"),
+        ("set", {"automaton": 1, "name": "nothing", "value": 1}, "nothing"),
+        ("step", {"automaton": "1"}, "int"),
+        ("dance", {}, "dance"),
+        ("at", {}, "time"),
+        ("series", {"names": [1]}, "str"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    robot: ServedRobot, running: Walker, action: str, arguments: dict[str, object], reason: str
+) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        with pytest.raises(ServiceError, match=reason):
+            await opened.do(action, **arguments)
+
+    on_page(robot, go)
+
+
+def test_a_reload_keeps_the_state_and_tells_the_new_structure(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        await opened.do("force", automaton=2, transition=1)
+        await opened.snapshot(lambda live: live.component.automata[1].state == 2)
+        compile_to(running.file.parent, walker("beats -= 1"), "walker")
+        report = await opened.do("reload")
+        assert report.generation == 1
+        await opened.pushes.next(Structure, lambda push: push.value.structure.generation == 1)
+        assert (await opened.snapshot()).component.automata[1].state == 2
+
+    on_page(robot, go)
+
+
+def test_a_lost_component_is_silent_since_then_and_recovers(robot: ServedRobot, component: Component) -> None:
+    async def go(opened: Page) -> None:
+        with start(robot, component):
+            await opened.attach()
+            last = await opened.snapshot()
+        stale = await opened.pushes.until(
+            lambda: next((push for push in opened.pushes.of(Stale) if push.since), None)
+        )
+        assert stale.since >= last.at - 1
+        with start(robot, component):
+            await opened.pushes.next(Stale, lambda push: push.since == 0)
+            again = await opened.snapshot()
+            assert again.component.time < last.component.time + 1
+            await opened.pushes.until(
+                lambda: next((push for push in opened.pushes.of(Structure) if push.value.run == 2), None)
+            )
+
+    on_page(robot, go)
+
+
+def test_a_component_is_stopped(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        await opened.do("stop")
+
+    on_page(robot, go)
+    eventually(lambda: running.runtime.status is Status.HALTED or running.runtime.ended.is_set())
+
+
+def test_the_red_button_stops_the_robot_without_any_component(robot: ServedRobot) -> None:
+    async def go(opened: Page) -> None:
+        with robot.client() as client:
+            head = client.proxy(PoseHeadPrx, "Head")
+            head.setPose(1.5, 0.0, 0.05)
+            eventually(lambda: head.getPose().panSpeed > 0.1)
+            report = await opened.service.control("", "emergencyStop", {})
+            assert report.failed == {}
+            assert {"Head", "Body"} <= set(report.stopped)
+            eventually(lambda: abs(head.getPose().panSpeed) < 0.01)
+            assert head.getPose().pan < 1.4
+
+    on_page(robot, go)
+
+
+def test_the_red_button_stops_the_component_too(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        report = await opened.do("emergencyStop")
+        assert set(report.stopped) | set(report.failed) >= {"Head", "Body", "walker"}
+
+    on_page(robot, go)
+    eventually(running.runtime.ended.is_set)
+
+
+def test_the_robot_is_part_of_the_snapshots(robot: ServedRobot, running: Walker) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        live = await opened.snapshot(lambda live: live.robot.joints and live.robot.health)
+        assert len(live.robot.joints) == 26
+        assert live.robot.pan is not None
+        facts = await opened.service.control("", "facts", {})
+        assert "Camera" in facts.cameras
+        assert {limit.name for limit in facts.limits} == set(live.robot.joints)
+
+    on_page(robot, go)
+
+
+def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> None:
+    async def frames(opened: Page, count: int) -> list[bytes]:
+        found = []
+        stream = opened.service.camera("Camera")
+        async for frame in stream:
+            found.append(frame)
+            if len(found) == count:
+                break
+        await stream.aclose()
+        return found
+
+    async def go(opened: Page) -> None:
+        while "Camera" not in (await opened.service.control("", "facts", {})).cameras:
+            await asyncio.sleep(0.01)
+        for each in await asyncio.gather(frames(opened, 3), frames(opened, 3)):
+            with Image.open(io.BytesIO(each[0])) as image:
+                assert (image.format, image.size) == ("JPEG", (320, 240))
+        with pytest.raises(ServiceError, match="no camera Head"):
+            await anext(opened.service.camera("Head"))
+
+    on_page(robot, go)
+
+
+def test_the_scene_begins_with_the_body_and_goes_on_with_poses(robot: ServedRobot) -> None:
+    async def go(opened: Page) -> None:
+        scene = opened.service.scene()
+        described = json.loads(await anext(scene))
+        order = described["order"]
+        assert order[0] == "torso"
+        assert order[-2:] == ["BallRed", "BallGreen"]
+        async for frame in scene:
+            poses = np.frombuffer(frame, "<f4").reshape(len(order), 7)
+            if not np.isnan(poses).any():
+                break
+        assert np.linalg.norm(poses[:, 3:], axis=1) == pytest.approx(np.ones(len(order)), abs=1e-5)
+        assert 0.2 < poses[0, 2] < 0.4
+        assert np.hypot(*poses[-1, :2]) == pytest.approx(1.0, abs=0.01)
+        await scene.aclose()
+
+    on_page(robot, go)

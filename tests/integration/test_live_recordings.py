@@ -1,0 +1,153 @@
+"""Recordings on the timeline: what a component recorded is shown as if it had been followed."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.processes import free_endpoint
+from tests.support.pushes import LIMIT, Pushes
+from visualhfsm.child import child_environment
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.live.history import History
+from visualhfsm.live.recordings import RecordedRun, open_recording
+from visualhfsm.live.service import Monitoring
+from visualhfsm.live.values import LiveSnapshot
+from visualhfsm.web.services import ServiceError
+from zenoh_ice import Settings
+
+DOCUMENT = document(
+    sub(
+        1, 0, state(1, "walk", "beats += 1", initial=True, child=2), state(2, "stand"),
+        transition(1, 1, 2, "200", type="time", name="enough"), transition(2, 2, 1, "beats < 0"),
+        variables="beats = 0", period="10",
+    ),
+    sub(2, 1, state(1, "step", "if beats > 3:\n    raise ValueError('tripped')", initial=True),
+        variables="beats = 0", period="10"),
+    head="<onerror>continue</onerror>",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the recording of a real run: it walks for 0.2 s, then stands."""
+    folder = tmp_path_factory.mktemp("recorded")
+    component, path = compile_to(folder, DOCUMENT, "walker"), folder / "run.mcap"
+    command = [sys.executable, str(component), "--record", str(path), "--seconds", "0.8", "--clock", "wall"]
+    environment = child_environment() | {"VISUALHFSM_CONNECT": free_endpoint()}
+    subprocess.run(command, env=environment, timeout=LIMIT, check=True, capture_output=True)
+    return path
+
+
+@pytest.fixture(scope="module")
+def run(file: Path) -> RecordedRun:
+    return open_recording(file)
+
+
+def at(history: History, time: float) -> LiveSnapshot:
+    raw = history.at(time)
+    assert raw is not None
+    return msgspec.json.decode(raw, type=LiveSnapshot)
+
+
+def test_the_structure_is_that_of_the_recorded_document(run: RecordedRun) -> None:
+    assert run.name == "walker"
+    assert run.document == DOCUMENT
+    assert [automaton.name for automaton in run.structure.automata] == ["walker", "walk"]
+    assert [t.name for t in run.structure.automata[0].transitions] == ["enough", ""]
+    assert run.complete
+
+
+def test_changes_are_where_they_happened(run: RecordedRun) -> None:
+    (change,) = run.history.timeline().changes
+    assert change[0] == pytest.approx(0.2, abs=0.02)
+    assert change[1:] == (1, 1, 2, 1)
+
+
+def test_each_moment_shows_states_ghosts_timers_and_variables(run: RecordedRun) -> None:
+    early = at(run.history, 0.19).component
+    root, child = early.automata
+    assert (root.state, root.ghost, child.state, child.ghost) == (1, False, 1, False)
+    (timer,) = root.timers
+    assert timer.transition == 1
+    assert early.time > 0.05
+    assert timer.remaining == pytest.approx(0.2 - early.time, abs=0.02)
+    root, child = at(run.history, 9.0).component.automata
+    assert (root.state, root.lastTransition, child.ghost) == (2, 1, True)
+    assert root.timers == []
+    assert [(guard.transition, guard.value) for guard in root.guards] == [(2, False)]
+    assert int(root.variables["beats"]) > 5
+    assert root.cycles > 30
+    assert root.longestCycle >= root.lastCycle >= 0
+
+
+def test_numbers_can_be_plotted(run: RecordedRun) -> None:
+    series = run.history.series(["1.beats"], 0, 10, 100)
+    beats = [value for value in series["values"]["1.beats"] if value is not None]
+    assert beats == sorted(beats)
+    assert beats[-1] > beats[0]
+
+
+def test_one_that_was_cut_off_is_shown_as_far_as_it_goes(file: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    content = file.read_bytes()
+    cut.write_bytes(content[: len(content) * 3 // 4])
+    assert open_recording(cut).history.newest is not None
+
+
+@pytest.mark.parametrize("content", [b"", b"no recording at all", b"\x89MCAP0\r\n", os.urandom(2000)])
+def test_what_is_no_recording_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "other.mcap"
+    path.write_bytes(content)
+    with pytest.raises(VisualHfsmError):
+        open_recording(path)
+
+
+def test_a_chunk_that_would_unpack_to_too_much_is_not(tmp_path: Path, file: Path) -> None:
+    import zstandard
+    from mcap.data_stream import RecordBuilder
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader
+
+    bomb = zstandard.compress(bytes(200 << 20))
+    with file.open("rb") as stream:
+        records = list(StreamReader(stream, emit_chunks=True).records)
+    builder = RecordBuilder()
+    for record in records:
+        if isinstance(record, Chunk):
+            record = Chunk("zstd", bomb, 0, 0, 0, 200 << 20)
+        if hasattr(record, "write"):
+            record.write(builder)
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + builder.end())
+    with pytest.raises(VisualHfsmError, match="tells of no state"):
+        open_recording(path)
+
+
+def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) -> None:
+    async def go() -> None:
+        service = Monitoring(Pushes(), Settings(realm="test-recording", connect=(free_endpoint(),)))
+        try:
+            opened = await service.recording(file)
+            name = opened["component"]
+            assert opened["document"] == DOCUMENT
+            moment = await service.control(name, "at", {"time": 0.1})
+            assert msgspec.json.decode(moment, type=LiveSnapshot).component.automata[0].state == 1
+            timeline = await service.control(name, "timeline", {})
+            assert len(timeline.changes) == 1
+            with pytest.raises(ServiceError, match="cannot be read"):
+                await service.recording(tmp_path / "missing.mcap")
+            await service.detach(name)
+            with pytest.raises(ServiceError, match="not followed"):
+                await service.control(name, "timeline", {})
+        finally:
+            await service.close()
+
+    asyncio.run(asyncio.wait_for(go(), LIMIT))

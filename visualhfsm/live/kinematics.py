@@ -1,0 +1,174 @@
+"""Where the links of a body are, from the angles of its joints.
+
+Rotations are unit quaternions (x, y, z, w). Every link's frame sits at its parent joint and is parallel to
+the torso's when all joints are 0.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from importlib import resources
+from typing import Any, Final, NamedTuple
+
+__all__ = ["BodyGeometry", "Pose", "load_body"]
+
+_FILE: Final = "nao_h25.json"
+_LEVEL: Final = 0.005
+"""Metres by which the other sole must fit better for the body to stand on that one."""
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class Pose(NamedTuple):
+    """A position in m and a rotation."""
+
+    position: Vector
+    rotation: Quaternion
+
+
+_IDENTITY: Final = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A link, the joint that moves it and the link that carries that; the torso has neither."""
+
+    name: str
+    parent: str = ""
+    joint: str = ""
+    axis: Vector = (0.0, 0.0, 1.0)
+    origin: Vector = (0.0, 0.0, 0.0)
+
+
+class BodyGeometry:
+    """A body as `nao_h25.json` beside this module describes it."""
+
+    def __init__(self, text: str) -> None:
+        self.text: Final = text
+        """The description as JSON, for who draws it."""
+        self._described: Mapping[str, Any] = json.loads(text)
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """The links, each after the one that carries it."""
+        return tuple(
+            Link(
+                name=link["name"],
+                parent=link.get("parent", ""),
+                joint=link.get("joint", ""),
+                axis=_vector(link.get("axis", (0, 0, 1))),
+                origin=_vector(link.get("origin", (0, 0, 0))),
+            )
+            for link in self._described["links"]
+        )
+
+    @cached_property
+    def _soles(self) -> dict[str, tuple[Vector, ...]]:
+        return {
+            foot: tuple(_vector(point) for point in outline)
+            for foot, outline in self._described["soles"].items()
+        }
+
+    def poses_in_torso(self, angles: Mapping[str, float]) -> dict[str, Pose]:
+        """Return the pose of each link in the torso's frame; `angles` in rad by joint, else 0."""
+        found: dict[str, Pose] = {}
+        for link in self.links:
+            parent = found.get(link.parent)
+            if parent is None:
+                found[link.name] = _IDENTITY
+                continue
+            angle = angles.get(link.joint, 0.0)
+            found[link.name] = Pose(
+                _moved(parent, link.origin), _product(parent.rotation, _about(link.axis, angle))
+            )
+        return found
+
+    def poses(self, angles: Mapping[str, float]) -> dict[str, Pose]:
+        """Return the pose of each link in the world, in which the body stands level on one of its soles.
+
+        No encoder tells where the torso is: the floor is taken to be below that sole, x to be where the torso
+        looks, and the origin to lie between the feet, as when the robot was put there.
+        """
+        in_torso = self.poses_in_torso(angles)
+        torso = self._standing(in_torso)
+        return {
+            name: Pose(_moved(torso, pose.position), _product(torso.rotation, pose.rotation))
+            for name, pose in in_torso.items()
+        }
+
+    def _standing(self, in_torso: Mapping[str, Pose]) -> Pose:
+        """Return the pose of the torso: that sole is on the floor below which the other one reaches least."""
+        feet = {name: in_torso[name] for name in self._soles if name in in_torso}
+        if not feet:
+            return _IDENTITY
+        best: Pose | None = None
+        least = math.inf
+        for name, foot in feet.items():
+            level = Pose((0.0, 0.0, 0.0), _without_yaw(_conjugate(foot.rotation)))
+            floor = self._lowest(level, name, foot)
+            below = floor - min(self._lowest(level, other, pose) for other, pose in feet.items())
+            if best is None or below < least - _LEVEL:
+                x, y, _ = _moved(level, _middle([pose.position for pose in feet.values()]))
+                best, least = Pose((-x, -y, -floor), level.rotation), below
+        assert best is not None, "there are feet"
+        return best
+
+    def _lowest(self, frame: Pose, name: str, foot: Pose) -> float:
+        return min(_moved(frame, _moved(foot, point))[2] for point in self._soles[name])
+
+
+@lru_cache(maxsize=1)
+def load_body() -> BodyGeometry:
+    """Return the body of the H25."""
+    return BodyGeometry((resources.files(__package__) / _FILE).read_text(encoding="utf-8"))
+
+
+def _vector(values: Sequence[float]) -> Vector:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _middle(points: Sequence[Vector]) -> Vector:
+    x, y, z = (sum(values) / len(points) for values in zip(*points, strict=True))
+    return x, y, z
+
+
+def _about(axis: Vector, angle: float) -> Quaternion:
+    sine = math.sin(angle / 2)
+    return axis[0] * sine, axis[1] * sine, axis[2] * sine, math.cos(angle / 2)
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    return (
+        a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+        a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+        a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+        a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
+    )
+
+
+def _conjugate(a: Quaternion) -> Quaternion:
+    return -a[0], -a[1], -a[2], a[3]
+
+
+def _moved(pose: Pose, point: Vector) -> Vector:
+    """Return a point of a frame in the frame that the pose is given in."""
+    (qx, qy, qz, qw), (x, y, z) = pose.rotation, point
+    # Twice the cross product of the quaternion's vector with the point.
+    tx, ty, tz = 2 * (qy * z - qz * y), 2 * (qz * x - qx * z), 2 * (qx * y - qy * x)
+    return (
+        pose.position[0] + x + qw * tx + qy * tz - qz * ty,
+        pose.position[1] + y + qw * ty + qz * tx - qx * tz,
+        pose.position[2] + z + qw * tz + qx * ty - qy * tx,
+    )
+
+
+def _without_yaw(rotation: Quaternion) -> Quaternion:
+    """Return a rotation turned about the vertical so that its x axis looks along the world's."""
+    x, y, _ = _moved(Pose((0.0, 0.0, 0.0), rotation), (1.0, 0.0, 0.0))
+    return _product(_about((0.0, 0.0, 1.0), -math.atan2(y, x)), rotation)

@@ -1,0 +1,284 @@
+"""Open the recording of a run for the timeline: the same moments as those of a component that is followed."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document
+from codegen.hfsm.document import Document
+from interfaces.hfsm import (
+    AutomatonSnapshot,
+    ComponentSnapshot,
+    ComponentStatus,
+    ComponentStructure,
+    ErrorReport,
+    GuardSnapshot,
+    TimerSnapshot,
+)
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.replay.sources import RecordedSources, read_sources
+
+from .history import History
+from .mcap_file import RawMessage, read_messages
+from .structures import add_state, structure_of
+from .values import LiveSnapshot
+
+__all__ = ["RecordedRun", "open_recording"]
+
+_INTERVAL: Final = 100_000_000
+"""Nanoseconds between two moments, as a monitor's, unless a state changes."""
+_PATIENCE: Final = 12.0
+"""Seconds in which a recording is read; of a longer one only the beginning is shown."""
+_LONGEST_TEXT: Final = 120
+_MOST_ERRORS: Final = 20
+_MOST_AUTOMATA: Final = 10_000
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """A run that was recorded; `document` is the text of its document, empty when it does not hold it.
+
+    `complete` tells whether all of it was read: a long recording takes too long.
+    """
+
+    name: str
+    structure: ComponentStructure
+    history: History
+    file: str
+    document: str
+    complete: bool
+
+
+class _Change(msgspec.Struct):
+    automaton: int
+    name: str
+    state: int
+    state_name: str
+    kind: str
+    at: int
+
+
+class _Cycle(msgspec.Struct):
+    automaton: int
+    begins: bool
+    at: int
+
+
+class _Guard(msgspec.Struct):
+    automaton: int
+    transition: int
+    value: bool
+
+
+class _Firing(msgspec.Struct):
+    automaton: int
+    transition: int
+
+
+class _Variables(msgspec.Struct):
+    automaton: int
+    values: dict[str, Any]
+    gone: list[str] = []
+
+
+class _Timers(msgspec.Struct):
+    automaton: int
+    remaining: dict[str, float]
+
+
+class _Failure(msgspec.Struct):
+    automaton: int
+    message: str
+    location: str = ""
+
+
+class _Action(msgspec.Struct):
+    kind: str
+    arguments: dict[str, Any] = {}
+
+
+_SHAPES: Final[dict[str, Any]] = {
+    "visualhfsm.Change": _Change,
+    "visualhfsm.Cycle": _Cycle,
+    "visualhfsm.Guard": _Guard,
+    "visualhfsm.Firing": _Firing,
+    "visualhfsm.Variables": _Variables,
+    "visualhfsm.Timers": _Timers,
+    "visualhfsm.Failure": _Failure,
+    "visualhfsm.Action": _Action,
+}
+_DECODERS: Final = {name: msgspec.json.Decoder(shape) for name, shape in _SHAPES.items()}
+
+
+def open_recording(path: Path) -> RecordedRun:
+    """Read a recording; raises VisualHfsmError when it is none."""
+    sources = read_sources(path)
+    file, text = _document(sources)
+    document = _parse(file, text)
+    run = _Run(structure_of(document or Document(), sources.name, file), _start(sources))
+    deadline = time.monotonic() + _PATIENCE
+    complete = True
+    for message in read_messages(path):
+        run.take(message)
+        if time.monotonic() > deadline:
+            complete = False
+            break
+    run.finish()
+    if run.history.newest is None:
+        raise VisualHfsmError(f"the recording {path.name} tells of no state of {sources.name}")
+    return RecordedRun(sources.name, run.structure, run.history, file, text, complete)
+
+
+class _Automaton:
+    """What is known of one automaton at the moment that is being read."""
+
+    def __init__(self, id: int) -> None:
+        self.snapshot = AutomatonSnapshot(
+            id=id, state=0, ghost=True, finished=False, lastTransition=0, enteredAt=0.0, timers=[], guards=[],
+            variables={}, cycles=0, overruns=0, lastCycle=0.0, longestCycle=0.0,
+        )  # fmt: skip
+        self.timers: dict[int, float] = {}
+        """Seconds left, by transition, at the time `timed_at`."""
+        self.timed_at = 0
+        self.guards: dict[int, bool] = {}
+        self.began = 0
+
+
+class _Run:
+    def __init__(self, structure: ComponentStructure, start: int) -> None:
+        self.structure = structure
+        self.history = History()
+        self._start = start
+        self._automata: dict[int, _Automaton] = {}
+        self._next = 0
+        self._now = 0
+        self._status = ComponentStatus.Running
+        self._errors: list[ErrorReport] = []
+        self._parameters: dict[str, str] = {}
+
+    def take(self, message: RawMessage) -> None:
+        """Take the next message; one that is malformed is left out."""
+        decoder = _DECODERS.get(message.schema)
+        if decoder is None:
+            return
+        try:
+            decoded = decoder.decode(message.data)
+        except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError):
+            return
+        now = max(self._now, message.time - self._start)
+        if now > self._now and now >= self._next and self._automata:
+            self._tell()
+        self._now = now
+        if isinstance(decoded, _Change):
+            self._change(decoded)
+        elif isinstance(decoded, _Action):
+            self._act(decoded)
+        elif decoded.automaton in self._automata:
+            self._note(self._automata[decoded.automaton], decoded)
+
+    def finish(self) -> None:
+        """Take notice that there are no more messages."""
+        if self._automata:
+            self._tell()
+
+    def _change(self, change: _Change) -> None:
+        if len(self._automata) >= _MOST_AUTOMATA and change.automaton not in self._automata:
+            return
+        add_state(self.structure, change.automaton, change.name, change.state, change.state_name)
+        found = self._automata.setdefault(change.automaton, _Automaton(change.automaton))
+        snapshot = found.snapshot
+        snapshot.ghost = change.kind == "ghost"
+        snapshot.finished = change.kind == "finished"
+        if change.kind == "entered":
+            snapshot.enteredAt = change.at / 1e9
+            found.guards = {}
+        if snapshot.state != change.state or change.kind == "entered":
+            found.timers = {}
+        else:
+            found.timers = self._remaining(found)
+        found.timed_at = change.at
+        snapshot.state = change.state
+        self._next = 0  # a moment of its own, as soon as everything is known that happened at this time
+
+    def _act(self, action: _Action) -> None:
+        if action.kind == "pause":
+            self._status = ComponentStatus.Paused
+        elif action.kind == "resume":
+            self._status = ComponentStatus.Running
+
+    def _note(self, automaton: _Automaton, message: Any) -> None:  # noqa: ANN401 - one of the shapes
+        snapshot = automaton.snapshot
+        match message:
+            case _Cycle(begins=True, at=at):
+                automaton.began = at
+            case _Cycle(at=at):
+                snapshot.cycles += 1
+                snapshot.lastCycle = max(0, at - automaton.began) / 1e9
+                snapshot.longestCycle = max(snapshot.longestCycle, snapshot.lastCycle)
+            case _Guard(transition=transition, value=value):
+                automaton.guards[transition] = value
+            case _Firing(transition=transition):
+                snapshot.lastTransition = transition
+            case _Variables(values=values, gone=gone):
+                kept = {name: text for name, text in snapshot.variables.items() if name not in gone}
+                snapshot.variables = kept | {name: _shown(value) for name, value in values.items()}
+            case _Timers(remaining=remaining):
+                automaton.timed_at = self._now
+                automaton.timers = self._timers(snapshot, remaining)
+            case _Failure(message=text, location=location):
+                report = ErrorReport(self._now / 1e9, snapshot.id, snapshot.state, location, text)
+                self._errors = [*self._errors, report][-_MOST_ERRORS:]
+
+    def _timers(self, snapshot: AutomatonSnapshot, remaining: dict[str, float]) -> dict[int, float]:
+        """Return the seconds that are left by transition; a recording tells them by its name."""
+        automata = (each for each in self.structure.automata if each.id == snapshot.id)
+        return {
+            transition.id: remaining[name]
+            for automaton in automata
+            for transition in automaton.transitions
+            if transition.origin == snapshot.state
+            and (name := transition.name or str(transition.id)) in remaining
+        }
+
+    def _remaining(self, automaton: _Automaton) -> dict[int, float]:
+        passed = 0.0 if automaton.snapshot.ghost else max(0, self._now - automaton.timed_at) / 1e9
+        return {number: max(0.0, left - passed) for number, left in automaton.timers.items()}
+
+    def _tell(self) -> None:
+        self._next = self._now + _INTERVAL
+        automata = []
+        for automaton in self._automata.values():
+            snapshot = msgspec.structs.replace(automaton.snapshot)
+            snapshot.timers = [TimerSnapshot(*timer) for timer in self._remaining(automaton).items()]
+            snapshot.guards = [GuardSnapshot(*guard) for guard in automaton.guards.items()]
+            automata.append(snapshot)
+        component = ComponentSnapshot(
+            time=self._now / 1e9, status=self._status, generation=0, automata=automata,
+            parameters=self._parameters, stoppedAt=[], errors=self._errors,
+        )  # fmt: skip
+        self.history.add(LiveSnapshot((self._start + self._now) / 1e9, component))
+
+
+def _start(sources: RecordedSources) -> int:
+    text = sources.metadata.get("start", "")
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 20 else 0
+
+
+def _document(sources: RecordedSources) -> tuple[str, str]:
+    name, content = sources.files.get("document", ("", b""))
+    return name, content.decode("utf-8", "replace")
+
+
+def _parse(file: str, text: str) -> Document | None:
+    return parse_document(text, Path(file), Diagnostics()) if text else None
+
+
+def _shown(value: object) -> str:
+    """Return a value that stands in JSON as Python would show it."""
+    return repr(value)[:_LONGEST_TEXT]

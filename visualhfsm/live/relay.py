@@ -1,0 +1,135 @@
+"""Follow one component: its structure, what it does moment by moment, and whether it is still heard of."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, HfsmMonitorPrx
+from visualhfsm.watch.discovery import MONITOR_PREFIX
+from visualhfsm.watch.fact import Fact
+from zenoh_ice import Communicator, Sample
+
+from .history import History
+from .robot import RobotWatch
+from .values import LiveSnapshot, LiveStructure
+
+__all__ = ["Relay", "Silence"]
+
+_PACE: Final = 0.02
+"""Least seconds between two moments that are passed on; of more only the newest is."""
+_SILENT: Final = 1.0
+"""Seconds without a word after which a component counts as silent; it speaks ten times a second."""
+
+_logger = logging.getLogger(__name__)
+
+
+class Silence(NamedTuple):
+    """A component is silent since a wall time in s; 0 says that it speaks again."""
+
+    since: float
+
+
+Told = Callable[[LiveSnapshot | LiveStructure | Silence], None]
+
+
+class Relay:
+    """Pass on what one component tells, whenever it is there; `update` it a few times a second.
+
+    `told` is called from any thread, with a snapshot at every change of state and at least ten times a
+    second, with the structure when it is known and when it has changed, and with the beginning and the end of
+    silence. A component that is started anew begins a new history.
+    """
+
+    def __init__(self, communicator: Communicator, component: str, robot: RobotWatch, told: Told) -> None:
+        self.component: Final = component
+        self.identity: Final = f"{MONITOR_PREFIX}{component}"
+        self.monitor: Final = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy(self.identity))
+        self._communicator = communicator
+        self._robot = robot
+        self._told = told
+        self._structure = Fact(self.monitor.getStructureAsync)
+        self._breakpoints: Fact[list[Breakpoint]] = Fact(self.monitor.getBreakpointsAsync)
+        self._told_structure: LiveStructure | None = None
+        self._run = 1
+        self._renewed = False
+        self._history = History()
+        self._heard = time.monotonic()
+        self._heard_at = time.time()
+        self._silent = False
+        self._closed = threading.Event()
+        self._subscription = self.monitor.getSnapshot.subscribe(self._on_snapshot)
+
+    @property
+    def history(self) -> History:
+        """What the component did since it was started, or since it is followed."""
+        return self._history
+
+    @property
+    def structure(self) -> LiveStructure | None:
+        """What does not change; None until it is known."""
+        return self._told_structure
+
+    @property
+    def silence(self) -> Silence:
+        """Whether it is silent."""
+        return Silence(self._heard_at if self._silent else 0.0)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._closed.set()
+        self._subscription.close()
+
+    def forget_breakpoints(self) -> None:
+        """Ask for the breakpoints again: somebody may have changed them."""
+        self._breakpoints.forget()
+
+    def update(self) -> None:
+        """Ask for what is missing, and tell what has changed."""
+        self._update_silence()
+        if self._silent:
+            return
+        if self._renewed:
+            self._renewed = False
+            self._structure.forget()
+            self._breakpoints.forget()
+        structure, breakpoints = self._structure.poll(), self._breakpoints.poll()
+        if structure is not None and not self._is_outdated(structure):
+            told = LiveStructure(structure, self._run, breakpoints or [], self._robot.cameras())
+            if told != self._told_structure:
+                self._told_structure = told
+                self._told(told)
+
+    def _is_outdated(self, structure: ComponentStructure) -> bool:
+        newest = self._history.newest
+        if newest is None or newest.component.generation <= structure.generation:
+            return False
+        self._structure.forget()
+        return True
+
+    def _update_silence(self) -> None:
+        present = self.identity in self._communicator.identities()
+        silent = not present or time.monotonic() - self._heard > _SILENT
+        if silent != self._silent:
+            self._silent = silent
+            self._told(self.silence)
+
+    def _on_snapshot(self, sample: Sample[ComponentSnapshot]) -> None:
+        if self._closed.is_set():
+            return
+        snapshot = sample.value
+        self._heard, self._heard_at = time.monotonic(), time.time()
+        before = self._history.newest
+        if before is not None and snapshot.time < before.component.time:
+            self._run += 1
+            self._history = History()
+            self._renewed = True
+        elif before is not None and snapshot.generation != before.component.generation:
+            self._renewed = True
+        live = LiveSnapshot(sample.wall_time, snapshot, self._robot.read())
+        self._history.add(live)
+        self._told(live)
+        self._closed.wait(_PACE)

@@ -1,0 +1,157 @@
+"""What the robot's servers tell of it, and its red stop button."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any, Final, TypeVar
+
+import msgspec
+
+from interfaces.jderobot import CameraPrx, MotorsPrx
+from interfaces.nao import HealthPrx, JointLimits, JointsPrx, PoseHeadPrx
+from visualhfsm.watch.fact import Fact
+from visualhfsm.watch.scene import STALE, STALE_HEALTH
+from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
+from zenoh_ice.presence import Target
+
+from .values import RobotState
+
+__all__ = ["RobotFacts", "RobotWatch", "StopReport", "has_interface", "stop_robot"]
+
+_STOP_LIMIT: Final = 1.0
+"""Wall seconds in which the robot has to answer to being stopped."""
+
+T = TypeVar("T")
+
+_logger = logging.getLogger(__name__)
+
+
+class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
+    """What does not change: the cameras' names, and the limits of the joints once they are known."""
+
+    cameras: list[str]
+    limits: list[JointLimits]
+
+
+class RobotWatch:
+    """Listen to the robot of a realm; nothing of it needs to be there. `update` it a few times a second."""
+
+    def __init__(self, communicator: Communicator) -> None:
+        self._communicator = communicator
+        proxy = communicator.stringToProxy
+        self._head = PoseHeadPrx.uncheckedCast(proxy("Head"))
+        self._body = JointsPrx.uncheckedCast(proxy("Body"))
+        self._health = HealthPrx.uncheckedCast(proxy("Health"))
+        self._names = Fact(self._body.getJointNamesAsync)
+        self._limits = Fact(self._body.getJointLimitsAsync)
+
+    def update(self) -> None:
+        """Ask for what is missing; without a robot nothing is asked."""
+        if "Body" in self._communicator.identities():
+            self._names.poll()
+            self._limits.poll()
+        elif self._names.value is not None:
+            self._names.forget()  # another robot may come
+            self._limits.forget()
+
+    def facts(self) -> RobotFacts:
+        """Return what does not change."""
+        return RobotFacts(self.cameras(), list(self._limits.value or ()))
+
+    def cameras(self) -> list[str]:
+        """Return the identities of the cameras that are there."""
+        return [
+            identity
+            for identity in self._communicator.identities()
+            if has_interface(self._communicator, identity, CameraPrx.ice_interface.type_id)
+        ]
+
+    def joints(self) -> dict[str, float]:
+        """Return the angles of the joints in rad by name; none when they are unknown or too old."""
+        body, names = _fresh(self._body.getJointState.latest, STALE), self._names.value
+        if body is None or names is None:
+            return {}
+        pairs = zip(names, body.value.positions, strict=False)
+        return {name: angle for name, angle in pairs if math.isfinite(angle)}
+
+    def read(self) -> RobotState:
+        """Return what is known now, without waiting."""
+        head = _fresh(self._head.getPose.latest, STALE)
+        health = _fresh(self._health.getHealth.latest, STALE_HEALTH)
+        return RobotState(
+            joints=self.joints(),
+            pan=head.value.pan if head else None,
+            tilt=head.value.tilt if head else None,
+            health=health.value if health else None,
+        )
+
+
+def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:
+    """Return whether a servant that is there has an interface."""
+    return type_id in communicator.presence.interfaces(Target(communicator.realm, identity))
+
+
+class StopReport(msgspec.Struct, frozen=True, rename="camel"):
+    """What became of stopping the robot: the servants that have stopped, and why the others have not."""
+
+    stopped: list[str]
+    failed: dict[str, str]
+
+
+async def stop_robot(communicator: Communicator) -> StopReport:
+    """Stop the head, the joints and the walk of a robot, all at once, within a second.
+
+    What is not there is left out.
+    """
+    present = set(communicator.identities())
+    calls: dict[str, list[Future[Any]]] = {}
+    failed: dict[str, str] = {}
+    for identity in sorted(present & _STOPS.keys()):
+        try:
+            calls[identity] = _STOPS[identity](communicator)
+        except ZenohIceError as error:
+            failed[identity] = str(error)
+    waiting = {name: asyncio.gather(*map(asyncio.wrap_future, each)) for name, each in calls.items()}
+    if waiting:
+        await asyncio.wait(waiting.values(), timeout=_STOP_LIMIT)
+    for name, answer in waiting.items():
+        if not answer.done():
+            answer.cancel()
+            failed[name] = f"it did not say within {_STOP_LIMIT:g} s that it has stopped"
+        elif (failure := answer.exception()) is not None:
+            failed[name] = str(failure)
+    return StopReport([name for name in calls if name not in failed], failed)
+
+
+def _stop_head(communicator: Communicator) -> Sequence[Future[Any]]:
+    return [PoseHeadPrx.uncheckedCast(communicator.stringToProxy("Head")).stopAsync()]
+
+
+def _stop_body(communicator: Communicator) -> Sequence[Future[Any]]:
+    return [JointsPrx.uncheckedCast(communicator.stringToProxy("Body")).stopAsync()]
+
+
+def _stop_walk(communicator: Communicator) -> Sequence[Future[Any]]:
+    walk = MotorsPrx.uncheckedCast(communicator.stringToProxy("Motors"))
+    return [walk.setVAsync(0.0), walk.setWAsync(0.0), walk.setLAsync(0.0)]
+
+
+_STOPS: Final[Mapping[str, Callable[[Communicator], Any]]] = {
+    "Head": _stop_head,
+    "Body": _stop_body,
+    "Motors": _stop_walk,
+}
+
+
+def _fresh(read: Callable[[], Sample[T] | None], oldest: float) -> Sample[T] | None:
+    """Return the newest sample of a stream, unless it is too old or does not fit the interface."""
+    try:
+        sample = read()
+    except MarshalException as error:
+        _logger.warning("%s", error)
+        return None
+    return sample if sample is not None and sample.age <= oldest else None

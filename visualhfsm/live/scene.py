@@ -1,0 +1,91 @@
+"""The view in 3D: the robot's geometry once, then poses from its encoders and those of the balls.
+
+The first frame is JSON: `nao_h25.json` with the `order` of the poses. Every other frame is float32, little-
+endian, 7 numbers for each name of the order: position in m, and a quaternion (x, y, z, w). What is not known
+is NaN, and should not be drawn.
+"""
+
+from __future__ import annotations
+
+import array
+import asyncio
+import json
+import logging
+import math
+import sys
+import time
+from collections.abc import AsyncGenerator
+from typing import Any, Final
+
+from interfaces.jderobot import Pose3DEncodersPrx
+from zenoh_ice import Communicator, MarshalException
+
+from .kinematics import BodyGeometry, Pose, load_body
+from .robot import RobotWatch
+
+__all__ = ["Scene"]
+
+PERIOD: Final = 1 / 30
+_REPEAT: Final = 1.0
+"""Seconds after which poses that have not changed are sent again."""
+_STALE: Final = 2.0
+_UNKNOWN: Final = Pose((math.nan,) * 3, (math.nan,) * 4)
+
+_logger = logging.getLogger(__name__)
+
+
+class Scene:
+    """What there is to see of one realm."""
+
+    def __init__(self, communicator: Communicator, robot: RobotWatch) -> None:
+        self._robot = robot
+        self._body: BodyGeometry = load_body()
+        described: dict[str, Any] = json.loads(self._body.text)
+        self._balls = {
+            name: Pose3DEncodersPrx.uncheckedCast(communicator.stringToProxy(f"{name}Encoders"))
+            for name in described["balls"]
+        }
+        described["order"] = [*(link.name for link in self._body.links), *self._balls]
+        self._geometry = json.dumps(described, separators=(",", ":")).encode()
+
+    async def frames(self) -> AsyncGenerator[bytes, None]:
+        """Yield the geometry, then poses at most 30 times a second whenever they have changed."""
+        yield self._geometry
+        before, sent = b"", -math.inf
+        while True:
+            began = time.monotonic()
+            poses = self.poses()
+            if poses != before or began - sent > _REPEAT:
+                before, sent = poses, began
+                yield poses
+            await asyncio.sleep(max(0.0, began + PERIOD - time.monotonic()))
+
+    def poses(self) -> bytes:
+        """Return the poses as they are known now."""
+        angles = self._robot.joints()
+        known = self._body.poses(angles) if angles else {}
+        numbers = array.array("f")
+        for link in self._body.links:
+            _append(numbers, known.get(link.name, _UNKNOWN))
+        for name in self._balls:
+            _append(numbers, self._ball(name))
+        if sys.byteorder == "big":
+            numbers.byteswap()
+        return numbers.tobytes()
+
+    def _ball(self, name: str) -> Pose:
+        """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
+        try:
+            sample = self._balls[name].getPose3DEncodersData.latest()
+        except MarshalException as error:
+            _logger.warning("%s", error)
+            return _UNKNOWN
+        if sample is None or sample.age > _STALE:
+            return _UNKNOWN
+        at = sample.value
+        return Pose((at.x * math.cos(at.pan), at.x * math.sin(at.pan), at.z), (0.0, 0.0, 0.0, 1.0))
+
+
+def _append(numbers: array.array[float], pose: Pose) -> None:
+    numbers.extend(pose.position)
+    numbers.extend(pose.rotation)

@@ -1,0 +1,261 @@
+"""Follow and steer the components and the robot of a realm: what the server asks for and is told."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import socket
+from collections.abc import AsyncGenerator, Callable, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import msgspec
+from msgspec import Meta
+
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.steer.addresses import did_you_mean
+from visualhfsm.watch.automata import printable
+from visualhfsm.watch.discovery import components
+from visualhfsm.web.protocol import Snapshot, Stale, Structure
+from visualhfsm.web.services import Components, Publish, ServiceError
+from zenoh_ice import Communicator, Settings, initialize
+
+from .cameras import Cameras
+from .control import control, decode_action
+from .history import History
+from .recordings import RecordedRun, open_recording
+from .relay import Relay, Silence
+from .robot import RobotWatch, stop_robot
+from .scene import Scene
+from .values import LiveSnapshot, LiveStructure
+
+__all__ = ["Monitoring", "free_endpoint"]
+
+_PERIOD: Final = 0.1
+_RECORDING: Final = "recording:"
+_MOST_RECORDINGS: Final = 4
+_STOP_LIMIT: Final = 2.0
+"""Seconds in which a component that is told to stop is waited for before the robot is stopped again."""
+
+_logger = logging.getLogger(__name__)
+
+Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
+
+
+class _Moment(msgspec.Struct, forbid_unknown_fields=True):
+    time: Number
+
+
+class _Series(msgspec.Struct, forbid_unknown_fields=True):
+    names: Annotated[list[Annotated[str, Meta(max_length=1000)]], Meta(max_length=32)]
+    start: Number = 0.0
+    end: Number = 1e12
+    points: Annotated[int, Meta(ge=2, le=10_000)] = 1000
+
+
+class Monitoring:
+    """Implements `visualhfsm.web.services.Live`. Make it on the event loop; it listens until `close`.
+
+    Besides what `control` of this package does, the page may ask `control` for these actions: `timeline`,
+    `at` (a moment of the past by its component time), `series` (numbers over time), `facts` of the robot, and
+    `emergencyStop`, the operator's red button, for which no component needs to be there. A recording that
+    was opened is asked for its past by the name that it was given.
+    """
+
+    def __init__(self, publish: Publish, settings: Settings) -> None:
+        self._publish = publish
+        self._communicator: Final[Communicator] = initialize(settings)
+        self._robot = RobotWatch(self._communicator)
+        self._cameras = Cameras(self._communicator)
+        self._scene = Scene(self._communicator, self._robot)
+        self._relays: dict[str, Relay] = {}
+        self._recordings: dict[str, RecordedRun] = {}
+        self._running: list[str] | None = None
+        self._task = asyncio.create_task(self._keep(), name="monitoring")
+
+    async def attach(self, component: str) -> dict[str, Any]:
+        """Follow a component; return its structure and timeline as far as they are known."""
+        relay = self._relays.get(component)
+        if relay is None:
+            self._require(component)
+            relay = self._relays[component] = Relay(
+                self._communicator, component, self._robot, self._teller(component)
+            )
+            relay.update()
+        return {
+            "structure": relay.structure,
+            "snapshot": relay.history.newest,
+            "timeline": relay.history.timeline(),
+            "since": relay.silence.since,
+            "facts": self._robot.facts(),
+        }
+
+    async def detach(self, component: str) -> None:
+        """Follow it no longer, or let go of a recording."""
+        self._recordings.pop(component, None)
+        relay = self._relays.pop(component, None)
+        if relay is not None:
+            await asyncio.to_thread(relay.close)
+
+    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        """Steer a component, or ask for its past."""
+        try:
+            match action:
+                case "emergencyStop":
+                    return await self._emergency_stop(component)
+                case "facts":
+                    return self._robot.facts()
+                case "timeline":
+                    return self._history(component).timeline()
+                case "at":
+                    return self._history(component).at(msgspec.convert(arguments, _Moment).time)
+                case "series":
+                    asked = msgspec.convert(arguments, _Series)
+                    history = self._history(component)
+                    return await asyncio.to_thread(
+                        history.series, asked.names, asked.start, asked.end, asked.points
+                    )
+            found = decode_action(action, arguments)
+            relay = self._relay(component)
+            try:
+                return await control(relay.monitor, found)
+            finally:
+                relay.forget_breakpoints()
+        except msgspec.ValidationError as error:
+            raise ServiceError(f"{printable(action)[:40]} cannot be asked like this: {error}") from error
+        except ServiceError:
+            raise
+        except VisualHfsmError as error:
+            raise ServiceError(str(error)) from error
+
+    async def recording(self, path: Path) -> dict[str, Any]:
+        """Open the recording of a run; return what the page begins with, and the name to ask for more."""
+        try:
+            run = await asyncio.to_thread(open_recording, path)
+        except VisualHfsmError as error:
+            raise ServiceError(str(error)) from error
+        name = f"{_RECORDING}{path.name}"
+        while len(self._recordings) >= _MOST_RECORDINGS:
+            self._recordings.pop(next(iter(self._recordings)))
+        self._recordings[name] = run
+        return {
+            "component": name,
+            "structure": LiveStructure(run.structure, 1),
+            "snapshot": run.history.at(0.0),
+            "timeline": run.history.timeline(),
+            "file": run.file,
+            "document": run.document,
+            "complete": run.complete,
+        }
+
+    async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
+        """Yield the newest image of a camera, as JPEG, whenever there is a newer one."""
+        try:
+            async with contextlib.aclosing(self._cameras.frames(name)) as frames:
+                async for frame in frames:
+                    yield frame
+        except VisualHfsmError as error:
+            raise ServiceError(str(error)) from error
+
+    async def scene(self) -> AsyncGenerator[bytes, None]:
+        """Yield first the robot's geometry as JSON, then poses whenever they have changed."""
+        async with contextlib.aclosing(self._scene.frames()) as frames:
+            async for frame in frames:
+                yield frame
+
+    async def close(self) -> None:
+        """Stop listening, and end the session."""
+        self._task.cancel()
+        await asyncio.wait({self._task})
+        await asyncio.to_thread(self._close)
+
+    def _close(self) -> None:
+        for relay in self._relays.values():
+            relay.close()
+        self._relays.clear()
+        self._cameras.close()
+        self._communicator.destroy()
+
+    async def _keep(self) -> None:
+        """Look after everything ten times a second."""
+        while True:
+            try:
+                self._robot.update()
+                running = components(self._communicator)
+                if running != self._running:
+                    self._running = running
+                    self._publish(Components([{"component": name} for name in running]))
+                for relay in list(self._relays.values()):
+                    relay.update()
+            except Exception:  # the next round may go well, and without it nothing would be looked after
+                _logger.exception("the components could not be looked after")
+            await asyncio.sleep(_PERIOD)
+
+    def _teller(self, component: str) -> Callable[[LiveSnapshot | LiveStructure | Silence], None]:
+        def tell(told: LiveSnapshot | LiveStructure | Silence) -> None:
+            match told:
+                case LiveSnapshot():
+                    self._publish(Snapshot(component=component, value=told))
+                case LiveStructure():
+                    self._publish(Structure(component=component, value=told))
+                case Silence(since):
+                    self._publish(Stale(component=component, since=since))
+
+        return tell
+
+    def _require(self, component: str) -> None:
+        running = components(self._communicator)
+        if component not in running:
+            hint = did_you_mean(component, running)
+            raise ServiceError(f"no component {printable(component)[:100]} runs{hint}")
+
+    def _relay(self, component: str) -> Relay:
+        relay = self._relays.get(component)
+        if relay is None:
+            raise ServiceError(f"{printable(component)[:100]} is not followed")
+        return relay
+
+    def _history(self, component: str) -> History:
+        run = self._recordings.get(component)
+        return run.history if run is not None else self._relay(component).history
+
+    async def _emergency_stop(self, component: str) -> object:
+        """Stop the robot and the component at once, and the robot again when the component has ended.
+
+        A component may be in the middle of a cycle that commands the robot after the first stop.
+        """
+        relay = self._relays.get(component)
+        if relay is None:
+            return await stop_robot(self._communicator)
+        ending = asyncio.create_task(self._stop_component(relay))
+        await stop_robot(self._communicator)
+        problem = await ending
+        report = await stop_robot(self._communicator)
+        if problem:
+            report.failed[component] = problem
+        else:
+            report.stopped.append(component)
+        return report
+
+    async def _stop_component(self, relay: Relay) -> str:
+        """Let a component end, and wait until it has; return what went wrong."""
+        try:
+            await control(relay.monitor, decode_action("stop", {}))
+        except VisualHfsmError as error:
+            return str(error)
+        deadline = asyncio.get_running_loop().time() + _STOP_LIMIT
+        while relay.identity in self._communicator.identities():
+            if asyncio.get_running_loop().time() > deadline:
+                return f"it has not ended within {_STOP_LIMIT:g} s"
+            await asyncio.sleep(_PERIOD / 10)
+        return ""
+
+
+def free_endpoint() -> str:
+    """Return an endpoint on loopback that nobody listens on at the moment.
+
+    Components that are started here connect to it, so that they are found without any robot.
+    """
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
