@@ -8,6 +8,9 @@ import {
 } from "codemirror";
 import {assistance} from "./assistance.js";
 
+/** Ctrl+M is the page's; Escape leaves the editor, so that Tab need not. */
+const standardKeys = defaultKeymap.filter(({key}) => key !== "Ctrl-m");
+
 const fromDocument = Annotation.define();
 
 const colors = HighlightStyle.define([
@@ -135,7 +138,7 @@ export class Editor {
           {key: "Mod-y", run: run(redo), preventDefault: true},
           {key: "Mod-Shift-z", run: run(redo), preventDefault: true},
         ])),
-        keymap.of([...completionKeymap, ...closeBracketsKeymap, ...searchKeymap, ...foldKeymap, ...lintKeymap, indentWithTab, ...defaultKeymap]),
+        keymap.of([...completionKeymap, ...closeBracketsKeymap, ...searchKeymap, ...foldKeymap, ...lintKeymap, indentWithTab, ...standardKeys]),
         Prec.lowest(keymap.of([{key: "Escape", run: run(leave)}])),
         shared,
         isPython ? [python(), assistance({tab, place, problems})] : [],
