@@ -84,7 +84,7 @@ def coordinate(value: float) -> float:
     if not math.isfinite(value) or abs(value) > _FARTHEST:
         why = f"{value} is not within {_FARTHEST:.0f} pixels of the middle"
         raise EditError("Cannot move that far", why, "bring it nearer to the others")
-    return round(value, 2)
+    return round(float(value), 2)
 
 
 def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever the node has

@@ -325,7 +325,7 @@ class DocumentSession:
 
     def _apply(self, command: Command, name: str, *, merge: bool, size: int) -> None:
         document = command.apply(self.document)
-        if document is self.document:
+        if document == self.document:  # what they share is told by its identity
             return
         bound = self._size_bound + _GROWTH + _ESCAPED * size
         if bound > MAX_SIZE:

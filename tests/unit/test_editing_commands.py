@@ -1,0 +1,462 @@
+"""Each command of the editor, on documents in order and on odd ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from codegen.hfsm import write_document
+from codegen.hfsm.document import (
+    Argument,
+    Automaton,
+    Comment,
+    Document,
+    Leaf,
+    Parameter,
+    State,
+    Text,
+    Transition,
+)
+from tests.support.editing import tree
+from visualhfsm.editing.commands import COMMANDS, Command, decode_command, encode_command
+from visualhfsm.editing.commands.automata import (
+    AddAutomaton,
+    AddRoot,
+    DeleteAutomaton,
+    ReorderAutomaton,
+    RepairNumbers,
+    SetAutomatonCode,
+    SetImport,
+    SetPeriod,
+)
+from visualhfsm.editing.commands.component import (
+    AddEvent,
+    AddInterface,
+    AddLibrary,
+    AddParameter,
+    AddProperty,
+    ChangeEvent,
+    ChangeInterface,
+    ChangeLibrary,
+    ChangeParameter,
+    ChangeProperty,
+    SetComponentText,
+)
+from visualhfsm.editing.commands.entries import RemoveEntry, ReorderEntry
+from visualhfsm.editing.commands.items import (
+    AlignStates,
+    DeleteItems,
+    DistributeStates,
+    MoveItems,
+    PlaceItems,
+    Placement,
+    ResetHandles,
+)
+from visualhfsm.editing.commands.states import (
+    AddState,
+    MarkFinal,
+    MarkInitial,
+    RemoveArgument,
+    RenameState,
+    SetArgument,
+    SetHistory,
+    SetStateCode,
+)
+from visualhfsm.editing.commands.transitions import (
+    AddTransition,
+    RenameTransition,
+    ReorderTransition,
+    RetargetTransition,
+    SetPriority,
+    SetTransitionCode,
+    SetTransitionType,
+)
+from visualhfsm.editing.errors import EditError
+from visualhfsm.editing.fragments import parse
+
+
+def automaton(document: Document, id: int = 1) -> Automaton:
+    found = document.automaton(id)
+    assert found is not None
+    return found
+
+
+def state(document: Document, id: int, of: int = 1) -> State:
+    found = automaton(document, of).state(id)
+    assert found is not None
+    return found
+
+
+def transition(document: Document, id: int, of: int = 1) -> Transition:
+    return next(each for each in automaton(document, of).transitions if each.id == id)
+
+
+def names(document: Document, of: int = 1) -> list[str]:
+    return [each.name for each in automaton(document, of).states]
+
+
+def test_a_first_state_is_initial_and_all_get_numbers_and_names_of_their_own() -> None:
+    document = AddRoot().apply(Document())
+    for x in (0.0, 50.123456):
+        document = AddState(automaton=1, x=x, y=-1).apply(document)
+    first, second = automaton(document).states
+    assert (first.id, first.name, first.initial) == (1, "state 1", True)
+    assert (second.id, second.name, second.initial, second.x) == (2, "state 2", False, 50.12)
+
+
+def test_the_number_of_a_deleted_state_does_not_come_back_while_a_transition_names_it() -> None:
+    document = Document(automata=(Automaton(id=1, transitions=(Transition(id=1, origin=5, destination=5),)),))
+    assert state(AddState(automaton=1, x=0, y=0).apply(document), 6).name == "state 6"
+
+
+def test_a_state_is_renamed_and_its_pieces_of_code_are_set() -> None:
+    document = RenameState(automaton=1, state=1, name="<rest>").apply(tree())
+    for part in ("entry", "code", "exit"):
+        document = SetStateCode(automaton=1, state=1, part=part, text=f"{part} = 1\n").apply(document)
+    changed = state(document, 1)
+    assert (changed.name, changed.entry.text, changed.code.text, changed.exit.text) == (
+        "<rest>", "entry = 1\n", "code = 1\n", "exit = 1\n"
+    )  # fmt: skip
+
+
+def test_only_one_state_is_initial() -> None:
+    document = MarkInitial(automaton=1, state=2).apply(tree())
+    assert [each.initial for each in automaton(document).states] == [False, True]
+
+
+def test_a_state_is_final_and_no_more() -> None:
+    document = MarkFinal(automaton=1, state=1, final=True).apply(tree())
+    assert state(document, 1).final
+    assert not state(MarkFinal(automaton=1, state=1, final=False).apply(document), 1).final
+
+
+def test_the_history_of_a_state_is_set() -> None:
+    assert (
+        state(SetHistory(automaton=1, state=2, history="restart").apply(tree()), 2).history.text == "restart"
+    )
+
+
+def test_arguments_are_added_changed_and_removed() -> None:
+    document = SetArgument(automaton=1, state=2, name="times", value="3", child=2).apply(tree())
+    document = SetArgument(automaton=1, state=2, name="times", value="4", child=2).apply(document)
+    assert state(document, 2).arguments == (Argument(name="times", child=2, value=Text("4")),)
+    assert (
+        state(RemoveArgument(automaton=1, state=2, name="times", child=2).apply(document), 2).arguments == ()
+    )
+    with pytest.raises(EditError, match="it has no name"):
+        SetArgument(automaton=1, state=2, name=" ", value="").apply(document)
+
+
+def test_a_transition_is_added_with_a_handle_of_its_own() -> None:
+    document = AddTransition(automaton=1, origin=1, destination=2, type="time").apply(tree())
+    document = AddTransition(automaton=1, origin=1, destination=2).apply(document)
+    document = AddTransition(automaton=1, origin=1, destination=1).apply(document)
+    new = automaton(document).transitions[2:]
+    assert [(each.id, each.type) for each in new] == [(3, "time"), (4, "condition"), (5, "condition")]
+    handles = {(each.x, each.y) for each in automaton(document).transitions}
+    assert len(handles) == 5
+    assert (new[2].x, new[2].y) == (100.0, 10.0)
+
+
+def test_a_transition_needs_its_states() -> None:
+    with pytest.raises(EditError, match="state 9 of automaton 1: it is not there"):
+        AddTransition(automaton=1, origin=1, destination=9).apply(tree())
+
+
+def test_an_end_of_a_transition_is_led_elsewhere_and_its_place_in_the_order_stays() -> None:
+    document = RetargetTransition(automaton=1, transition=1, destination=1).apply(tree())
+    assert [each.id for each in automaton(document).transitions] == [1, 2]
+    moved = transition(document, 1)
+    assert (moved.origin, moved.destination, moved.x, moved.y) == (1, 1, 100.0, 10.0)
+
+
+def test_a_condition_goes_on_as_a_guard_and_comes_back() -> None:
+    document = SetTransitionType(automaton=1, transition=1, type="event", trigger="call").apply(tree())
+    changed = transition(document, 1)
+    assert (changed.type, changed.trigger.text, changed.guard.text) == ("event", "call", "x > 1")
+    back = transition(SetTransitionType(automaton=1, transition=1, type="condition").apply(document), 1)
+    assert (back.type, back.trigger.text, back.guard.text) == ("condition", "x > 1", "")
+    finished = transition(SetTransitionType(automaton=1, transition=1, type="finished").apply(document), 1)
+    assert (finished.trigger.text, finished.guard.text) == ("", "x > 1")
+
+
+def test_the_texts_of_a_transition_are_set() -> None:
+    document = RenameTransition(automaton=1, transition=1, name="on").apply(tree())
+    for part in ("trigger", "guard", "fired"):
+        document = SetTransitionCode(automaton=1, transition=1, part=part, text=part).apply(document)
+    document = SetPriority(automaton=1, transition=1, priority="2").apply(document)
+    new = transition(document, 1)
+    assert (new.name, new.trigger.text, new.guard.text, new.code.text, new.priority.text) == (
+        "on", "trigger", "guard", "fired", "2"
+    )  # fmt: skip
+
+
+def test_transitions_change_places_where_none_has_a_priority() -> None:
+    document = tree()
+    for _ in range(2):
+        document = AddTransition(automaton=1, origin=1, destination=2).apply(document)
+    document = ReorderTransition(automaton=1, transition=4, index=0).apply(document)
+    assert [each.id for each in automaton(document).transitions] == [4, 2, 1, 3]
+    assert [each.id for each in automaton(document).outgoing(1)] == [4, 1, 3]
+
+
+def test_transitions_get_priorities_where_one_has_one() -> None:
+    document = AddTransition(automaton=1, origin=1, destination=2).apply(tree())
+    document = SetPriority(automaton=1, transition=3, priority="7").apply(document)
+    document = ReorderTransition(automaton=1, transition=1, index=0).apply(document)
+    assert [(each.id, each.priority.text) for each in automaton(document).transitions] == [
+        (1, "1"), (2, ""), (3, "2")
+    ]  # fmt: skip
+
+
+def test_deleting_a_state_takes_all_that_hangs_on_it() -> None:
+    document = DeleteItems(automaton=1, states=(2,)).apply(tree())
+    assert [each.id for each in document.automata] == [1]
+    assert names(document) == ["wait"]
+    assert automaton(document).transitions == ()
+
+
+def test_deleting_leaves_an_automaton_that_another_state_owns_too() -> None:
+    document = tree()
+    root = automaton(document)
+    shared = replace(root, states=(replace(root.states[0], children=(3,)), root.states[1]))
+    document = replace(document, automata=(shared, *document.automata[1:]))
+    assert [each.id for each in DeleteItems(automaton=1, states=(2,)).apply(document).automata] == [1, 3]
+
+
+def test_deleting_in_a_tree_that_bites_its_tail_keeps_what_is_above() -> None:
+    document = Document(
+        automata=(
+            Automaton(id=1, states=(State(id=1, name="a", children=(2,)),)),
+            Automaton(id=2, father=1, states=(State(id=1, name="b", children=(1, 2)),)),
+        )
+    )
+    assert [each.id for each in DeleteItems(automaton=2, states=(1,)).apply(document).automata] == [1, 2]
+
+
+def test_an_automaton_is_deleted_with_its_arguments_and_all_below() -> None:
+    document = SetArgument(automaton=1, state=2, name="n", value="1", child=2).apply(tree())
+    document = DeleteAutomaton(automaton=2).apply(document)
+    assert [each.id for each in document.automata] == [1, 3]
+    assert (state(document, 2).children, state(document, 2).arguments) == ((3,), ())
+    with pytest.raises(EditError, match="Cannot delete the root"):
+        DeleteAutomaton(automaton=1).apply(document)
+
+
+def test_a_state_gets_further_automata_and_they_change_places() -> None:
+    document = AddAutomaton(automaton=1, state=2).apply(tree())
+    assert state(document, 2).children == (2, 3, 5)
+    assert automaton(document, 5) == Automaton(id=5, father=1)
+    assert state(ReorderAutomaton(automaton=5, index=0).apply(document), 2).children == (5, 2, 3)
+
+
+def test_moving_takes_handles_along() -> None:
+    document = MoveItems(automaton=1, states=(1,), dx=10, dy=20).apply(tree())
+    assert (state(document, 1).x, state(document, 1).y) == (110.0, 120.0)
+    assert (transition(document, 1).x, transition(document, 1).y) == (205.0, 90.0)
+    both = MoveItems(automaton=1, states=(1, 2), transitions=(1,), dx=10, dy=20).apply(tree())
+    assert [(each.x, each.y) for each in automaton(both).transitions] == [(210.0, 100.0), (210.0, 140.0)]
+
+
+def test_nothing_moves_off_the_canvas() -> None:
+    for dx in (1e9, float("nan"), float("inf")):
+        with pytest.raises(EditError, match="Cannot move that far"):
+            MoveItems(automaton=1, states=(1,), dx=dx, dy=0).apply(tree())
+
+
+@pytest.mark.parametrize(
+    ("to", "places"),
+    [
+        ("left", [(100, 100), (100, 100)]),
+        ("right", [(300, 100), (300, 100)]),
+        ("center", [(200, 100), (200, 100)]),
+        ("bottom", [(100, 100), (300, 100)]),
+    ],
+)
+def test_states_are_aligned(to: str, places: list[tuple[int, int]]) -> None:
+    document = AlignStates(automaton=1, states=(1, 2), to=to).apply(tree())
+    assert [(each.x, each.y) for each in automaton(document).states] == places
+
+
+def test_states_are_distributed_between_the_outermost() -> None:
+    document = tree()
+    for x in (110.0, 120.0):
+        document = AddState(automaton=1, x=x, y=100).apply(document)
+    document = DistributeStates(automaton=1, states=(1, 2, 3, 4), along="x").apply(document)
+    assert [each.x for each in automaton(document).states] == [100.0, 300.0, 166.67, 233.33]
+
+
+def test_a_layout_places_many_and_handles_stand_by_themselves() -> None:
+    placements = (
+        Placement(automaton=1, states=((1, 0.0, 0.0), (2, 0.0, 200.0)), transitions=((2, 5.0, 6.0),)),
+        Placement(automaton=2, states=((1, 7.0, 8.0),)),
+    )
+    document = PlaceItems(placements=placements).apply(tree())
+    assert [(each.x, each.y) for each in automaton(document).states] == [(0.0, 0.0), (0.0, 200.0)]
+    assert [(each.x, each.y) for each in automaton(document).transitions] == [(0.0, 100.0), (5.0, 6.0)]
+    assert state(document, 1, of=2).y == 8.0
+
+
+def test_handles_go_back_where_they_stand_by_themselves() -> None:
+    document = ResetHandles(automaton=1, transitions=(1, 2)).apply(tree())
+    assert [(each.x, each.y) for each in automaton(document).transitions] == [(200.0, 100.0), (200.0, 150.0)]
+
+
+def test_the_data_of_an_automaton_is_set() -> None:
+    document = SetPeriod(automaton=2, period="50").apply(tree())
+    document = SetAutomatonCode(automaton=2, part="variables", text="n = 0").apply(document)
+    document = SetAutomatonCode(automaton=2, part="functions", text="def f(self): pass").apply(document)
+    new = automaton(document, 2)
+    assert (new.iteration_time.text, new.variables.text, new.functions.text) == (
+        "50",
+        "n = 0",
+        "def f(self): pass",
+    )
+
+
+def test_an_empty_automaton_imports_and_no_more() -> None:
+    document = AddAutomaton(automaton=1, state=1).apply(tree())
+    document = SetImport(automaton=5, file="search.xml", source=2).apply(document)
+    document = SetImport(automaton=5, file="other.xml").apply(document)
+    imported = automaton(document, 5).imported
+    assert imported is not None
+    assert (imported.file.text, imported.automaton) == ("other.xml", 0)
+    with pytest.raises(EditError, match="comes from another file"):
+        AddState(automaton=5, x=0, y=0).apply(document)
+    assert automaton(SetImport(automaton=5, file="").apply(document), 5).imported is None
+    with pytest.raises(EditError, match="of its own"):
+        SetImport(automaton=2, file="search.xml").apply(document)
+    with pytest.raises(EditError, match="it is the root"):
+        SetImport(automaton=1, file="search.xml").apply(document)
+
+
+def test_a_renamed_input_takes_its_arguments_along() -> None:
+    document = AddParameter(automaton=2, name="times", type="int", default="1").apply(tree())
+    for child in (0, 2, 3):
+        document = SetArgument(automaton=1, state=2, name="times", value="2", child=child).apply(document)
+    document = ChangeParameter(automaton=2, index=0, name="rounds").apply(document)
+    assert automaton(document, 2).inputs == (Parameter(name="rounds", type=Text("int"), default=Text("1")),)
+    assert [each.name for each in state(document, 2).arguments] == ["rounds", "rounds", "times"]
+
+
+def test_the_data_of_a_component_is_set() -> None:
+    document = tree()
+    for part, text in (("description", "waits"), ("onError", "continue"), ("language", "C++")):
+        document = SetComponentText(part=part, text=text).apply(document)
+    assert (document.description.text, document.on_error.text, document.language.text) == (
+        "waits",
+        "continue",
+        "C++",
+    )
+
+
+@pytest.mark.parametrize(
+    ("add", "change", "list_name"),
+    [
+        (AddParameter(), ChangeParameter(index=0, name="speed", default="1.0"), "parameters"),
+        (AddEvent(), ChangeEvent(index=0, name="go home", description="x"), "events"),
+        (AddProperty(), ChangeProperty(index=0, kind="never", within="5", expression="wait"), "properties"),
+        (AddLibrary(name="cv2"), ChangeLibrary(index=0, name="numpy as np"), "libraries"),
+        (AddInterface(), ChangeInterface(index=0, name="head", proxy="Head", type="PoseHead"), "interfaces"),
+    ],
+    ids=["parameter", "event", "property", "library", "interface"],
+)
+def test_entries_are_added_changed_moved_and_removed(add: Command, change: Command, list_name: str) -> None:
+    document = add.apply(add.apply(tree()))
+    added = getattr(document, list_name)
+    assert len({each.name for each in added}) == (1 if list_name == "libraries" else 2)
+    document = change.apply(document)
+    first, second = getattr(document, list_name)
+    assert first != added[0]
+    assert second == added[1]
+    document = ReorderEntry(list=list_name, index=0, to=1).apply(document)
+    assert getattr(document, list_name) == (second, first)
+    document = RemoveEntry(list=list_name, index=0).apply(document)
+    assert getattr(document, list_name) == (first,)
+    with pytest.raises(EditError, match="there are 1"):
+        RemoveEntry(list=list_name, index=1).apply(document)
+    assert parse(write_document(document), "Cannot read") == document
+
+
+def test_numbers_that_two_share_are_told_and_repaired() -> None:
+    twins = (State(id=1, name="a"), State(id=1, name="b"))
+    arrows = (Transition(id=1, origin=1, destination=1), Transition(id=1, origin=1, destination=1))
+    document = Document(automata=(Automaton(id=1, states=twins, transitions=arrows), Automaton(id=1)))
+    with pytest.raises(EditError, match="Repair numbers"):
+        RenameState(automaton=1, state=1, name="c").apply(document)
+    repaired = RepairNumbers().apply(document)
+    assert [each.id for each in repaired.automata] == [1, 2]
+    assert [each.id for each in repaired.automata[0].states] == [1, 2]
+    assert [each.id for each in repaired.automata[0].transitions] == [1, 2]
+    assert state(RenameState(automaton=1, state=1, name="c").apply(repaired), 1).name == "c"
+
+
+def test_text_that_no_file_can_hold_is_refused_with_its_line() -> None:
+    with pytest.raises(EditError, match=r"line 2 has the control character U\+001B"):
+        SetStateCode(automaton=1, state=1, part="code", text="a\n\x1b").apply(tree())
+    with pytest.raises(EditError, match="more than"):
+        SetStateCode(automaton=1, state=1, part="code", text="x" * (1 << 21)).apply(tree())
+
+
+def test_a_comment_inside_a_text_stays_when_the_text_is_changed() -> None:
+    leaf = Leaf(tag="code", text="a", children=(Comment("why", "b"),))
+    with_comment = State(id=1, name="s", code=Text("ab"), leaves=(leaf,))
+    document = Document(automata=(Automaton(id=1, states=(with_comment,)),))
+    assert parse(write_document(document), "Cannot read") == document
+    document = SetStateCode(automaton=1, state=1, part="code", text="c").apply(document)
+    assert "<code>c<!--why--></code>" in write_document(document)
+    assert parse(write_document(document), "Cannot read") == document
+
+
+def test_a_command_that_changes_nothing_returns_the_document_itself() -> None:
+    document = tree()
+    for command in (
+        RenameState(automaton=1, state=1, name="wait"),
+        MoveItems(automaton=1, states=(1,), dx=0, dy=0),
+        MarkInitial(automaton=1, state=1),
+        RetargetTransition(automaton=1, transition=1, destination=2),
+        RemoveArgument(automaton=1, state=1, name="x"),
+    ):
+        assert command.apply(document) is document, command
+
+
+def test_commands_come_as_json() -> None:
+    command = decode_command('{"command": "addState", "automaton": 1, "x": 10, "y": 20}')
+    assert command == AddState(automaton=1, x=10.0, y=20.0)
+    assert decode_command(encode_command(command)) == command
+    assert len({each.__struct_config__.tag for each in COMMANDS}) == len(COMMANDS)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "{}",
+        "[]",
+        "{",
+        '{"command": "formatDisk"}',
+        '{"command": "addState", "automaton": -1, "x": 0, "y": 0}',
+        '{"command": "addState", "automaton": 1, "x": "0", "y": 0}',
+        '{"command": "addState", "automaton": 1, "x": 0, "y": 0, "z": 0}',
+        '{"command": "addState", "automaton": 1, "x": NaN, "y": 0}',
+        '{"command": "setStateCode", "automaton": 1, "state": 1, "part": "id", "text": "7"}',
+        '{"command": "renameState", "automaton": 1, "state": 1, "name": "\\ud800"}',
+        b"\xff",
+    ],
+)
+def test_json_that_is_no_command_is_refused(content: str | bytes) -> None:
+    with pytest.raises(EditError, match="Cannot understand the command"):
+        decode_command(content)
+
+
+def test_every_command_is_named_by_what_it_does() -> None:
+    document = tree()
+    for command, title in (
+        (RenameState(automaton=1, state=1, name="x"), "Rename “wait”"),
+        (DeleteItems(automaton=1, states=(1, 2), transitions=(1,)), "Delete 2 states and 1 transition"),
+        (AddTransition(automaton=1, origin=1, destination=2), "Add a transition from “wait” to “work”"),
+        (SetStateCode(automaton=1, state=1, part="entry", text=""), "Edit the entry code of “wait”"),
+        (AddInterface(), "Add an interface"),
+        (RemoveEntry(list="properties", index=0), "Remove a property"),
+    ):
+        assert command.title(document) == title

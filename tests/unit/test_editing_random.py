@@ -1,0 +1,92 @@
+"""Commands at random: whatever is done can be saved, read again, undone and done again.
+
+`EDITING_SEQUENCES=200` runs as many sequences of 100 commands; 60 are the habit.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from codegen.hfsm import write_document
+from codegen.hfsm.document import Automaton, Document, State, Transition
+from tests.support.editing import choose_command, tree
+from visualhfsm.editing.commands import decode_command, encode_command
+from visualhfsm.editing.errors import EditError
+from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.session import DocumentSession
+
+SEQUENCES = int(os.environ.get("EDITING_SEQUENCES", "60"))
+COMMANDS_EACH = 100
+
+ODD = Document(
+    automata=(
+        Automaton(
+            id=1,
+            states=(
+                State(id=1, name="one", children=(1, 7)),
+                State(id=1, name="twin", children=(2,)),
+                State(id=2, name="two", initial=True, children=(2, 3, 3)),
+            ),
+            transitions=(
+                Transition(id=1, origin=1, destination=9),
+                Transition(id=1, origin=0, destination=0),
+                Transition(id=2, origin=2, destination=2),
+            ),
+        ),
+        Automaton(id=2, father=3, states=(State(id=1, name="loop", children=(1, 3)),)),
+        Automaton(id=3, father=2, states=(State(id=4, name="loop", children=(2,)),)),
+        Automaton(id=3, father=8),
+        Automaton(id=5, father=0),
+    )
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("start", [tree(), Document(), ODD], ids=["tree", "empty", "odd"])
+@settings(
+    max_examples=max(1, SEQUENCES // 3),
+    deadline=None,
+    phases=[Phase.explicit, Phase.reuse, Phase.generate],
+)
+@given(seed=st.integers(0, 2**32))
+def test_every_sequence_of_commands_can_be_saved_undone_and_done_again(
+    tmp_path_factory: pytest.TempPathFactory, start: Document, seed: int
+) -> None:
+    random = Random(seed)
+    session = DocumentSession.new(start, "random", journals=tmp_path_factory.getbasetemp() / "journals")
+    try:
+        original = write_document(session.document)
+        for _ in range(COMMANDS_EACH):
+            before = session.document
+            command = choose_command(random, before)
+            assert decode_command(encode_command(command)) == command
+            try:
+                session.do(command)
+            except EditError:
+                assert session.document is before
+                continue
+            after = session.document
+            text = write_document(after)
+            assert parse(text, "Cannot read") == after
+            if after is not before:
+                assert text != write_document(before)
+        last = write_document(session.document)
+        names = session.undo_names
+        while session.undo_names:
+            session.undo()
+        assert write_document(session.document) == original
+        assert session.redo_names == names[::-1]
+        while session.redo_names:
+            session.redo()
+        assert write_document(session.document) == last
+    finally:
+        session.close(discard=True)
+
+
+def test_the_odd_document_is_one_that_can_be_saved() -> None:
+    assert parse(write_document(ODD), "Cannot read", Path("odd.xml")) == ODD
