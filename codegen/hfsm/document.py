@@ -225,6 +225,13 @@ class Automaton(Node):
         found = [transition for transition in self.transitions if transition.origin == state]
         return tuple(sorted(found, key=_rank))
 
+    def all_outgoing(self) -> dict[int, tuple[Transition, ...]]:
+        """Return what `outgoing` returns for each state that transitions leave, by its id."""
+        found: dict[int, list[Transition]] = {}
+        for transition in self.transitions:
+            found.setdefault(transition.origin, []).append(transition)
+        return {state: tuple(sorted(leaving, key=_rank)) for state, leaving in found.items()}
+
 
 def _rank(transition: Transition) -> float:
     digits = transition.priority.text.strip()

@@ -44,9 +44,11 @@ class _Flow:
         self._late: _Names = frozenset(bound) - self._declared
         """The names that have no value at first."""
         self._set_with: dict[str, _Names] = {}
-        for name in bound:
-            setting = [found.assigned for found in self._pieces.values() if name in found.assigned]
-            self._set_with[name] = frozenset(set.intersection(*setting))
+        """The names that are assigned by whatever assigns one."""
+        for found in self._pieces.values():
+            assigned = frozenset(found.assigned)
+            for name in assigned:
+                self._set_with[name] = self._set_with.get(name, assigned) & assigned
         self._before: dict[Piece, _Names] = {}
         """The names that every way to a piece may have assigned."""
 

@@ -26,7 +26,7 @@ class Graph:
             {transition.origin, transition.destination} <= self.states.keys()
             for transition in automaton.transitions
         )
-        self._outgoing = {number: automaton.outgoing(number) for number in self.states}
+        self._outgoing = automaton.all_outgoing()
 
     @cached_property
     def initial(self) -> State | None:

@@ -74,10 +74,22 @@ class _Position(ast.expr):
 
 
 def _messages(piece: Piece, known: Collection[str]) -> Iterator[messages.Message]:
-    checker = Checker(_as_module(piece), builtins=set(known))
+    # Pyflakes takes its time for each name that it is told, and an automaton may share thousands.
+    checker = Checker(_as_module(piece), builtins=_names_in(piece).intersection(known))
     for message in sorted(checker.messages, key=lambda found: (found.lineno, found.col)):
         if isinstance(message, (messages.UndefinedName, *_DOUBTFUL)):
             yield message
+
+
+def _names_in(piece: Piece) -> set[str]:
+    names: set[str] = set()
+    for node in ast.walk(piece.tree):
+        match node:
+            case ast.Name(id=name):
+                names.add(name)
+            case ast.Global(names=declared) | ast.Nonlocal(names=declared):
+                names.update(declared)
+    return names
 
 
 def _as_module(piece: Piece) -> ast.Module:

@@ -28,14 +28,64 @@ def check_shadows(document: Document, graph: Graph, code: AutomatonCode, report:
         return
     for state in graph.automaton.states:
         _check_finished(document, graph, state, report)
-        earlier: list[Transition] = []
+        earlier = _Earlier(code)
         for transition in graph.outgoing(state):
             _check_constant(transition, code, report)
-            first = next((other for other in earlier if _precedes(other, transition, code)), None)
+            first = earlier.preceding(transition)
             if first is None:
-                earlier.append(transition)
+                earlier.add(transition)
             else:
                 _report(transition, first, code, report)
+
+
+class _Earlier:
+    """The transitions out of a state that are tried before the next one."""
+
+    def __init__(self, code: AutomatonCode) -> None:
+        self._code = code
+        self._always: Transition | None = None
+        self._by_trigger: dict[tuple[object, ...], Transition] = {}
+
+    def add(self, transition: Transition) -> None:
+        """Add the next one."""
+        if is_unguarded(transition, self._code):
+            if transition.type == "condition":
+                self._always = self._always or transition
+            trigger = _trigger(transition)
+            if trigger is not None:
+                self._by_trigger.setdefault((*trigger, None), transition)
+            return
+        key = self._key(transition)
+        condition = self._code.condition(transition)
+        if key is not None and condition is not None and not _draws_lots(condition):
+            self._by_trigger.setdefault(key, transition)
+
+    def preceding(self, transition: Transition) -> Transition | None:
+        """Return one that fires whenever a transition would."""
+        if self._always is not None:
+            return self._always
+        trigger = _trigger(transition)
+        if trigger is None:
+            return None
+        return self._by_trigger.get((*trigger, None)) or self._by_trigger.get(self._key(transition) or ())
+
+    def _key(self, transition: Transition) -> tuple[object, ...] | None:
+        """Return what transitions have in common that fire by the same; None when nothing can be said."""
+        trigger, condition = _trigger(transition), self._code.condition(transition)
+        return None if trigger is None or condition is None else (*trigger, ast.dump(condition))
+
+
+def _trigger(transition: Transition) -> tuple[object, ...] | None:
+    """Return the type of a transition and what it waits for; None for a time that is none."""
+    match transition.type:
+        case "condition" | "finished":
+            return (transition.type,)
+        case "event":
+            return ("event", transition.trigger.text.strip())
+        case "time":  # those with different times are compared by the check of timers
+            time = delay(transition.trigger)
+            return None if time is None else ("time", time)
+    return None
 
 
 def _report(transition: Transition, first: Transition, code: AutomatonCode, report: Report) -> None:
@@ -71,36 +121,6 @@ def _check_finished(document: Document, graph: Graph, state: State, report: Repo
 
 def _never_finishes(graph: Graph) -> bool:
     return graph.sound and not graph.can_finish
-
-
-def _precedes(first: Transition, second: Transition, code: AutomatonCode) -> bool:
-    """Return whether `first`, which is tried before `second`, fires whenever that would."""
-    unguarded = is_unguarded(first, code)
-    if first.type == "condition" and unguarded:
-        return True
-    if first.type != second.type:
-        return False
-    same_guard = unguarded or _same_condition(first, second, code)
-    match first.type:
-        case "condition":
-            return same_guard
-        case "event":
-            return same_guard and first.trigger.text.strip() == second.trigger.text.strip()
-        case "finished":
-            return same_guard
-        case "time":
-            # Those with different times are compared by the check of timers.
-            times = delay(first.trigger), delay(second.trigger)
-            return same_guard and times[0] == times[1] is not None
-    return False
-
-
-def _same_condition(first: Transition, second: Transition, code: AutomatonCode) -> bool:
-    one, other = code.condition(first), code.condition(second)
-    if one is None or other is None:
-        return first.guard.is_blank and second.guard.is_blank and first.type != "condition"
-    text = ast.dump(one)
-    return text == ast.dump(other) and not _draws_lots(one)
 
 
 def _draws_lots(condition: ast.expr) -> bool:
