@@ -24,6 +24,7 @@ from hfsm_runtime.tree import ChangeKind, Run, Tree
 from tests.support.automata import component
 
 TREES = int(os.environ.get("VISUALHFSM_RANDOM_AUTOMATA", "200"))
+pytestmark = pytest.mark.timeout(max(120.0, 0.5 * TREES))
 STEP = 10  # ms, which divides every period
 END = 2500  # ms
 EVENTS = ("ping", "pong")
