@@ -67,7 +67,7 @@ def convert(
     text = convert_document(source, read, write, diagnostics, mends_python2=mend_python2)
     report(diagnostics, error_format)
     if not to_file:
-        typer.echo(text, nl=False)
+        _print(text)
         return
     try:
         apply(compare_with_disk([GeneratedFile(path, text)]))
@@ -75,6 +75,15 @@ def convert(
         raise VisualHfsmError(str(error)) from error
     except OSError as error:
         raise VisualHfsmError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def _print(text: str) -> None:
+    try:
+        typer.echo(text, nl=False)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise VisualHfsmError(f"stdout cannot be written: {error.strerror or error}") from error
 
 
 def _format_of(suffix: str, known: Mapping[str, _T], name: str) -> _T:

@@ -12,10 +12,12 @@ from .code_pieces import Piece, is_foreign, pieces_of
 from .code_text import CodeError, ForeignCodeError
 from .document import Document, Text
 from .language import looks_like_cpp
+from .python2 import is_python, mend
 
 __all__ = ["CodeReader", "first_foreign", "report_foreign"]
 
 _T = TypeVar("_T")
+_PYTHON2 = Note("this is Python 2: `visualhfsm convert --mend-python2` mends it")
 
 
 def first_foreign(document: Document, path: Path) -> Piece | None:
@@ -62,4 +64,6 @@ class CodeReader:
                 return
         for piece, error in self._errors:
             place = Location(piece.path, error.line, max(1, error.column))
-            self._diagnostics.error("E520", str(error), place)
+            code = piece.text.text
+            notes = [_PYTHON2] if not is_python(code) and mend(code) is not None else []
+            self._diagnostics.error("E520", str(error), place, notes)

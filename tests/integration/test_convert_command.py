@@ -149,3 +149,24 @@ def test_the_command_runs_on_its_own_and_says_what_went_wrong_in_one_line(folder
     assert done.returncode == 1
     assert "file/new.xml: cannot be written: Not a directory" in done.stderr.splitlines()[-1]
     assert "Traceback" not in done.stderr
+
+
+def test_an_output_without_room_is_told_in_one_line(folder: Path) -> None:
+    command = [sys.executable, "-m", "visualhfsm", "convert", "old.xml", "-"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            env=environment,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+    assert done.returncode == 1
+    assert (
+        done.stderr.splitlines()[-1] == "visualhfsm: error: stdout cannot be written: No space left on device"
+    )
+    assert "Traceback" not in done.stderr

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import parse_document
+from codegen.hfsm import compile_document, parse_document
 from codegen.hfsm.language import language_of
 from codegen.hfsm.python2 import find_python2, is_python, mend
 from codegen.hfsm.python2.documents import mend_document
+from tests.support.documents import document, state, sub
 
 MENDED = [
     ("print x", "print(x)"),
@@ -257,3 +258,20 @@ def test_a_document_that_says_its_language_keeps_it() -> None:
     document = parse_document(text, Path("old.xml"), Diagnostics())
     assert document is not None
     assert document.language.text == "Java"
+
+
+@pytest.mark.parametrize(
+    ("code", "is_told"), [("print x", True), ("print x; y = = 1", False), ("yield x", False)]
+)
+def test_generation_says_where_mending_is_all_that_is_needed(
+    tmp_path: Path, code: str, is_told: bool
+) -> None:
+    path = tmp_path / "old.xml"
+    path.write_text(
+        document(sub(1, 0, state(1, "a", code, initial=True), variables="x = 1")), encoding="utf-8"
+    )
+    diagnostics = Diagnostics()
+    assert compile_document(path, None, diagnostics) is None
+    (error,) = diagnostics.errors
+    notes = ["this is Python 2: `visualhfsm convert --mend-python2` mends it"]
+    assert [note.message for note in error.notes] == (notes if is_told else [])
