@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import string
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,22 +12,12 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, read_document, write_document
 from codegen.hfsm.document import (
-    Argument,
-    Automaton,
     Comment,
     Document,
     Element,
-    Event,
-    Import,
-    Interface,
-    Leaf,
-    Library,
-    Parameter,
-    Property,
-    State,
     Text,
-    Transition,
 )
+from tests.support.random_documents import documents
 
 PATH = Path("test.xml")
 
@@ -307,90 +296,9 @@ def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
 
 # Whatever a person types, and whatever another program adds, comes back as it was.
 
-_texts = st.text(st.characters(codec="utf-8"), max_size=30).map(
-    lambda text: "".join(c for c in text if c in "\t\n\r" or (c >= " " and c not in "\ufffe\uffff"))
-)
-_code = _texts.map(Text)
-_ids = st.integers(0, 2**31 - 1)
-_numbers = st.floats(allow_nan=False, allow_infinity=False)
-_tags = st.text(string.ascii_letters, min_size=1, max_size=6).map(lambda name: f"x{name}")
-_comments = st.lists(
-    st.text(string.ascii_letters + " <&>\n", max_size=10).map(Comment), max_size=2
-).map(tuple)  # fmt: skip
-_attributes = st.dictionaries(_tags, _texts, max_size=2).map(lambda found: tuple(found.items()))
-_elements = st.recursive(
-    st.builds(Element, _tags, _attributes, _texts),
-    lambda inner: st.builds(
-        Element, _tags, _attributes, st.just(""), st.lists(inner, min_size=1, max_size=3).map(tuple)
-    ),
-    max_leaves=4,
-)
-_extras = st.lists(_elements, max_size=2).map(tuple)
-
-
-# Not all leaves that these tests know stand in every element: only those that do are given details.
-def _leaves(*tags: str):
-    contents = st.builds(Leaf, st.sampled_from(tags), _comments, _attributes)
-    return st.lists(contents, max_size=2, unique_by=lambda leaf: leaf.tag).map(
-        lambda found: tuple(
-            sorted((leaf for leaf in found if leaf != Leaf(leaf.tag)), key=lambda leaf: leaf.tag)
-        )
-    )
-
-
-_node = {"comments": _comments, "extras": _extras, "attributes": _attributes}
-_arguments = st.builds(
-    Argument, name=_texts, child=_ids, value=_code, comments=_comments, attributes=_attributes
-)
-_parameters = st.lists(
-    st.builds(Parameter, name=_texts, type=_code, default=_code, description=_code, **_node), max_size=2
-).map(tuple)
-_imports = st.none() | st.builds(Import, file=_code, automaton=_ids)
-_states = st.builds(
-    State,
-    id=_ids,
-    name=_texts,
-    initial=st.booleans(),
-    x=_numbers,
-    y=_numbers,
-    final=st.booleans(),
-    children=st.lists(st.integers(1, 2**31 - 1), max_size=3).map(tuple),
-    history=_code,
-    entry=_code,
-    code=_code,
-    exit=_code,
-    arguments=st.lists(_arguments, max_size=2).map(tuple),
-    leaves=_leaves("posx", "name", "code", "entry", "history"),
-    **_node,
-)
-_transitions = st.builds(
-    Transition, id=_ids, name=_texts, x=_numbers, y=_numbers, origin=_ids, destination=_ids,
-    type=_texts, trigger=_code, guard=_code, priority=_code, code=_code, leaves=_leaves("trans", "destiny", "guard"), **_node,
-)  # fmt: skip
-_automata = st.builds(
-    Automaton, id=_ids, father=_ids, states=st.lists(_states, max_size=3).map(tuple),
-    transitions=st.lists(_transitions, max_size=3).map(tuple), inputs=_parameters,
-    imported=_imports, iteration_time=_code, variables=_code,
-    functions=_code, **_node,
-)  # fmt: skip
-_interfaces = st.builds(
-    Interface, name=_texts, proxy=st.none() | _texts, ip=st.none() | _texts, port=st.none() | _texts,
-    type=_texts, **_node,
-)  # fmt: skip
-_libraries = st.builds(Library, name=_code, comments=_comments, attributes=_attributes)
-_documents = st.builds(
-    Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=_code, on_error=_code,
-    language=_code, parameters=_parameters, events=st.lists(st.builds(Event, name=_texts, description=_code, **_node), max_size=2).map(tuple),
-    properties=st.lists(
-        st.builds(Property, name=_texts, kind=_texts, within=_code, expression=_code, **_node), max_size=2
-    ).map(tuple), automata=st.lists(_automata, max_size=3).map(tuple), libraries=st.lists(_libraries, max_size=2).map(tuple),
-    interfaces=st.lists(_interfaces, max_size=2).map(tuple), libraries_extras=_extras, config_extras=_extras,
-    leaves=_leaves("description", "language", "parameters", "events", "config"), **_node,
-)  # fmt: skip
-
 
 @settings(max_examples=150, deadline=None)
-@given(_documents)
+@given(documents)
 def test_what_is_written_reads_back_the_same(document: Document) -> None:
     text = write_document(document)
     again = parse(text)

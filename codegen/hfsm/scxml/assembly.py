@@ -45,7 +45,10 @@ class Assembly:
         lost = self._taken(root, "SubAutomata")
         parameters = list(self._parameters())
         self._number(lost)
-        automata = [(each.index, each.comments, self._automaton(each)) for each in self._chart.automata]
+        first = self._chart.root
+        has_root = first.states or first.native is not None or root is None
+        placed = self._chart.automata if has_root else []
+        automata = [(each.index, each.comments, self._automaton(each)) for each in placed]
         in_order: list[XmlElement | XmlComment] = []
         for comments, automaton in _sorted([*automata, *lost]):
             in_order += [*comments, automaton]

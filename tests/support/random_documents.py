@@ -1,0 +1,185 @@
+"""Documents at random: whatever a person types, and whatever another program adds."""
+
+from __future__ import annotations
+
+import string
+from dataclasses import replace
+
+from hypothesis import strategies as st
+
+from codegen.hfsm.document import (
+    Argument,
+    Automaton,
+    Comment,
+    Document,
+    Element,
+    Event,
+    Import,
+    Interface,
+    Leaf,
+    Library,
+    Parameter,
+    Property,
+    State,
+    Text,
+    Transition,
+)
+
+texts = st.text(st.characters(codec="utf-8"), max_size=30).map(
+    lambda text: "".join(c for c in text if c in "\t\n\r" or (c >= " " and c not in "\ufffe\uffff"))
+)
+code = texts.map(Text)
+ids = st.integers(0, 2**31 - 1)
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+tags = st.text(string.ascii_letters, min_size=1, max_size=6).map(lambda name: f"x{name}")
+comments = st.lists(
+    st.text(string.ascii_letters + " <&>\n", max_size=10).map(Comment), max_size=2
+).map(tuple)  # fmt: skip
+attributes = st.dictionaries(tags, texts, max_size=2).map(lambda found: tuple(found.items()))
+elements = st.recursive(
+    st.builds(Element, tags, attributes, texts),
+    lambda inner: st.builds(
+        Element, tags, attributes, st.just(""), st.lists(inner, min_size=1, max_size=3).map(tuple)
+    ),
+    max_leaves=4,
+)
+extras = st.lists(elements, max_size=2).map(tuple)
+
+
+# Not all leaves that these tests know stand in every element: only those that do are given details.
+def leaves(*tags: str):
+    contents = st.builds(Leaf, st.sampled_from(tags), comments, attributes)
+    return st.lists(contents, max_size=2, unique_by=lambda leaf: leaf.tag).map(
+        lambda found: tuple(
+            sorted((leaf for leaf in found if leaf != Leaf(leaf.tag)), key=lambda leaf: leaf.tag)
+        )
+    )
+
+
+node = {"comments": comments, "extras": extras, "attributes": attributes}
+arguments = st.builds(Argument, name=texts, child=ids, value=code, comments=comments, attributes=attributes)
+parameters = st.lists(
+    st.builds(Parameter, name=texts, type=code, default=code, description=code, **node), max_size=2
+).map(tuple)
+imports = st.none() | st.builds(Import, file=code, automaton=ids)
+states = st.builds(
+    State,
+    id=ids,
+    name=texts,
+    initial=st.booleans(),
+    x=numbers,
+    y=numbers,
+    final=st.booleans(),
+    children=st.lists(st.integers(1, 2**31 - 1), max_size=3).map(tuple),
+    history=code,
+    entry=code,
+    code=code,
+    exit=code,
+    arguments=st.lists(arguments, max_size=2).map(tuple),
+    leaves=leaves("posx", "name", "code", "entry", "history"),
+    **node,
+)
+transitions = st.builds(
+    Transition, id=ids, name=texts, x=numbers, y=numbers, origin=ids, destination=ids,
+    type=texts, trigger=code, guard=code, priority=code, code=code, leaves=leaves("trans", "destiny", "guard"), **node,
+)  # fmt: skip
+automata = st.builds(
+    Automaton, id=ids, father=ids, states=st.lists(states, max_size=3).map(tuple),
+    transitions=st.lists(transitions, max_size=3).map(tuple), inputs=parameters,
+    imported=imports, iteration_time=code, variables=code,
+    functions=code, **node,
+)  # fmt: skip
+interfaces = st.builds(
+    Interface, name=texts, proxy=st.none() | texts, ip=st.none() | texts, port=st.none() | texts,
+    type=texts, **node,
+)  # fmt: skip
+libraries = st.builds(Library, name=code, comments=comments, attributes=attributes)
+documents = st.builds(
+    Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=code, on_error=code,
+    language=code, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
+    properties=st.lists(
+        st.builds(Property, name=texts, kind=texts, within=code, expression=code, **node), max_size=2
+    ).map(tuple), automata=st.lists(automata, max_size=3).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),
+    interfaces=st.lists(interfaces, max_size=2).map(tuple), libraries_extras=extras, config_extras=extras,
+    leaves=leaves("description", "language", "parameters", "events", "config"), **node,
+)  # fmt: skip
+
+# Documents whose parts find each other, most of the time, and whose names mean something elsewhere.
+_few_ids = st.integers(0, 4)
+_names = st.sampled_from(["a", "b", "go home", "state", "wait_2", "", "ñ", "a.b", "1", "hfsm"])
+_awkward_extras = st.lists(
+    st.builds(
+        Element,
+        st.sampled_from(["xa", "a:b", "hfsm:code", "script", "native-state", "a_x003A_b"]),
+        st.dictionaries(st.sampled_from(["a", "a:b", "xmlns", "xmlns:z", "_x005F_"]), texts, max_size=2).map(
+            lambda found: tuple(found.items())
+        ),
+        st.sampled_from(["", "text", " \n"]),
+    ),
+    max_size=2,
+).map(tuple)
+_awkward = {"comments": comments, "extras": _awkward_extras, "attributes": attributes}
+_code_lines = st.sampled_from(["", "x = 1", "\n  run()\n", " ", "a < b & c", "x = 1\ny = [2]", "]]>"]).map(
+    Text
+)
+_mixed = st.builds(
+    lambda tag, text, tail: Leaf(tag, text=text, children=(Comment(" why ", tail),)),
+    st.sampled_from(["entry", "code", "name"]),
+    st.sampled_from(["", "run()", " "]),
+    st.sampled_from(["", "\nstop()", " "]),
+)
+_tree_states = st.builds(
+    State, id=_few_ids, name=_names, initial=st.booleans(), x=numbers, y=numbers, final=st.sampled_from([False, False, True]),
+    children=st.lists(st.integers(1, 5), max_size=3).map(tuple), entry=_code_lines, code=_code_lines, exit=_code_lines,
+    history=st.sampled_from(["", "restart", "resume", "later"]).map(Text), arguments=st.lists(arguments, max_size=1).map(tuple),
+    leaves=leaves("posx", "name", "code", "entry", "history", "final", "idSubautomataSon"), **_awkward,
+)  # fmt: skip
+_triggers = st.sampled_from(
+    ["", "500", "8000", " 1.50 ", "0", "later", "x > 1", "return x", "go home", "a", "a.b", "done.state.a", "*", "timeout.a"]
+).map(Text)  # fmt: skip
+_tree_transitions = st.builds(
+    Transition, id=_few_ids, name=_names, x=numbers, y=numbers, origin=_few_ids, destination=_few_ids,
+    type=st.sampled_from(["time", "condition", "event", "finished", "later"]), trigger=_triggers,
+    guard=st.sampled_from(["", "x", " ", "x\n", "return"]).map(Text), priority=st.sampled_from(["", "1", "2", "x"]).map(Text),
+    code=_code_lines, leaves=leaves("trans", "destiny", "guard", "transcode"), **_awkward,
+)  # fmt: skip
+_tree_automata = st.builds(
+    Automaton, id=st.integers(1, 5), father=_few_ids, states=st.lists(_tree_states, max_size=3).map(tuple),
+    transitions=st.lists(_tree_transitions, max_size=4).map(tuple), inputs=parameters, imported=imports,
+    iteration_time=st.sampled_from(["100", "", "50"]).map(Text), variables=_code_lines, functions=_code_lines,
+    leaves=leaves("variables", "functions"), **_awkward,
+)  # fmt: skip
+_plain_parameters = st.lists(
+    st.builds(Parameter, name=st.sampled_from(["a", "x", "speed"]), type=code, default=code, description=code), max_size=2
+).map(tuple)  # fmt: skip
+
+
+def _mixed_into(document: Document, leaf: Leaf | None) -> Document:
+    """Return a document in whose first state a comment stands within a text."""
+    if leaf is None or not document.automata or not document.automata[0].states:
+        return document
+    text = leaf.text + "".join(child.tail for child in leaf.children)
+    automaton, *automata = document.automata
+    state, *states = automaton.states
+    match leaf.tag:
+        case "name":
+            state = replace(state, name=text)
+        case "entry":
+            state = replace(state, entry=Text(text))
+        case _:
+            state = replace(state, code=Text(text))
+    others = tuple(each for each in state.leaves if each.tag != leaf.tag)
+    leaves = tuple(sorted((*others, leaf), key=lambda each: each.tag))
+    state = replace(state, leaves=leaves)
+    return replace(document, automata=(replace(automaton, states=(state, *states)), *automata))
+
+
+trees = st.builds(
+    _mixed_into,
+    st.builds(
+        Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), automata=st.lists(_tree_automata, max_size=4).map(tuple),
+        parameters=_plain_parameters, language=st.sampled_from(["", "Python", "C++", "ECMAScript"]).map(Text),
+        libraries=st.lists(libraries, max_size=1).map(tuple), leaves=leaves("description", "parameters", "config"), **_awkward,
+    ),
+    st.none() | _mixed,
+)  # fmt: skip
