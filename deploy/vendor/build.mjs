@@ -9,6 +9,7 @@ const here = dirname(fileURLToPath(import.meta.url));
 const shipped = join(here, "../../visualhfsm/web/static/vendor");
 const testsOnly = join(here, "../../tests/support/vendor");
 
+// Not styleMap: it writes the attribute `style`, which the page's content security policy forbids.
 const litDirectives = {
   "async-directive": ["AsyncDirective"],
   "directive": ["Directive", "PartType", "directive"],
@@ -20,7 +21,6 @@ const litDirectives = {
   "directives/live": ["live"],
   "directives/ref": ["createRef", "ref"],
   "directives/repeat": ["repeat"],
-  "directives/style-map": ["styleMap"],
   "directives/until": ["until"],
   "directives/when": ["when"],
 };

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +28,10 @@ def test_the_conversation_is_held_as_it_is_described(tmp_path: Path) -> None:
                 socket.send(text)
                 pushed = len(window.pushes)
                 continue
-            # What stands in the page comes in this order; other news may come in between.
+            # It may have come while something else was waited for.
             seen = [message for message in window.pushes[pushed:] if matches(message, expected)]
             if not seen:
-                window.wait_for(lambda message, expected=expected: matches(message, expected))
+                window.wait_for(partial(matches, expected=expected))
     assert not window.documents
 
 

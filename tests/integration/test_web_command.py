@@ -14,6 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from tests.support.editor import DOCUMENT, Window
 from tests.support.processes import ComponentProcess, module
@@ -49,7 +50,7 @@ def test_a_signal_ends_everything_in_an_orderly_way(
         port = int(address[1])
         with connect(
             f"ws://127.0.0.1:{port}/ws",
-            origin=f"http://127.0.0.1:{port}",  # type: ignore[arg-type]
+            origin=Origin(f"http://127.0.0.1:{port}"),
             additional_headers={"Cookie": f"{cookie.name}={cookie.value}"},
             proxy=None,
         ) as connection:

@@ -164,6 +164,10 @@ def test_the_page_runs_no_script_but_ours_and_stands_in_no_frame(running: Editor
     assert policy["default-src"] == "'none'"
     assert "unsafe" not in headers["content-security-policy"]
     assert re.fullmatch(r"'self' 'sha256-[\w+/=]+'", policy["script-src"])
+    nonce = re.fullmatch(r"'self' 'nonce-([\w-]{20,})'", policy["style-src"])
+    assert nonce
+    assert nonce[1].encode() in page
+    assert nonce[1] not in running.get("/", {"Cookie": running.cookie()})[1]["content-security-policy"]
     assert policy["frame-ancestors"] == "'none'"
     assert headers["x-content-type-options"] == "nosniff"
     assert headers["referrer-policy"] == "no-referrer"
@@ -174,7 +178,7 @@ def test_the_page_runs_no_script_but_ours_and_stands_in_no_frame(running: Editor
 def test_files_of_the_page_are_kept_by_the_browser_until_they_change(running: Editor) -> None:
     cookie = {"Cookie": running.cookie()}
     _, headers, page = running.get("/", cookie)
-    assert headers["cache-control"] == "no-cache"
+    assert headers["cache-control"] == "no-store"
     found = re.search(rb'"lit":"([^"]+)"', page)
     assert found
     status, headers, _ = running.get(found[1].decode(), {**cookie, "Accept-Encoding": "gzip"})

@@ -445,7 +445,12 @@ def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:
 
 
 def test_what_is_missing_says_so(window: Window) -> None:
-    for op, fields in [("interfaces", {}), ("generate", {"tab": 1}), ("attach", {"component": "dance"})]:
+    requests: list[tuple[str, dict[str, Any]]] = [
+        ("interfaces", {}),
+        ("generate", {"tab": 1}),
+        ("attach", {"component": "dance"}),
+    ]
+    for op, fields in requests:
         with pytest.raises(Refused) as refused:
             window.ask(op, **fields)
         assert refused.value.kind == "unavailable"

@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
 
 from visualhfsm.web.limits import Limits
 from visualhfsm.web.server import Options, Server
@@ -114,7 +115,7 @@ class Editor:
         """Open a websocket as the page does; `headers` replace the usual ones."""
         with connect(
             f"ws://{self.host}{path}",
-            origin=origin if origin is not None else f"http://{self.host}",  # type: ignore[arg-type]
+            origin=Origin(f"http://{self.host}" if origin is None else origin),
             additional_headers={"Cookie": self.cookie()} if headers is None else headers,
             max_size=None,
             close_timeout=LIMIT,
@@ -189,7 +190,7 @@ class Window:
         """Take in messages until one is wanted."""
         until = time.monotonic() + LIMIT
         while True:
-            message = json.loads(self.socket.recv(max(0.0, until - time.monotonic())))
+            message: dict[str, Any] = json.loads(self.socket.recv(max(0.0, until - time.monotonic())))
             self._take_in(message)
             if wanted(message):
                 return message

@@ -13,6 +13,7 @@ import hashlib
 import json
 import mimetypes
 import re
+import secrets
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -29,6 +30,7 @@ STATIC: Final = Path(__file__).parent / "static"
 _VERSION: Final = "%VERSION%"
 _IMPORT_MAP: Final = "%IMPORT_MAP%"
 _PRELOADS: Final = "%PRELOADS%"
+_NONCE: Final = b"%NONCE%"
 _ENTRY: Final = "app.js"
 
 _LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
@@ -43,7 +45,10 @@ _TYPES: Final = {".js": "text/javascript", ".svg": "image/svg+xml", ".txt": "tex
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """The page and the hash of the one script that stands in it, which is the map of its imports."""
+    """The page and the hash of the one script that stands in it, which is the map of its imports.
+
+    The place of the nonce, another one for each answer, is left open.
+    """
 
     html: bytes
     script_hash: str
@@ -83,9 +88,11 @@ class Assets:
     async def index(self, request: Request) -> Response:
         """Answer the request for the page."""
         page = self.page()
-        policy = content_security_policy(request.headers["host"], [page.script_hash])
-        headers = {"cache-control": "no-cache", "content-security-policy": policy}
-        return _answer(request, page.html, gzip.compress(page.html, 6, mtime=0), "text/html", headers)
+        nonce = secrets.token_urlsafe(16)
+        policy = content_security_policy(request.headers["host"], page.script_hash, nonce)
+        headers = {"cache-control": "no-store", "content-security-policy": policy}
+        html = page.html.replace(_NONCE, nonce.encode())
+        return _answer(request, html, gzip.compress(html, 6, mtime=0), "text/html", headers)
 
     async def file(self, request: Request) -> Response:
         """Answer the request for a file of the page."""

@@ -2,11 +2,11 @@
 
 import {
   Annotation, EditorState, EditorView, HighlightStyle, Prec, bracketMatching, closeBrackets, closeBracketsKeymap,
-  completionKeymap, crosshairCursor, defaultKeymap, drawSelection, dropCursor, foldGutter, foldKeymap, forceLinting, highlightActiveLine,
+  completionKeymap, crosshairCursor, defaultKeymap, drawSelection, dropCursor, foldGutter, foldKeymap, highlightActiveLine,
   highlightActiveLineGutter, highlightSelectionMatches, highlightSpecialChars, indentOnInput, indentUnit, indentWithTab, keymap, lineNumbers,
   lintGutter, lintKeymap, placeholder, python, rectangularSelection, searchKeymap, syntaxHighlighting, tags, tooltips,
 } from "codemirror";
-import {assistance} from "./assistance.js";
+import {assistance, recheck} from "./assistance.js";
 
 /** Ctrl+M is the page's; Escape leaves the editor, so that Tab need not. */
 const standardKeys = defaultKeymap.filter(({key}) => key !== "Ctrl-m");
@@ -61,11 +61,12 @@ const shared = [
   EditorState.allowMultipleSelections.of(true), EditorState.tabSize.of(4), indentUnit.of("    "), indentOnInput(), bracketMatching(),
   closeBrackets(), rectangularSelection(), crosshairCursor(), highlightActiveLine(), highlightSelectionMatches(), lintGutter(),
   tooltips({position: "fixed"}), syntaxHighlighting(colors), theme,
+  EditorView.cspNonce.of(document.querySelector('meta[name="style-nonce"]').content),
 ];
 
 /**
- * @typedef {{text: string, place: import("./places.js").Place, tab: number, label: string, hint: string, python: boolean,
- *   readonly: boolean}} Content
+ * @typedef {{text: string, place: import("./places.js").Place, tab: number, label: string, hint: string, wraps: boolean,
+ *   python: boolean, readonly: boolean}} Content
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void, leave: () => void,
  *   problems: () => import("../store.js").Problem[]}} Actions what the editor tells and asks
  */
@@ -102,7 +103,7 @@ export class Editor {
 
   /** Let the marks be made anew: the checks have said something. */
   recheck() {
-    forceLinting(this.#view);
+    this.#view.dispatch({effects: recheck.of(null)});
   }
 
   /** Put the cursor somewhere; line and column from 1. */
@@ -122,7 +123,7 @@ export class Editor {
   }
 
   /** @param {Content} content */
-  #stateOf({text, place, tab, label, hint, python: isPython, readonly}) {
+  #stateOf({text, place, tab, label, hint, wraps, python: isPython, readonly}) {
     const {typed, undo, redo, save, leave, problems} = this.#actions;
     const run = (action) => () => {
       action();
@@ -144,6 +145,7 @@ export class Editor {
         isPython ? [python(), assistance({tab, place, problems})] : [],
         EditorView.contentAttributes.of({"aria-label": label, "aria-description": "Escape goes back to the drawing"}),
         placeholder(hint),
+        wraps ? EditorView.lineWrapping : [],
         EditorState.readOnly.of(readonly),
         EditorView.updateListener.of((update) => {
           if (!update.docChanged || update.transactions.some((each) => each.annotation(fromDocument))) return;
