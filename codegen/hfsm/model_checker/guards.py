@@ -81,7 +81,13 @@ def satisfy(wanted: Conjunction, refused: Iterable[Conjunction]) -> dict[str, bo
     for atom, value in wanted:
         if values.setdefault(atom, value) is not value:
             return None
-    clauses = _without_alternative(values, list(refused))
+    entangled: list[Conjunction] = []
+    for clause in refused:
+        if len(clause) != 1:
+            entangled.append(clause)
+        elif values.setdefault(clause[0][0], not clause[0][1]) is clause[0][1]:
+            return None
+    clauses = _without_alternative(values, entangled)
     if clauses is None or not all(_refuse(values, group) for group in _groups(clauses)):
         return None
     return values
