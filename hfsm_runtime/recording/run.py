@@ -104,7 +104,7 @@ class RecordedTree(Tree):
 
     def begin_cycle(self, run: Run) -> bool:
         """Take the turn, and claim an automaton for a cycle."""
-        if not run.active:  # as it will most probably still be in a moment
+        if not (run.active or run.stepping):  # as it will most probably still be in a moment
             return False
         self._turns.begin(automaton_context(run.automaton.id))
         begun = super().begin_cycle(run)

@@ -118,10 +118,6 @@ class Strands:
             self._all[context] = Strand(context, self._here)
         return self._all[context]
 
-    def forget(self, context: str) -> None:
-        """End a strand that has nothing left to do."""
-        self._all.pop(context).close()
-
     def close(self) -> None:
         """End all threads."""
         for strand in self._all.values():

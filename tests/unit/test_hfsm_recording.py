@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from hfsm_runtime.automaton import Automaton
+from hfsm_runtime.automaton import Automaton, State
 from hfsm_runtime.component import Component
 from hfsm_runtime.recording import writer as writing
 from hfsm_runtime.recording.messages import MESSAGES, Gap, Message, Reading, schema_of
@@ -26,8 +26,9 @@ from hfsm_runtime.recording.values import readable
 from hfsm_runtime.recording.writer import Entry, RecordingFailedError, RecordingWriter
 from hfsm_runtime.replay.reader import Recording
 from interfaces.jderobot import ImageDescription
-from tests.support.automata import after, automaton, component
-from zenoh_ice.clock import VirtualClock
+from tests.support.automata import after, automaton, component, when
+from tests.support.running import eventually
+from zenoh_ice.clock import VirtualClock, WallClock
 
 STATE = {"name": "test", "start": "1000"}
 
@@ -285,8 +286,6 @@ def test_only_variables_that_changed_are_told() -> None:
 
 
 def component_automaton(code: Any) -> Automaton:
-    from hfsm_runtime import State
-
     return automaton(1, "a", [State(id=1, name="s", code=code)])
 
 
@@ -295,8 +294,6 @@ def component_automaton(code: Any) -> Automaton:
 
 @pytest.fixture
 def blinker() -> Component:
-    from hfsm_runtime import State
-
     states = [State(id=1, name="on"), State(id=2, name="off")]
     root = automaton(1, "blinker", states, [after(0.3, 1, 2), after(0.2, 2, 1)])
     return component(root)
@@ -323,6 +320,26 @@ def test_a_run_is_recorded_by_the_time_of_the_component(tmp_path: Path, blinker:
     timers = [m["remaining"] for topic, _, m in messages(path) if topic == "/timers/blinker"]
     assert [list(each.values()) for each in timers[:2]] == [[0.3], [0.2]]
     assert not [topic for topic, _, _ in messages(path) if topic == "/gaps"]
+
+
+def test_a_step_of_all_leaves_nothing_to_do_for_those_that_it_makes_ghosts(tmp_path: Path) -> None:
+    below = automaton(2, "below", [State(id=1, name="x")], period=0.02)
+    states = [State(id=1, name="a", children=(below,)), State(id=2, name="b")]
+    root = automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.02)
+    written = component(root)
+    with recording(written, tmp_path / "run.mcap") as recorder:
+        runtime = RecordedRuntime(written, WallClock(), recorder)
+        runtime.start()
+        try:
+            eventually(lambda: runtime.run(2).cycles > 0)
+            runtime.pause()
+            eventually(lambda: not runtime.in_cycle)
+            runtime.force(1, root.transitions[0].id)
+            runtime.step(0)
+            assert runtime.tree.active == "b"
+            eventually(lambda: not runtime.run(2).stepping)
+        finally:
+            runtime.stop()
 
 
 def test_the_gap_is_a_message_of_its_own() -> None:

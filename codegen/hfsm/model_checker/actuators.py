@@ -10,14 +10,14 @@ import ast
 import json
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from ..document import Document, Text
 
-__all__ = ["Command", "Commands", "Operations", "commands_of", "is_command", "read_operations"]
+__all__ = ["Command", "Commands", "Operations", "is_command", "read_operations"]
 
 _COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
 _READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
@@ -168,13 +168,6 @@ class Commands:
         operation = method if method in known else method.removesuffix("Async")
         commands = known[operation] if operation in known else is_command(operation)
         return Command(identity, attribute, operation) if commands else None
-
-
-def commands_of(
-    document: Document, operations: Operations | None = None
-) -> Callable[[Text], frozenset[Command]]:
-    """Return a function that tells what a piece of a document's code commands."""
-    return Commands(document, operations or {}).of
 
 
 def _is_self(node: ast.expr) -> bool:
