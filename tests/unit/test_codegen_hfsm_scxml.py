@@ -354,7 +354,7 @@ FOREIGN = {
             '<transition event="e" cond="!x" target="b"/><transition event="f" cond="In(\'b\')" target="b"/>'
         ),
         ["1/0: *a b; a->b event:e [!x]; a->b event:f [In('b')]"],
-        ["W563", "W563"],
+        ["N502", "N502"],
     ),
     "code with branches and loops": (
         AB.format(

@@ -11,6 +11,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
+from codegen.hfsm.checking import check_document
 from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
 from visualhfsm.conversion import READERS, WRITERS, convert_document
@@ -40,11 +41,15 @@ def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> N
                 (tmp_path / name).write_text(output.getvalue())
             case ["console"]:
                 _, *command = block.text.split()
-                path = tmp_path / command[-1]
     diagnostics = Diagnostics()
     if command[:2] == ["visualhfsm", "convert"]:
         mends = "--mend-python2" in command
-        convert_document(path, READERS[".xml"], WRITERS[".xml"], diagnostics, mends_python2=mends)
+        source, target, *_ = *(word for word in command[2:] if not word.startswith("-")), "out.xml"
+        path = tmp_path / source
+        write = WRITERS[Path(target).suffix]
+        convert_document(path, READERS[path.suffix], write, diagnostics, mends_python2=mends)
+    elif command[:2] == ["visualhfsm", "check"]:
+        check_document(tmp_path / command[-1], diagnostics)
     else:
-        compile_document(path, None, diagnostics)
+        compile_document(tmp_path / command[-1] if command else path, None, diagnostics)
     assert {found.code for found in diagnostics} == {section.title.partition(":")[0]}, diagnostics.render()

@@ -35,7 +35,7 @@ class Problems:
 
     def foreign_code(self, element: XmlElement, message: str) -> None:
         """Tell of code that does not run here."""
-        self._diagnostics.warning("W563", message, self._place(element))
+        self._diagnostics.note("N502", message, self._place(element))
 
     def reshaped(self, element: XmlElement, message: str) -> None:
         """Tell what is carried in another shape."""
