@@ -6,7 +6,7 @@ import asyncio
 import logging
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.errors import EditError
@@ -21,22 +21,30 @@ if TYPE_CHECKING:
 
 __all__ = ["Checking", "watch_files"]
 
+_PATIENCE: Final = 10  # moments without rest after which a document is checked all the same
+
 _logger = logging.getLogger(__name__)
 
 
 class Checking:
-    """Checks documents after they have changed, one at a time, and only their newest revision."""
+    """Checks documents once they have not changed for a moment, one at a time, and only their newest revision.
 
-    def __init__(self, tell: Callable[[Tab, Problems], None]) -> None:
+    `quiet` is that moment in seconds, `tell` gets what was found.
+    """
+
+    def __init__(self, quiet: float, tell: Callable[[Tab, Problems], None]) -> None:
+        self._quiet = quiet
         self._tell = tell
         self._process = CheckProcess()
         self._workers = Workers(1)
         self._waiting: dict[int, Tab] = {}
         self._wanted = asyncio.Event()
+        self._changed_at = 0.0
 
     def check(self, tab: Tab) -> None:
         """Check a tab's document soon."""
         self._waiting[tab.id] = tab
+        self._changed_at = asyncio.get_running_loop().time()
         self._wanted.set()
 
     def forget(self, tab: Tab) -> None:
@@ -48,8 +56,16 @@ class Checking:
         while True:
             await self._wanted.wait()
             self._wanted.clear()
+            await self._rest()
             while self._waiting:
                 await self._check(self._waiting.pop(next(iter(self._waiting))))
+
+    async def _rest(self) -> None:
+        """Wait until nothing has changed for a moment, but not for long."""
+        loop = asyncio.get_running_loop()
+        until = loop.time() + _PATIENCE * self._quiet
+        while (left := min(self._changed_at + self._quiet, until) - loop.time()) > 0:
+            await asyncio.sleep(left)
 
     async def close(self) -> None:
         """End the process that checks."""

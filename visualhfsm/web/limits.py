@@ -40,6 +40,9 @@ class Limits:
     output_lines: int = 2000
     """Lines of a component's output that are kept for a window."""
 
+    quiet_seconds: float = 0.15
+    """How long a document must not have changed before it is checked."""
+
     file_check_seconds: float = 1.0
     """How often the open files are looked at for changes from outside."""
 

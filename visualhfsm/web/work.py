@@ -24,7 +24,9 @@ class Workers:
 
     async def do(self, work: Callable[[], R]) -> R:
         """Do work in a thread and return what it gives."""
-        return await asyncio.shield(self.start(work))
+        future = self.start(work)
+        future.add_done_callback(_retrieve)
+        return await asyncio.shield(future)
 
     async def close(self) -> None:
         """Leave out what has not begun and wait for what has."""
@@ -54,9 +56,15 @@ class Queue:
 
         def finish(ended: asyncio.Future[R]) -> None:
             self._lock.release()
+            _retrieve(ended)
             if not ended.cancelled():
-                ended.exception()  # whoever waits gets it; if nobody does any more, it is not a fault
                 self._done()
 
         future.add_done_callback(finish)
         return await asyncio.shield(future)
+
+
+def _retrieve(future: asyncio.Future[R]) -> None:
+    """Take note of an exception: whoever waits gets it; if nobody does any more, it is not a fault."""
+    if not future.cancelled():
+        future.exception()

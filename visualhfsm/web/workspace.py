@@ -70,7 +70,7 @@ class Workspace:
         self._running: list[dict[str, Any]] = []
         self._abandoned: dict[str, Abandoned] = {}
         self._told: WorkspacePush | None = None
-        self._checking = Checking(self._tell_problems)
+        self._checking = Checking(limits.quiet_seconds, self._tell_problems)
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
