@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -274,7 +275,7 @@ def test_nothing_moves_off_the_canvas() -> None:
         ("bottom", [(100, 100), (300, 100)]),
     ],
 )
-def test_states_are_aligned(to: str, places: list[tuple[int, int]]) -> None:
+def test_states_are_aligned(to: Any, places: list[tuple[int, int]]) -> None:
     document = AlignStates(automaton=1, states=(1, 2), to=to).apply(tree())
     assert [(each.x, each.y) for each in automaton(document).states] == places
 
@@ -342,7 +343,8 @@ def test_a_renamed_input_takes_its_arguments_along() -> None:
 
 def test_the_data_of_a_component_is_set() -> None:
     document = tree()
-    for part, text in (("description", "waits"), ("onError", "continue"), ("language", "C++")):
+    texts: Any = (("description", "waits"), ("onError", "continue"), ("language", "C++"))
+    for part, text in texts:
         document = SetComponentText(part=part, text=text).apply(document)
     assert (document.description.text, document.on_error.text, document.language.text) == (
         "waits",
@@ -362,7 +364,7 @@ def test_the_data_of_a_component_is_set() -> None:
     ],
     ids=["parameter", "event", "property", "library", "interface"],
 )
-def test_entries_are_added_changed_moved_and_removed(add: Command, change: Command, list_name: str) -> None:
+def test_entries_are_added_changed_moved_and_removed(add: Command, change: Command, list_name: Any) -> None:
     document = add.apply(add.apply(tree()))
     added = getattr(document, list_name)
     assert len({each.name for each in added}) == (1 if list_name == "libraries" else 2)

@@ -1,6 +1,6 @@
 """Commands at random: whatever is done can be saved, read again, undone and done again.
 
-`EDITING_SEQUENCES=200` runs as many sequences of 100 commands; 60 are the habit.
+`EDITING_SEQUENCES=200` runs as many sequences of 100 commands; 30 are the habit.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.fragments import parse
 from visualhfsm.editing.session import DocumentSession
 
-SEQUENCES = int(os.environ.get("EDITING_SEQUENCES", "60"))
+SEQUENCES = int(os.environ.get("EDITING_SEQUENCES", "30"))
 COMMANDS_EACH = 100
 
 ODD = Document(

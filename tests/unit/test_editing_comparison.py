@@ -1,0 +1,273 @@
+"""Compare, merge and search documents."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from random import Random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codegen.hfsm import write_document
+from codegen.hfsm.document import Document, Text
+from tests.support.editing import choose_command, large_document, tree
+from visualhfsm.editing.commands import Command
+from visualhfsm.editing.commands.automata import AddAutomaton, DeleteAutomaton
+from visualhfsm.editing.commands.component import AddParameter, ChangeParameter
+from visualhfsm.editing.commands.entries import RemoveEntry
+from visualhfsm.editing.commands.items import DeleteItems, MoveItems
+from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameState, SetStateCode
+from visualhfsm.editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
+from visualhfsm.editing.diff import diff_documents
+from visualhfsm.editing.errors import EditError
+from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.merge import Merged, merge_documents
+from visualhfsm.editing.search import search
+
+
+def done(document: Document, *commands: Command) -> Document:
+    for command in commands:
+        document = command.apply(document)
+    return document
+
+
+def told(before: Document, after: Document) -> list[str]:
+    return [
+        f"{each.kind} {each.place.kind} {each.place.automaton}/{each.place.id} {each.part}: {each.before} > {each.after}"
+        for each in diff_documents(before, after)
+    ]
+
+
+def rename(name: str, state: int = 1, automaton: int = 1) -> RenameState:
+    return RenameState(automaton=automaton, state=state, name=name)
+
+
+def test_a_diff_tells_what_was_added_removed_changed_and_moved() -> None:
+    after = done(
+        tree(),
+        rename("rest"),
+        SetStateCode(automaton=1, state=1, part="entry", text="a = 1"),
+        MoveItems(automaton=1, states=(1,), transitions=(1, 2), dx=5, dy=0),
+        AddState(automaton=1, x=0, y=0, name="new"),
+        DeleteItems(automaton=2, states=(2,)),
+    )
+    assert told(tree(), after) == [
+        "changed state 1/1 name: wait > rest",
+        "changed state 1/1 entry:  > a = 1",
+        "moved state 1/1 : 100, 100 > 105, 100",
+        "added state 1/3 :  > new",
+        "moved transition 1/1 : 200, 80 > 205, 80",
+        "moved transition 1/2 : 200, 120 > 205, 120",
+        "removed state 2/2 : out > ",
+        "removed transition 2/1 : t > ",
+    ]
+
+
+def test_a_diff_tells_of_automata_data_and_order() -> None:
+    after = done(
+        tree(),
+        DeleteAutomaton(automaton=3),
+        AddParameter(name="speed"),
+        AddTransition(automaton=1, origin=1, destination=2),
+    )
+    after = done(after, ReorderTransition(automaton=1, transition=3, index=0))
+    assert told(tree(), after) == [
+        "added document 0/0 :  > speed",
+        "changed state 1/2 children: 2, 3 > 2",
+        "added transition 1/3 :  > transition 3",
+        "changed automaton 1/0 transitions order:  > ",
+        "removed automaton 3/0 :  > ",
+    ]  # fmt: skip
+
+
+def test_the_same_has_no_differences() -> None:
+    assert diff_documents(tree(), parse(write_document(tree()), "Cannot read")) == []
+
+
+def merged(mine: Sequence[Command], theirs: Sequence[Command], base: Document | None = None) -> Merged:
+    start = base or tree()
+    return merge_documents(start, done(start, *mine), done(start, *theirs))
+
+
+def messages(outcome: Merged) -> list[str]:
+    return [each.message for each in outcome.conflicts]
+
+
+def test_what_only_one_side_changed_is_taken() -> None:
+    outcome = merged(
+        [rename("mine"), AddParameter(name="a"), DeleteItems(automaton=2, states=(2,))],
+        [rename("theirs", 2), SetStateCode(automaton=1, state=1, part="code", text="y = 2")],
+    )
+    assert outcome.conflicts == ()
+    first, second = outcome.document.automata[0].states
+    assert (first.name, first.code.text, second.name) == ("mine", "y = 2", "theirs")
+    assert [each.name for each in outcome.document.parameters] == ["a"]
+    assert len(outcome.document.automata[1].states) == 1
+
+
+def test_what_both_changed_stays_mine_and_is_told() -> None:
+    outcome = merged([rename("mine")], [rename("theirs")])
+    (conflict,) = outcome.conflicts
+    assert (conflict.part, conflict.base, conflict.mine, conflict.theirs) == (
+        "name",
+        "wait",
+        "mine",
+        "theirs",
+    )
+    assert (conflict.place.automaton, conflict.place.id) == (1, 1)
+    assert outcome.document.automata[0].states[0].name == "mine"
+    assert merged([rename("same")], [rename("same")]).conflicts == ()
+
+
+def test_new_things_of_both_sides_get_numbers_of_their_own() -> None:
+    outcome = merged(
+        [AddState(automaton=1, x=0, y=0, name="mine"), AddTransition(automaton=1, origin=3, destination=1)],
+        [AddState(automaton=1, x=9, y=9, name="theirs"), AddTransition(automaton=1, origin=3, destination=2)],
+    )
+    root = outcome.document.automata[0]
+    assert outcome.conflicts == ()
+    assert sorted((each.id, each.name) for each in root.states[2:]) == [(3, "mine"), (4, "theirs")]
+    assert sorted((each.id, each.origin, each.destination) for each in root.transitions[2:]) == [
+        (3, 3, 1),
+        (4, 4, 2),
+    ]
+
+
+def test_new_automata_of_both_sides_get_numbers_of_their_own() -> None:
+    outcome = merged(
+        [AddAutomaton(automaton=1, state=1), AddState(automaton=5, x=0, y=0, name="mine")],
+        [AddAutomaton(automaton=1, state=2), AddState(automaton=5, x=0, y=0, name="theirs")],
+    )
+    assert outcome.conflicts == ()
+    assert [each.children for each in outcome.document.automata[0].states] == [(5,), (2, 3, 6)]
+    assert {each.id: each.states[0].name for each in outcome.document.automata if each.id > 4} == {
+        5: "mine",
+        6: "theirs",
+    }
+
+
+def test_what_one_side_changed_and_the_other_deleted_stays() -> None:
+    changing: list[Command] = [rename("x", 2, 2)]
+    deleting: list[Command] = [DeleteItems(automaton=2, states=(2,))]
+    for outcome in (merged(changing, deleting), merged(deleting, changing)):
+        assert [each.name for each in outcome.document.automata[1].states] == ["in", "x"]
+        assert "deleted" in messages(outcome)[0]
+
+
+def test_a_transition_to_what_the_other_side_deleted_goes_and_is_told() -> None:
+    outcome = merged(
+        [DeleteItems(automaton=1, states=(2,))], [AddTransition(automaton=1, origin=1, destination=2)]
+    )
+    assert outcome.document.automata[0].transitions == ()
+    assert messages(outcome) == ["a transition went with a state that was deleted on the other side"]
+
+
+def test_an_automaton_that_one_side_changed_below_a_deleted_state_is_kept_and_told() -> None:
+    outcome = merged([DeleteItems(automaton=1, states=(2,))], [rename("x", 1, 4)])
+    assert [each.id for each in outcome.document.automata] == [1, 4]
+    assert "no state owns it" in messages(outcome)[-1]
+
+
+def test_an_automaton_has_one_initial_state_after_a_merge() -> None:
+    more = done(tree(), AddState(automaton=1, x=0, y=0))
+    outcome = merged([MarkInitial(automaton=1, state=2)], [MarkInitial(automaton=1, state=3)], more)
+    assert [each.initial for each in outcome.document.automata[0].states] == [False, True, False]
+    assert messages(outcome) == ["both chose where it begins: mine stays"]
+
+
+def test_both_may_add_something_of_one_name() -> None:
+    mine = [AddParameter(name="a", default="1.0")]
+    outcome = merged(mine, [AddParameter(name="a", default="2.0")])
+    assert [each.default for each in outcome.document.parameters] == [Text("1.0")]
+    assert messages(outcome) == ["both added one of this name: mine stays"]
+    base = done(tree(), *mine)
+    outcome = merged(
+        [RemoveEntry(list="parameters", index=0)], [ChangeParameter(index=0, default="3.0")], base
+    )
+    assert len(outcome.document.parameters) == 1
+
+
+def test_an_order_that_one_side_changed_is_taken() -> None:
+    base = done(tree(), *[AddTransition(automaton=1, origin=1, destination=2)] * 2)
+    for mine, theirs in (
+        ([ReorderTransition(automaton=1, transition=4, index=0)], [RenameTransition(automaton=1, transition=1, name="x")]),
+        ([RenameTransition(automaton=1, transition=1, name="x")], [ReorderTransition(automaton=1, transition=4, index=0)]),
+    ):  # fmt: skip
+        outcome = merged(mine, theirs, base)
+        assert [each.id for each in outcome.document.automata[0].transitions] == [4, 2, 1, 3]
+        assert outcome.document.automata[0].transitions[2].name == "x"
+
+
+def random_document(seed: int, start: Document, commands: int = 15) -> Document:
+    random = Random(seed)
+    document = start
+    for _ in range(commands):
+        try:
+            document = choose_command(random, document).apply(document)
+        except EditError:
+            continue
+    return document
+
+
+@settings(max_examples=100, deadline=None)
+@given(mine=st.integers(0, 2**32), theirs=st.integers(0, 2**32))
+def test_any_two_versions_make_a_document_that_can_be_saved(mine: int, theirs: int) -> None:
+    base = tree()
+    here, there = random_document(mine, base), random_document(theirs, base)
+    outcome = merge_documents(base, here, there).document
+    assert parse(write_document(outcome), "Cannot read") == outcome
+    assert merge_documents(base, here, base).document == here
+    assert merge_documents(base, base, there).document == there
+    assert merge_documents(base, here, here).document == here
+    for automaton in outcome.automata:
+        states = [state.id for state in automaton.states]
+        assert len(set(states)) == len(states)
+    ids = [automaton.id for automaton in outcome.automata]
+    assert len(set(ids)) == len(ids)
+    assert (diff_documents(here, there) == []) == (here == there)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "hits"),
+    [
+        ("WAIT", {}, [("state", "name", 1, 1)]),
+        ("WAIT", {"match_case": True}, []),
+        ("x", {}, [("state", "code", 1, 1), ("transition", "trigger", 1, 1)]),
+        ("i", {"whole_words": True}, []),
+        ("", {}, []),
+    ],
+)
+def test_names_and_code_are_searched(
+    text: str, options: dict[str, bool], hits: list[tuple[str, str, int, int]]
+) -> None:
+    found = search(tree(), text, **options)
+    assert [(each.place.kind, each.place.part, each.line, each.column) for each in found] == hits
+
+
+def test_a_hit_is_shown_with_its_line() -> None:
+    document = done(
+        tree(), SetStateCode(automaton=1, state=2, part="exit", text=f"a = 1\n  {'b' * 300} = needle")
+    )
+    (hit,) = search(document, "needle")
+    assert (hit.line, hit.column, hit.length) == (2, 306, 6)
+    assert hit.excerpt.endswith("b = needle")
+    assert len(hit.excerpt) <= 160
+
+
+def test_a_search_ends_after_a_thousand_hits() -> None:
+    assert len(search(large_document(2000), "state")) == 1000
+
+
+def test_state_names_that_differ_in_nothing_else_are_one_difference() -> None:
+    base = tree()
+    root = base.automata[0]
+    other = replace(
+        base,
+        automata=(
+            replace(root, states=(replace(root.states[0], name="w"), root.states[1])),
+            *base.automata[1:],
+        ),
+    )
+    assert told(base, other) == ["changed state 1/1 name: wait > w"]

@@ -1,0 +1,191 @@
+"""Problems with the places to jump to, in this process and in one beside."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from codegen.hfsm import write_document
+from codegen.hfsm.document import Automaton, Document, Import, Library, State, Text, Transition
+from tests.support.editing import large_document, tree
+from visualhfsm.editing.check_process import CheckProcess
+from visualhfsm.editing.commands.states import SetArgument, SetStateCode
+from visualhfsm.editing.commands.transitions import SetTransitionCode
+from visualhfsm.editing.errors import EditError
+from visualhfsm.editing.fragments import parse, written
+from visualhfsm.editing.locate import Locator
+from visualhfsm.editing.places import Place, spots
+from visualhfsm.editing.problems import Problem, find_problems
+
+
+def only(problems: list[Problem], code: str) -> Problem:
+    (found,) = [each for each in problems if each.code == code]
+    return found
+
+
+def clean() -> Document:
+    return Document(
+        automata=(
+            Automaton(
+                id=1,
+                states=(State(id=1, name="a", initial=True), State(id=2, name="b")),
+                transitions=(
+                    Transition(id=1, name="on", origin=1, destination=2, type="time", trigger=Text("1000")),
+                    Transition(id=2, name="back", origin=2, destination=1, type="time", trigger=Text("1000")),
+                ),
+            ),
+        )
+    )
+
+
+def test_a_document_in_order_has_no_problems() -> None:
+    assert find_problems(clean(), None) == []
+
+
+@pytest.mark.parametrize("part", ["entry", "code", "exit"])
+def test_an_error_in_code_has_its_line_and_column_in_that_code(part: Any) -> None:
+    document = SetStateCode(automaton=1, state=2, part=part, text="a = 1\nif a < 2:\n    b = = 1").apply(
+        clean()
+    )
+    problem = only(find_problems(document, None), "E520")
+    assert problem.severity == "error"
+    assert problem.place == Place(kind="state", automaton=1, id=2, part=part)
+    assert (problem.line, problem.column) == (3, 9)
+
+
+def test_the_first_line_counts_from_its_own_start() -> None:
+    document = SetStateCode(automaton=1, state=1, part="code", text="a < = 1").apply(clean())
+    problem = only(find_problems(document, None), "E520")
+    assert (problem.line, problem.column) == (1, 5)
+
+
+def test_problems_of_transitions_automata_and_lists_have_their_places() -> None:
+    document = SetTransitionCode(automaton=1, transition=2, part="trigger", text="soon").apply(clean())
+    problems = find_problems(document, None)
+    assert problems[0].place == Place(kind="transition", automaton=1, id=2, part="trigger")
+    document = Document(automata=clean().automata, libraries=(Library(name=Text("a b c")),))
+    (problem,) = find_problems(document, None)
+    assert problem.place == Place(kind="document", part="libraries", name="name")
+
+
+def test_every_element_and_text_of_a_document_is_found_where_it_was_written() -> None:
+    document = SetArgument(automaton=1, state=2, name="n", value="1 <\n2", child=2).apply(tree())
+    document = SetStateCode(automaton=1, state=1, part="exit", text="\n\na\n").apply(document)
+    read = parse(written(document), "Cannot read")
+    locator = Locator(read)
+    seen = 0
+    for spot in spots(read):
+        if not spot.line:
+            continue
+        located = locator.find(spot.line, spot.column)
+        assert located is not None
+        assert located.place == spot.place
+        seen += 1
+        for extra, text in enumerate((spot.text or "").split("\n")[1:], 1):
+            located = locator.find(spot.line + extra, len(text) + 1)
+            assert located == (spot.place, extra + 1, len(text) + 1)
+            seen += 1
+    assert seen > 40
+    assert locator.find(1, 1) is None
+
+
+def test_what_is_behind_a_text_belongs_to_the_element() -> None:
+    text = '<VisualHFSM>\n<SubAutomata id="1">\n<state id="3"><code>a</code>\n<ours>\n</ours></state></SubAutomata></VisualHFSM>'
+    located = Locator(parse(text, "Cannot read")).find(4, 1)
+    assert located == (Place(kind="state", automaton=1, id=3), 0, 0)
+
+
+def test_a_problem_in_an_imported_file_leads_to_who_imports_it(tmp_path: Path) -> None:
+    bad = SetStateCode(automaton=1, state=1, part="code", text="a = = 1").apply(clean())
+    (tmp_path / "bad.xml").write_text(write_document(bad))
+    automata = (
+        Automaton(id=1, states=(State(id=1, name="a", initial=True, children=(2,)),)),
+        Automaton(id=2, father=1, imported=Import(file=Text("bad.xml"))),
+    )
+    problem = only(find_problems(Document(automata=automata), tmp_path / "main.xml"), "E520")
+    assert problem.place == Place(kind="automaton", automaton=2, part="import")
+    assert problem.file == str(tmp_path / "bad.xml")
+
+
+def test_a_document_that_was_never_saved_is_checked_as_it_is(tmp_path: Path) -> None:
+    file = tmp_path / "a.xml"
+    file.write_text("old")
+    assert find_problems(clean(), file) == []
+    assert file.read_text() == "old"
+
+
+@pytest.fixture
+def checks():
+    process = CheckProcess()
+    yield process
+    process.close()
+
+
+def test_a_process_beside_finds_the_same(checks: CheckProcess) -> None:
+    document = SetStateCode(automaton=1, state=2, part="code", text="undefined_name + 1").apply(clean())
+    assert checks.find_problems(document, None) == find_problems(document, None) != []
+    assert checks.find_problems(clean(), None) == []
+
+
+def checkers() -> list[psutil.Process]:
+    found = []
+    for child in psutil.Process().children():
+        with contextlib.suppress(psutil.NoSuchProcess):
+            if "visualhfsm.editing.check_process" in child.cmdline():
+                found.append(child)
+    return found
+
+
+def test_a_process_that_dies_is_started_again(checks: CheckProcess) -> None:
+    checks.find_problems(clean(), None)
+    (process,) = checkers()
+    process.kill()
+    assert checks.find_problems(clean(), None) == []
+    (other,) = checkers()
+    assert other != process
+
+
+def test_a_check_that_takes_too_long_is_told(checks: CheckProcess) -> None:
+    impatient = CheckProcess(patience=0.0)
+    (problem,) = impatient.find_problems(clean(), None)
+    assert "not checked" in problem.message
+    impatient.close()
+
+
+def test_closing_ends_a_check_that_is_running() -> None:
+    process = CheckProcess()
+    process.find_problems(clean(), None)
+    started = threading.Event()
+    problems: list[Problem] = []
+
+    def check() -> None:
+        started.set()
+        try:
+            problems.extend(process.find_problems(large_document(2000), None))
+        except EditError:
+            problems.append(Problem(code="", severity="warning", message="not checked"))
+
+    thread = threading.Thread(target=check)
+    thread.start()
+    assert started.wait(10)
+    process.close()
+    thread.join(10)
+    assert not thread.is_alive()
+    assert checkers() == []
+    with pytest.raises(EditError, match="ended"):
+        process.find_problems(clean(), None)
+
+
+def test_modules_beside_a_document_are_not_run(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "ast.py").write_text("raise SystemExit('run')")
+    monkeypatch.chdir(tmp_path)
+    process = CheckProcess()
+    try:
+        assert process.find_problems(clean(), tmp_path / "a.xml") == []
+    finally:
+        process.close()

@@ -1,0 +1,348 @@
+"""Sessions: undo and redo with names, saving, files that change, and journals that survive a crash."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from codegen.hfsm import write_document
+from tests.support.editing import tree
+from visualhfsm.child import child_environment
+from visualhfsm.editing.commands.items import MoveItems
+from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
+from visualhfsm.editing.errors import ChangedOutsideError, EditError
+from visualhfsm.editing.journal import find_abandoned
+from visualhfsm.editing.session import Choice, DocumentSession
+
+SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
+<origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>
+</SubAutomata></VisualHFSM>"""
+
+
+class Time:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def time() -> Time:
+    return Time()
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    file = tmp_path / "waver.xml"
+    file.write_text(write_document(tree()))
+    return file
+
+
+@pytest.fixture
+def session(path: Path, tmp_path: Path, time: Time):
+    opened = DocumentSession.open(path, journals=tmp_path / "journals", clock=time)
+    yield opened
+    opened.close(discard=True)
+
+
+def rename(name: str, state: int = 1) -> RenameState:
+    return RenameState(automaton=1, state=state, name=name)
+
+
+def code(text: str) -> SetStateCode:
+    return SetStateCode(automaton=1, state=1, part="code", text=text)
+
+
+def test_steps_have_names_and_are_undone_and_done_again(session: DocumentSession) -> None:
+    session.do(rename("a"))
+    session.do(AddState(automaton=1, x=0, y=0))
+    assert session.undo_names == ["Add a state", "Rename “wait”"]
+    change = session.undo()
+    assert (change.name, change.revision, session.redo_names) == ("Add a state", 3, ["Add a state"])
+    assert session.redo().added[0].states == (3,)
+    session.undo()
+    session.do(rename("b", 2))
+    assert session.redo_names == []
+    with pytest.raises(EditError, match="nothing to redo"):
+        session.redo()
+
+
+def test_typing_is_one_step_until_one_pauses_or_leaves(session: DocumentSession, time: Time) -> None:
+    for text in ("x", "x =", "x = 1"):
+        session.do(code(text))
+        time.now += 1.9
+    assert len(session.undo_names) == 1
+    time.now += 2.1
+    session.do(code("x = 2"))
+    assert len(session.undo_names) == 2
+    session.seal()
+    session.do(code("x = 3"))
+    assert len(session.undo_names) == 3
+    session.undo()
+    session.undo()
+    session.do(code("x = 4"))
+    assert len(session.undo_names) == 2
+    session.undo()
+    session.undo()
+    assert not session.dirty
+
+
+def test_moves_of_the_same_things_are_one_step(session: DocumentSession) -> None:
+    for _ in range(5):
+        session.do(MoveItems(automaton=1, states=(1,), dx=1, dy=0))
+    assert len(session.undo_names) == 1
+    session.do(MoveItems(automaton=1, states=(1, 2), dx=1, dy=0))
+    assert len(session.undo_names) == 2
+
+
+def test_a_command_that_changes_nothing_is_no_step(session: DocumentSession) -> None:
+    change = session.do(rename("wait"))
+    assert (change.revision, session.undo_names, session.dirty) == (0, [], False)
+
+
+def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> None:
+    before = session.document
+    with pytest.raises(EditError):
+        session.do(rename("x", 9))
+    assert session.document is before
+    assert session.undo_names == []
+
+
+def test_saving_is_byte_for_byte_what_was_opened(session: DocumentSession, path: Path) -> None:
+    original = path.read_bytes()
+    session.do(rename("a"))
+    assert session.dirty
+    session.undo()
+    assert not session.dirty
+    session.save()
+    assert path.read_bytes() == original
+
+
+def test_saving_keeps_permissions_and_links(session: DocumentSession, path: Path, tmp_path: Path) -> None:
+    path.chmod(0o640)
+    link = tmp_path / "link.xml"
+    link.symlink_to(path)
+    session.do(rename("a"))
+    session.save(link, overwrite=True)
+    assert link.is_symlink()
+    assert path.stat().st_mode & 0o777 == 0o640
+    assert "<name>a</name>" in path.read_text()
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["journals", "link.xml", "waver.xml"]
+
+
+def test_saving_that_fails_leaves_the_old_file(session: DocumentSession, path: Path, monkeypatch) -> None:
+    original = path.read_bytes()
+    session.do(rename("a"))
+
+    def fail(_descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(EditError, match="No space left on device; nothing was written"):
+        session.save()
+    assert path.read_bytes() == original
+    assert session.dirty
+    assert [each.name for each in path.parent.glob(".*")] == []
+
+
+def test_saving_as_asks_before_it_overwrites(session: DocumentSession, tmp_path: Path) -> None:
+    other = tmp_path / "other.xml"
+    other.write_text("mine")
+    with pytest.raises(EditError, match="the file exists"):
+        session.save(other)
+    with pytest.raises(EditError, match=r"end with \.xml"):
+        session.save(tmp_path / "component.py")
+    session.save(other, overwrite=True)
+    assert (session.path, session.name, session.dirty) == (other, "other", False)
+
+
+def test_an_old_dialect_opens_and_is_saved_elsewhere(tmp_path: Path) -> None:
+    old = tmp_path / "old.xml"
+    old.write_text(SPANISH)
+    session = DocumentSession.open(old, journals=tmp_path / "journals")
+    assert session.dialect == "Spanish (2013)"
+    session.do(rename("dos"))
+    with pytest.raises(EditError, match="Save as"):
+        session.save()
+    assert old.read_text() == SPANISH
+    session.save(tmp_path / "new.xml")
+    session.do(rename("tres"))
+    session.save()
+    session.close()
+    assert "<name>tres</name>" in (tmp_path / "new.xml").read_text()
+
+
+def test_a_new_document_needs_a_file(tmp_path: Path) -> None:
+    session = DocumentSession.new(tree(), "untitled", journals=tmp_path / "journals")
+    assert session.dirty
+    with pytest.raises(EditError, match="no file yet"):
+        session.save()
+    session.save(tmp_path / "a.xml")
+    assert not session.dirty
+    session.close()
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [("<a/>", "not the root"), ("<VisualHFSM>", "malformed"), (None, "it is not there")],
+)
+def test_what_is_no_document_does_not_open(tmp_path: Path, content: str | None, why: str) -> None:
+    file = tmp_path / "bad.xml"
+    if content is not None:
+        file.write_text(content)
+    with pytest.raises(EditError, match=why):
+        DocumentSession.open(file)
+    with pytest.raises(EditError, match="it is not a file"):
+        DocumentSession.open(tmp_path)
+
+
+def test_a_file_that_another_program_changed_is_not_overwritten(session: DocumentSession, path: Path) -> None:
+    session.do(rename("mine"))
+    assert not session.is_changed_outside()
+    os.utime(path, (1, 1))
+    assert not session.is_changed_outside(), "the content is the same"
+    path.write_text(path.read_text().replace(">work<", ">theirs<"))
+    assert session.is_changed_outside()
+    with pytest.raises(ChangedOutsideError, match="another program has changed it"):
+        session.save()
+    assert "theirs" in path.read_text()
+
+
+def test_changes_on_both_sides_are_merged(session: DocumentSession, path: Path) -> None:
+    session.do(rename("mine"))
+    path.write_text(path.read_text().replace(">work<", ">theirs<"))
+    resolution = session.resolve(Choice.MERGE)
+    assert resolution.conflicts == ()
+    assert [state.name for state in session.document.automata[0].states] == ["mine", "theirs"]
+    assert session.dirty
+    session.save()
+    assert not session.is_changed_outside()
+    session.undo()
+    assert [state.name for state in session.document.automata[0].states] == ["mine", "work"]
+
+
+def test_one_takes_theirs_or_keeps_mine(session: DocumentSession, path: Path) -> None:
+    session.do(rename("mine"))
+    path.write_text(path.read_text().replace(">wait<", ">theirs<"))
+    session.resolve(Choice.THEIRS)
+    assert session.document.automata[0].states[0].name == "theirs"
+    assert not session.dirty
+    session.undo()
+    path.write_text(path.read_text().replace(">theirs<", ">again<"))
+    session.resolve(Choice.MINE)
+    session.save()
+    assert "<name>mine</name>" in path.read_text()
+
+
+def test_a_file_that_was_removed_is_written_again(session: DocumentSession, path: Path) -> None:
+    path.unlink()
+    assert session.is_changed_outside()
+    with pytest.raises(ChangedOutsideError, match="removed"):
+        session.save()
+    session.resolve(Choice.MINE)
+    assert session.dirty
+    session.save()
+    assert path.exists()
+
+
+def test_closing_asks_for_changes_and_leaves_no_journal(path: Path, tmp_path: Path) -> None:
+    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session.do(rename("a"))
+    assert len(list((tmp_path / "journals").iterdir())) == 1
+    with pytest.raises(EditError, match="not saved"):
+        session.close()
+    session.close(discard=True)
+    assert list((tmp_path / "journals").iterdir()) == []
+
+
+CRASH = """
+import sys, os, signal
+from pathlib import Path
+from visualhfsm.editing.session import DocumentSession
+from visualhfsm.editing.commands.states import AddState, RenameState
+session = DocumentSession.open(Path(sys.argv[1]), journals=Path(sys.argv[2]))
+session.do(RenameState(automaton=1, state=1, name="a"))
+session.save()
+session.do(AddState(automaton=1, x=0.1, y=2.0))
+session.do(RenameState(automaton=1, state=3, name="b"))
+session.do(RenameState(automaton=1, state=3, name="bc"))
+session.do(RenameState(automaton=1, state=2, name="d"))
+session.undo()
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
+    journals = tmp_path / "journals"
+    process = subprocess.Popen(
+        [sys.executable, "-c", CRASH, str(path), str(journals)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=child_environment([Path.cwd()]),
+        text=True,
+    )
+    with process:
+        assert process.stdout is not None
+        try:
+            assert process.stdout.readline() == "ready\n"
+            assert find_abandoned(journals) == [], "it is alive"
+            (file,) = journals.iterdir()
+            with pytest.raises(EditError, match="open in another process"):
+                DocumentSession.recover(file)
+        finally:
+            process.send_signal(signal.SIGKILL)
+    (found,) = find_abandoned(journals)
+    assert (found.path, found.name) == (path, "waver")
+    recovered = DocumentSession.recover(found.file)
+    assert [state.name for state in recovered.document.automata[0].states] == ["a", "work", "bc"]
+    assert recovered.undo_names == ["Rename “state 3”", "Add a state", "Rename “wait”"]
+    assert recovered.redo_names == ["Rename “work”"]
+    assert recovered.dirty
+    assert not recovered.is_changed_outside()
+    recovered.undo()
+    recovered.undo()
+    assert not recovered.dirty, "this is what was saved"
+    recovered.redo()
+    recovered.save()
+    recovered.close()
+    assert list(journals.iterdir()) == []
+
+
+def test_a_journal_that_was_cut_off_gives_what_it_has(path: Path, tmp_path: Path) -> None:
+    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    for name in ("a", "b"):
+        session.do(rename(name))
+        session.seal()
+    session.abandon()
+    (file,) = (tmp_path / "journals").iterdir()
+    file.write_bytes(file.read_bytes()[:-20])
+    recovered = DocumentSession.recover(file)
+    assert recovered.document.automata[0].states[0].name == "a"
+    recovered.do(rename("c"))
+    recovered.abandon()
+    again = DocumentSession.recover(file)
+    assert again.document.automata[0].states[0].name == "c"
+    again.close(discard=True)
+
+
+def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
+    file = tmp_path / "x.journal"
+    file.write_bytes(b"{}\n")
+    assert find_abandoned(tmp_path) == []
+    with pytest.raises(EditError, match="it holds no document"):
+        DocumentSession.recover(file)
+    assert file.exists()
+
+
+def test_an_undone_session_is_not_kept(path: Path, tmp_path: Path) -> None:
+    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session.do(rename("a"))
+    session.undo()
+    session.abandon()
+    assert list((tmp_path / "journals").iterdir()) == []
