@@ -97,6 +97,13 @@ def test_an_unknown_state_comes_with_hints() -> None:
     assert "there is `followBall/red`" in caught.value.hints
 
 
+def test_a_name_of_several_words_needs_quotes() -> None:
+    model = read_model(document(automaton(1, [state(1, "rush hour")])), PATH)
+    with pytest.raises(ExpressionError) as caught:
+        parse("not rush hour", model)
+    assert 'write `"rush hour"`' in caught.value.hints
+
+
 @given(st.text(alphabet=' ()#/"->notandori dance1', max_size=40))
 def test_any_text_is_understood_or_refused_with_a_place_in_it(text: str) -> None:
     try:

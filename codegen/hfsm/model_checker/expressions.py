@@ -201,6 +201,7 @@ class _Parser:
         names = [state.source.name for automaton in automata for state in automaton.states]
         where = self._model.label(automata[0].index) if automata else "the document"
         hints = [note.message for note in did_you_mean(token.text, names)]
+        hints += [f'write `"{name}"`' for name in names if name.startswith(f"{token.text} ")][:1]
         hints += [
             f"there is `{self._model.state_path(automaton.index, state.index)}`"
             for automaton in self._model.automata
