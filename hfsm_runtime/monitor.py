@@ -163,14 +163,17 @@ class Monitor:
 
     def _publish(self) -> None:
         publisher = self._servant.getSnapshotPublisher
-        last = False
+        last = told = False
         while not last:
             last = self._closing
             if publisher.listening:
                 try:
                     publisher.publish(take_snapshot(self._runtime), self._runtime.clock.now())
+                    told = False
                 except Exception:  # variables are user objects, and a watcher must not end the watching
-                    _logger.exception("a snapshot could not be published")
+                    if not told:  # ten times a second would hide all else
+                        _logger.exception("snapshots cannot be published")
+                    told = True
             if not last:
                 self._changed.wait(_INTERVAL)
                 self._changed.clear()

@@ -19,6 +19,8 @@ __all__ = ["Record", "Recording"]
 _LARGEST_RECORD: Final = 256 << 20
 _LARGEST_CHUNK: Final = 256 << 20
 _MOST_RECORDS: Final = 50_000_000
+_MOST_BYTES: Final = 4 << 30
+"""Bytes of messages that are kept in memory, whatever they take in the file."""
 _BROKEN: Final = (ValueError, EOFError, struct.error, KeyError, IndexError, UnicodeDecodeError, OverflowError)
 # A file that was cut off ends in the middle of a record, which the library's parser meets unprepared.
 
@@ -48,6 +50,7 @@ class Recording:
         self.lost = 0
         """Messages that are missing in gaps."""
         self._records: list[tuple[int, int, bytes]] = []
+        self._size = 0
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, tuple[str, type[Message]]] = {}
         self._decoders = {message: msgspec.json.Decoder(message) for message in MESSAGES.values()}
@@ -163,6 +166,9 @@ class Recording:
             return
         if len(self._records) >= _MOST_RECORDS:
             raise RecordingError(f"the recording has more than {_MOST_RECORDS} messages")
+        self._size += len(data)
+        if self._size > _MOST_BYTES:
+            raise RecordingError(f"the recording has more than {_MOST_BYTES} bytes of messages")
         if kind is Gap:
             gap = self._decoders[Gap].decode(data)
             self.lost += gap.lost if isinstance(gap, Gap) else 0

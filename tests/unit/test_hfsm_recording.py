@@ -24,6 +24,7 @@ from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.recording.turns import Turns
 from hfsm_runtime.recording.values import readable
 from hfsm_runtime.recording.writer import Entry, RecordingFailedError, RecordingWriter
+from hfsm_runtime.replay.errors import RecordingError
 from hfsm_runtime.replay.reader import Recording
 from interfaces.jderobot import ImageDescription
 from tests.support.automata import after, automaton, component, when
@@ -203,6 +204,20 @@ def test_a_file_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path, kept:
     with Recording(path) as recorded:
         assert recorded.truncated
         assert [recorded[i].time for i in range(len(recorded))] == list(range(len(recorded)))
+
+
+def test_messages_that_unpack_to_more_than_memory_has_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter(path, STATE, {}, 1000)
+    for number in range(5000):  # which are few in the file
+        writer.put(Entry("/readings", 1000 + number, Reading("x" * 500, "now", number)))
+    writer.close()
+    monkeypatch.setattr("hfsm_runtime.replay.reader._MOST_BYTES", 1_000_000)
+    assert path.stat().st_size < 1_000_000
+    with pytest.raises(RecordingError, match="more than 1000000 bytes"):
+        Recording(path)
 
 
 # Turns.
