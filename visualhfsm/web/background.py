@@ -27,7 +27,7 @@ _logger = logging.getLogger(__name__)
 
 
 class Checking:
-    """Checks documents once they have not changed for a moment, one at a time, and only their newest revision.
+    """Checks documents that have not changed for a moment, one at a time, in their newest revision.
 
     `quiet` is that moment in seconds, `tell` gets what was found.
     """
