@@ -8,6 +8,8 @@
  *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
  */
 
+import {outgoing} from "./canvas/scene.js";
+import {StateTool, TransitionTool} from "./canvas/tools.js";
 import * as commands from "./commands.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
@@ -43,8 +45,8 @@ const distribute = (along) => () => commands.applyHere("distributeStates", {stat
 const LIST = [
   {id: "up", label: "Up", icon: "up", keys: ["Backspace"], enabled: () => page.path.length > 1, run: () => page.up(), hint: "to the automaton above"},
 
-  {id: "newState", label: "State", icon: "state", keys: ["S"], enabled: drawable, run: async ({canvas}) => canvas.useTool((await import("./canvas/tools.js")).StateTool), hint: "new"},
-  {id: "newTransition", label: "Transition", icon: "transition", keys: ["T"], enabled: drawable, run: async ({canvas}) => canvas.useTool((await import("./canvas/tools.js")).TransitionTool), hint: "new"},
+  {id: "newState", label: "State", icon: "state", keys: ["S"], enabled: drawable, run: ({canvas}) => canvas.useTool(StateTool), hint: "new"},
+  {id: "newTransition", label: "Transition", icon: "transition", keys: ["T"], enabled: drawable, run: ({canvas}) => canvas.useTool(TransitionTool), hint: "new"},
 
   {id: "new", label: "New", icon: "file", keys: ["Alt+N"], scope: "typing", run: async () => (await files()).openNew()},
   {id: "open", label: "Open", icon: "open", keys: ["Ctrl+O"], scope: "typing", run: async () => (await files()).openFile()},
@@ -150,7 +152,6 @@ export function selectionActions() {
 }
 
 async function reorder(step) {
-  const {outgoing} = await import("./canvas/scene.js");
   const chosen = page.transition;
   const order = outgoing(page.automaton.transitions.filter(({origin}) => origin === chosen.origin));
   const index = order.indexOf(chosen) + step;

@@ -32,6 +32,7 @@ export class HfsmCanvas extends HTMLElement {
   #shown = "";
   #gesture;
   #current = ""; // key of what has the place in the order of focus
+  #pressed; // what the pointer was last pressed on
   #spaceHeld = false;
   #live;
 
@@ -78,6 +79,7 @@ export class HfsmCanvas extends HTMLElement {
     this.scene.select(page.states, page.transitions);
     this.scene.showLive(this.#live);
     this.#keepFocusable();
+    if (other && this.hadFocus) this.focusSelected();
     this.minimap.draw();
   }
 
@@ -264,7 +266,6 @@ export class HfsmCanvas extends HTMLElement {
     } else {
       this.fit();
     }
-    if (this.hadFocus) requestAnimationFrame(() => this.focusSelected());
   }
 
   #showEmpty(automaton) {
@@ -314,6 +315,7 @@ export class HfsmCanvas extends HTMLElement {
   #down(event) {
     if (this.#gesture) return;
     this.rename.commit();
+    this.#pressed = event.target;
     const group = event.target.closest?.("[data-key]");
     const grabbed = group ?? this.svg;
     if (event.button === 1 || (event.button === 0 && this.#spaceHeld)) {
@@ -350,15 +352,16 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   #doubleClick(event) {
-    const key = event.target.closest?.("[data-key]")?.dataset.key;
+    const target = this.#pressed; // that of the event is what has captured the pointer
+    const key = target.closest("[data-key]")?.dataset.key;
     if (!key) {
       if (!this.readOnly && page.automaton && !page.automaton.imported) this.#addAt(this.point(event));
       return;
     }
     const id = Number(key.slice(1).replaceAll("'", ""));
-    if (event.target.closest(".label, .name")) this.beginRename(key.startsWith("s") ? "state" : "transition", id);
+    if (target.closest(".label, .name")) this.beginRename(key.startsWith("s") ? "state" : "transition", id);
     else if (key.startsWith("t")) {
-      if (event.target.closest(".handle") && !this.readOnly) resetHandle(id);
+      if (target.closest(".handle") && !this.readOnly) resetHandle(id);
       else page.edit({kind: "transition", automaton: page.automaton.id, id, part: "trigger"});
     } else {
       const state = page.automaton.states.find((each) => each.id === id);

@@ -7,6 +7,9 @@ import {problemsAt} from "./places.js";
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
+/** Look again for what is wrong, though the code is the same. */
+export const recheck = StateEffect.define();
+
 /**
  * Extensions that ask the server about one piece of code.
  *
@@ -16,7 +19,7 @@ export function assistance({tab, place, problems}) {
   const help = new Help(tab, place);
   return [
     autocompletion({override: [(context) => help.complete(context)], icons: true, maxRenderedOptions: 100}),
-    linter((view) => help.lint(view, problems), {delay: LINT_AFTER}),
+    linter((view) => help.lint(view, problems), {delay: LINT_AFTER, needsRefresh: ({transactions}) => transactions.some((each) => each.effects.some((effect) => effect.is(recheck)))}),
     hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500}),
     signatures(help),
   ];

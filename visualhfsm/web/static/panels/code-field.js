@@ -10,7 +10,7 @@ import {commandFor, keyOf} from "./places.js";
 /** Ask for what stands in a shadow root of its own: the editor's styles reach nothing else, and need no exception from the page's policy. */
 export class CodeField extends LitElement {
   static properties = {
-    tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, lines: {type: Number},
+    tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, wraps: {type: Boolean},
     readonly: {type: Boolean}, failed: {state: true}, ready: {state: true},
   };
 
@@ -28,7 +28,7 @@ export class CodeField extends LitElement {
     this.text = "";
     this.label = "Code";
     this.hint = "";
-    this.lines = 0;
+    this.wraps = false;
     this.readonly = false;
     this.failed = "";
     this.ready = false;
@@ -101,8 +101,8 @@ export class CodeField extends LitElement {
   }
 
   #content() {
-    const {tab, place, label, hint, readonly} = this;
-    return {text: this.#draft.text, tab, place, label, hint, readonly, python: this.#python};
+    const {tab, place, label, hint, wraps, readonly} = this;
+    return {text: this.#draft.text, tab, place, label, hint, wraps, readonly, python: this.#python};
   }
 
   #show(text, whole) {

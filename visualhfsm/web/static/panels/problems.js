@@ -44,7 +44,7 @@ export class Problems extends PageElement {
       <div class="list-tools" role="group" aria-label="Shown problems">${SEVERITIES.map(([severity, title]) => {
         const count = problems.filter((each) => each.severity === severity).length;
         return html`<button type="button" class="filter ${severity}" aria-pressed=${!this.left.has(severity)} ?disabled=${!count} @click=${() => this.#toggle(severity)}>
-          <span class="sign ${severity}" aria-hidden="true"></span>${count} ${count === 1 ? title.slice(0, -1) : title}</button>`;
+          <span class="severity-sign ${severity}" aria-hidden="true"></span>${count} ${count === 1 ? title.slice(0, -1) : title}</button>`;
       })}<span class="room"></span>${document.checked !== undefined && document.checked !== document.revision ? html`<span class="faint" role="status">Being checked…</span>` : nothing}</div>
       ${problems.length ? html`<ol class="rows" aria-label="Problems" @keydown=${moveAmongRows}>${shown.map((each) => this.#row(document, each))}</ol>`
         : html`<p class="empty" role="status">The checks found nothing wrong.</p>`}</div>`;
@@ -59,7 +59,7 @@ export class Problems extends PageElement {
     const notes = (problem.notes ?? []).filter((each) => !steps.length || !each.includes("\n"));
     return html`<li>
       <button type="button" class="row" @click=${() => this.#go(problem, place)}>
-        <span class="sign ${problem.severity}" role="img" aria-label="${problem.severity}: "></span>
+        <span class="severity-sign ${problem.severity}" role="img" aria-label="${problem.severity}: "></span>
         <span class="message">${problem.message}</span><span class="code-name">${problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span></button>
       ${notes.length ? html`<ul class="notes">${notes.map((each) => html`<li>${each}</li>`)}</ul>` : nothing}

@@ -86,7 +86,7 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
           <span class="faint">${input ? `${input.type}${input.default ? `, otherwise ${input.default}` : ", needed"}` : ""}${words}</span>${badge(problems)}
           ${given && !readonly ? html`<button type="button" class="action bare" aria-label="Remove the argument ${name}" title="Remove"
             @click=${() => apply("removeArgument", {...at(place), name, child})}>${icon("delete")}</button>` : nothing}</div>
-        ${keyed(`${state.id} ${name} ${child}`, html`<hfsm-code-field class="grow" data-part="argument" data-name=${name} .tab=${tab} .place=${where} .text=${given?.value ?? ""}
+        ${keyed(`${state.id} ${name} ${child}`, html`<hfsm-code-field class="grow" wraps data-part="argument" data-name=${name} .tab=${tab} .place=${where} .text=${given?.value ?? ""}
           ?readonly=${readonly} label="Argument ${name}" hint=${input?.default || "an expression"}></hfsm-code-field>`)}
         ${input?.description ? html`<p class="explain">${input.description}</p>` : nothing}</li>`;
     })}</ul>`;

@@ -16,15 +16,17 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
     choose(tabs[next].id);
     event.currentTarget.children[next].focus();
   };
+  const words = ({label: text, filled, problems = []}) => [text, filled && "not empty", problems.length && counted(problems)].filter(Boolean).join(", ");
   return html`<div class="inner-tabs" role="tablist" aria-label=${label} @keydown=${press}>${tabs.map((each) => html`
     <button type="button" role="tab" id="${prefix}-tab-${each.id}" aria-controls="${prefix}-panel" aria-selected=${each.id === chosen} tabindex=${each.id === chosen ? 0 : -1}
-      @click=${() => choose(each.id)}>${each.label}${each.filled ? html`<span class="filled" title="not empty" role="img" aria-label=", not empty"></span>` : nothing}${badge(each.problems ?? [])}</button>`)}</div>`;
+      aria-label=${words(each)} @click=${() => choose(each.id)}>${each.label}${each.filled ? html`<span class="filled" title="not empty"></span>` : nothing}${badge(each.problems ?? [])}</button>`)}</div>`;
 }
 
-/** How many problems there are, colored by the gravest. */
+const counted = (problems) => `${problems.length} problem${problems.length === 1 ? "" : "s"}`;
+
+/** How many problems there are, colored by the gravest; for the eye alone. */
 export function badge(problems) {
   if (!problems.length) return nothing;
   const gravest = ["error", "warning", "note"].find((severity) => problems.some((each) => each.severity === severity));
-  const noun = `problem${problems.length === 1 ? "" : "s"}`;
-  return html`<span class="badge ${gravest}" role="img" aria-label=", ${problems.length} ${noun}" title="${problems.length} ${noun}">${problems.length}</span>`;
+  return html`<span class="badge ${gravest}" aria-hidden="true" title=${counted(problems)}>${problems.length}</span>`;
 }

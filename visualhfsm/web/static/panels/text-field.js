@@ -83,7 +83,7 @@ export class TextField extends LitElement {
         aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave}></textarea>`;
     }
     return html`<input id=${id} class=${this.mono || kind === "number" ? "mono" : ""} type="text" inputmode=${kind === "number" ? "decimal" : nothing} spellcheck="false"
-      autocomplete="off" aria-label=${name} placeholder=${hint} ?readonly=${readonly} .value=${live(text)} list=${this.suggestions.length ? `${id}-list` : nothing}
+      autocomplete="off" aria-label=${name} placeholder=${hint} title=${text.length > 14 ? text : nothing} ?readonly=${readonly} .value=${live(text)} list=${this.suggestions.length ? `${id}-list` : nothing}
       aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave} @keydown=${this.#press}>`;
   }
 

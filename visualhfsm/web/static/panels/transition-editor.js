@@ -38,19 +38,19 @@ export function transitionEditor(about) {
       ${trigger(about, place)}
       ${transition.type === "condition" && !transition.guard.trim() ? nothing : html`<div class="section">
         <h3 id="guard-title">Guard <span class="faint">must hold as well</span></h3>
-        <hfsm-code-field class="grow" data-part="guard" .tab=${tab} .place=${{...place, part: "guard"}} .text=${transition.guard} ?readonly=${readonly}
+        <hfsm-code-field class="grow" wraps data-part="guard" .tab=${tab} .place=${{...place, part: "guard"}} .text=${transition.guard} ?readonly=${readonly}
           label="Guard of ${transition.name}" hint="always"></hfsm-code-field>
         ${transition.type === "condition" ? html`<p class="explain">A condition has no guard of its own: this one is not looked at. Move it into the condition.</p>` : nothing}</div>`}
       ${priority(about, place, fields)}
       <div class="section code"><h3>Code <span class="faint">runs when it fires</span></h3>
         <hfsm-code-field class="fill" data-part="fired" .tab=${tab} .place=${{...place, part: "fired"}} .text=${transition.code} ?readonly=${readonly}
-          label="Code of the transition ${transition.name}" hint="Runs once, between the exit code of the old state and the entry code of the new one"></hfsm-code-field></div>
+          label="Code of the transition ${transition.name}" hint="Runs once, after the old state's exit code"></hfsm-code-field></div>
     </div>`;
 }
 
 function typeChoice(transition, fields, readonly) {
   const choose = (type) => apply("setTransitionType", {...fields, type});
-  return html`<fieldset class="choice"><legend>Fires</legend>${TYPES.map(([type, label, words]) => html`
+  return html`<fieldset class="type-choice"><legend>Fires</legend>${TYPES.map(([type, label, words]) => html`
     <label title=${words}><input type="radio" name="transition-type" value=${type} .checked=${live(transition.type === type)} ?disabled=${readonly} @change=${() => choose(type)}><span>${label}</span></label>`)}</fieldset>`;
 }
 
@@ -67,7 +67,7 @@ function trigger({tab, document, transition, readonly}, place) {
         .suggestions=${knownEvents(document)} hint="its name"></hfsm-text-field>`;
     default:
       return html`<div class="section"><h3>Condition <span class="faint">an expression, or statements that return</span></h3>
-        <hfsm-code-field class="grow" data-part="trigger" .tab=${tab} .place=${where} .text=${transition.trigger} ?readonly=${readonly}
+        <hfsm-code-field class="grow" wraps data-part="trigger" .tab=${tab} .place=${where} .text=${transition.trigger} ?readonly=${readonly}
           label="Condition of ${transition.name}" hint="never: write what must hold"></hfsm-code-field></div>`;
   }
 }

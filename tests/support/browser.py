@@ -1,0 +1,156 @@
+"""Chromium with the editor's page, as a person has it: found by roles and names, and used with mouse and keys."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
+
+from tests.support.editor import Editor
+
+__all__ = ["EditorPage", "chromium", "editor_page"]
+
+LIMIT: Final = 10_000.0  # ms to wait for anything
+AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[Browser]:
+    """Start the system's Chromium, or the one that CHROMIUM names."""
+    path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    assert path, "these tests need Chromium: apt-get install chromium"
+    # No sandbox: that of Chromium does not work for root in a container.
+    arguments = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=arguments)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class EditorPage:
+    """The editor in a browser window."""
+
+    def __init__(self, page: Page, editor: Editor) -> None:
+        self.page = page
+        self.editor = editor
+        self.mishaps: list[str] = []
+        page.on("pageerror", lambda error: self.mishaps.append(str(error)))
+        page.on("console", lambda message: self._note(message.type, message.text))
+        page.set_default_timeout(LIMIT)
+        page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
+
+    def _note(self, kind: str, text: str) -> None:
+        if kind == "error" and "WebSocket" not in text:
+            self.mishaps.append(text)
+
+    def state(self, name: str) -> Locator:
+        """The state of the shown automaton with a name."""
+        return self.page.locator(f'.state[aria-label="State {name}"], .state[aria-label^="State {name},"]')
+
+    def transition(self, name: str) -> Locator:
+        """The transition of the shown automaton with a name."""
+        return self.page.locator(f'.transition[aria-label^="Transition {name} from"]')
+
+    def button(self, name: str) -> Locator:
+        """The button with a name."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def press(self, *keys: str) -> None:
+        """Press keys one after the other."""
+        for key in keys:
+            self.page.keyboard.press(key)
+
+    def type(self, text: str) -> None:
+        """Type a text."""
+        self.page.keyboard.type(text)
+
+    def name(self, text: str) -> None:
+        """Type the name of what was just drawn, or is being renamed."""
+        self.page.locator(".rename").wait_for()
+        self.page.keyboard.type(text)
+        self.page.keyboard.press("Enter")
+
+    def middle(self, locator: Locator) -> tuple[float, float]:
+        """Return where the middle of a thing is in the window."""
+        box = locator.bounding_box()
+        assert box is not None
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def middle_of(self, name: str) -> tuple[float, float]:
+        """Return where the middle of a state is in the window."""
+        return self.middle(self.state(name).locator(".body"))
+
+    def radius_of(self, name: str) -> float:
+        """Return the radius of a state in pixels of the window."""
+        box = self.state(name).locator(".body").bounding_box()
+        assert box is not None
+        return box["width"] / 2
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag with the left button."""
+        mouse = self.page.mouse
+        mouse.move(*start)
+        mouse.down()
+        mouse.move((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, steps=4)
+        mouse.move(*end, steps=4)
+        mouse.up()
+
+    def connect(self, origin: str, destination: str) -> None:
+        """Drag from the rim of a state to another one; the name of the transition is then being typed."""
+        x, y = self.middle_of(origin)
+        to_x, to_y = self.middle_of(destination)
+        far = ((to_x - x) ** 2 + (to_y - y) ** 2) ** 0.5 or 1.0
+        radius = self.radius_of(origin)
+        self.drag((x + (to_x - x) / far * radius, y + (to_y - y) / far * radius), (to_x, to_y))
+
+    def names(self) -> list[str]:
+        """Return the names of the shown states."""
+        labels = self.page.locator(".state").evaluate_all("all => all.map(each => each.getAttribute('aria-label'))")
+        return [label.removeprefix("State ").partition(",")[0] for label in labels]
+
+    def arcs(self) -> list[str]:
+        """Return what the shown transitions say: `name from origin to destination`."""
+        labels = self.page.locator(".transition[data-key]").evaluate_all(
+            "all => all.map(each => each.getAttribute('aria-label'))"
+        )
+        return [label.removeprefix("Transition ").partition(",")[0] for label in labels]
+
+    def expect_states(self, *names: str) -> None:
+        """Wait until there are states of these names, in this order, and no others."""
+        expect(self.page.locator(".state")).to_have_count(len(names))
+        for name in names:
+            expect(self.state(name)).to_have_count(1)
+        assert self.names() == list(names)
+
+    def violations(self) -> list[str]:
+        """Return what axe finds wrong with the page."""
+        self.page.evaluate(AXE.read_text("utf-8"))
+        found: dict[str, Any] = self.page.evaluate("axe.run(document)")
+        return [
+            f"{each['id']}: {node['html'][:150]} {node['failureSummary']}"
+            for each in found["violations"]
+            for node in each["nodes"]
+        ]
+
+
+@contextlib.contextmanager
+def editor_page(
+    browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800, dark: bool = False
+) -> Iterator[EditorPage]:
+    """Open the editor in a window of its own; fails when the page throws or logs an error."""
+    context = browser.new_context(
+        viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
+    )
+    try:
+        shown = EditorPage(context.new_page(), editor)
+        yield shown
+        assert not shown.mishaps, shown.mishaps
+    finally:
+        context.close()
