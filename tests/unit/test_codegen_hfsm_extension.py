@@ -125,3 +125,30 @@ def test_the_component_is_run_with_its_extension(tmp_path: Path, as_module: bool
     )
     assert done.returncode == 0, done.stderr
     assert "--stay-halted" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (None, "follow_ball_ext.py is gone, which follow_ball.py extends: bring it back, or run codegen"),
+        (
+            "x = 1\n",
+            "follow_ball_ext.py has no class FollowBallExtension: write it, or remove the file and run codegen",
+        ),
+    ],
+)
+@pytest.mark.parametrize("as_module", [False, True])
+def test_an_extension_that_is_gone_is_told_in_one_line(
+    tmp_path: Path, text: str | None, problem: str, as_module: bool
+) -> None:
+    file = extend(tmp_path)
+    compile_to(tmp_path, TEXT, "follow_ball")
+    file.unlink()
+    if text:
+        file.write_text(text)
+    command = [sys.executable, *(["-m", "follow_ball"] if as_module else ["follow_ball.py"])]
+    environment = {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr) == (1, f"follow_ball.py: error: {problem}\n")

@@ -106,6 +106,16 @@ def test_full_names_lead_back() -> None:
     assert addresses.named(9, state=9) == "9/9"
 
 
+def test_full_names_that_several_have_come_with_ids() -> None:
+    structure = dance_and_follow()
+    for automaton in structure.automata:
+        automaton.name = "both"
+        automaton.parent = 0
+    addresses = Addresses(structure)
+    assert addresses.named(4) == "both (4)"
+    assert addresses.automaton("both (4)").automaton == 4
+
+
 def test_a_structure_that_is_no_tree_ends() -> None:
     structure = dance_and_follow()
     structure.automata[0].parent = 5

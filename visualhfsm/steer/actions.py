@@ -103,9 +103,7 @@ def _owner(target: Target, snapshot: ComponentSnapshot, name: str, automaton: st
 
 
 def _list(target: Target, owners: Iterable[int]) -> str:
-    return ", ".join(
-        f"{target.addresses.named(owner)} ({owner})" if owner else "the component (0)" for owner in owners
-    )
+    return ", ".join(target.addresses.named(owner) if owner else "the component (0)" for owner in owners)
 
 
 def _json(value: str) -> str:

@@ -71,14 +71,16 @@ class Addresses:
         return _find(text, {**self._states, **self._transitions}, "state or transition")
 
     def named(self, automaton: int, state: int = 0, transition: int = 0) -> str:
-        """Return the full name of what has these ids."""
+        """Return the full name of what has these ids, which follow where others have the same name."""
         wanted = Address("", automaton, state, transition).ids
         among = self._states if state else self._transitions if transition else self._automata
-        return next((address.name for address in among if address.ids == wanted), wanted)
+        name = next((address.name for address in among if address.ids == wanted), wanted)
+        alone = sum(address.name == name for address in among) <= 1
+        return name if alone else f"{name} ({wanted})"
 
     def _add(self, automaton: AutomatonStructure) -> None:
         path, name = self._paths[automaton.id], printable(automaton.name)
-        prefixes = {str(automaton.id), path, name}
+        prefixes = {str(automaton.id), path, name, f"{path} ({automaton.id})"}
         root = automaton.parent == 0
         self._automata[Address(path, automaton.id)] = prefixes
         for state in automaton.states:
