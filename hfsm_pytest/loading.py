@@ -14,6 +14,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, read_document, resolve
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
+from hfsm_runtime.loading import components_in
 
 from .errors import DocumentInvalid, says_it_all
 
@@ -64,11 +65,7 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
     module.__file__ = file
     with _importable(target.parent, include):
         exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
-    (found,) = [
-        value
-        for value in vars(module).values()
-        if isinstance(value, type) and issubclass(value, Component) and value.__module__ == target.stem
-    ]
+    (found,) = components_in(module)
     return found
 
 

@@ -16,7 +16,7 @@ from .component import Component, source_of
 from .errors import ReloadRefusedError
 from .source_map import locate
 
-__all__ = ["forget", "load_again"]
+__all__ = ["components_in", "forget", "load_again"]
 
 _numbers = count(1)
 _MARK: Final = "_reloaded_"
@@ -47,6 +47,16 @@ def load_again(component: Component) -> type[Component]:
         linecache.checkcache(path)
 
 
+def components_in(module: ModuleType) -> list[type[Component]]:
+    """Return the components that a module defines itself, which it may have under other names, too."""
+    found = (
+        value
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, Component) and value.__module__ == module.__name__
+    )
+    return [value for value in dict.fromkeys(found) if "automaton" in vars(value)]
+
+
 def forget(component: type[Component]) -> None:
     """Let go of the module that a component was loaded from anew; its code may still run."""
     if _MARK in component.__module__:
@@ -75,14 +85,7 @@ def _load(path: str, former: type[Component]) -> ModuleType:
 
 
 def _component_of(module: ModuleType, former: type[Component]) -> type[Component]:
-    found = [
-        value
-        for value in vars(module).values()
-        if isinstance(value, type)
-        and issubclass(value, Component)
-        and value.__module__ == module.__name__
-        and value._hfsm_document
-    ]
+    found = components_in(module)
     if len(found) > 1:
         found = [value for value in found if value.__name__ == former.__name__]
     if len(found) != 1:

@@ -8,6 +8,7 @@ from itertools import count
 from pathlib import Path
 
 from ..component import Component
+from ..loading import components_in
 from .errors import ReplayError
 
 __all__ = ["load"]
@@ -33,12 +34,7 @@ def load(file: Path) -> type[Component]:
         raise ReplayError(f"{file.name} cannot be loaded: {type(error).__name__}: {error}") from error
     finally:
         sys.path.remove(str(file.parent))
-    found = [
-        value
-        for value in vars(module).values()
-        if isinstance(value, type) and issubclass(value, Component) and value.__module__ == name
-    ]
-    components = [value for value in found if "automaton" in vars(value)]
+    components = components_in(module)
     if len(components) != 1:
         raise ReplayError(f"{file.name} defines {len(components)} components, not one")
     return components[0]
