@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from visualhfsm.live.service import Monitoring
+from visualhfsm.running.service import RunningComponents
 from zenoh_ice.settings import Settings
 
 from .services import MakeServices, Publish, Services
@@ -9,10 +11,10 @@ from .services import MakeServices, Publish, Services
 __all__ = ["make_services"]
 
 
-def make_services(_settings: Settings) -> MakeServices:
+def make_services(settings: Settings) -> MakeServices:
     """Return what makes the services of a realm, given by the settings."""
 
-    def make(_publish: Publish) -> Services:
-        return Services()
+    def make(publish: Publish) -> Services:
+        return Services(running=RunningComponents(publish, settings), live=Monitoring(publish, settings))
 
     return make

@@ -38,7 +38,7 @@ from .work import Workers
 
 __all__ = ["Workspace"]
 
-_GOODBYE: Final = 5.0  # s that a service may take to close
+_GOODBYE: Final = 8.0  # s that a service may take to close
 
 _logger = logging.getLogger(__name__)
 
