@@ -144,6 +144,7 @@ def test_another_site_gets_no_page_and_cannot_post(running: Editor) -> None:
     cookie = {"Cookie": running.cookie()}
     assert running.get("/", {**cookie, "Origin": "http://evil.example"})[0] == 403
     assert running.get("/", cookie, method="POST")[0] == 405
+    assert running.get(f"/?token={running.server.credentials.token}", method="POST")[0] == 405
 
 
 def test_it_listens_on_loopback_only(running: Editor) -> None:

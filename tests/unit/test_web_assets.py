@@ -1,0 +1,87 @@
+"""The page's files as the browser is to keep them."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from visualhfsm.web.assets import STATIC, Assets
+
+PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="/static/%VERSION%/app.js"></script>'
+
+
+@pytest.fixture
+def static(tmp_path: Path) -> Path:
+    (tmp_path / "canvas").mkdir()
+    (tmp_path / "index.html").write_text(PAGE)
+    (tmp_path / "app.js").write_text(
+        'import { html } from "lit";\nimport {\n  Canvas,\n} from "./canvas/canvas.js";\nimport "./keys.js";\n'
+        'const later = () => import("./monitor.js");\n'
+    )
+    (tmp_path / "canvas" / "canvas.js").write_text(
+        'export * from \'../geometry.js\';\nexport { store } from "../app.js";\nexport const from = "./nothing.js";\n'
+    )
+    for name in ("geometry.js", "keys.js", "monitor.js"):
+        (tmp_path / name).write_text("export {};\n")
+    return tmp_path
+
+
+def version(assets: Assets) -> str:
+    found = re.search(rb"/static/([0-9a-f]{12})/app\.js", assets.page().html)
+    assert found
+    return found[1].decode()
+
+
+def test_the_page_asks_at_once_for_all_modules_that_it_begins_with(static: Path) -> None:
+    assets = Assets(static)
+    base = f"/static/{version(assets)}/"
+    preloaded = re.findall(r'modulepreload" href="([^"]+)"', assets.page().html.decode())
+    names = ["app.js", "canvas/canvas.js", "geometry.js", "keys.js", "vendor/lit.js"]
+    assert sorted(preloaded) == [base + name for name in names]
+
+
+def test_the_hash_is_that_of_the_import_map(static: Path) -> None:
+    page = Assets(static).page()
+    found = re.search(rb'importmap">(.*?)</script>', page.html)
+    assert found
+    assert page.script_hash == "sha256-" + base64.b64encode(hashlib.sha256(found[1]).digest()).decode()
+    assert json.loads(found[1])["imports"]["lit"].endswith("/vendor/lit.js")
+
+
+def test_the_version_changes_with_any_file_and_with_nothing_else(static: Path) -> None:
+    assets = Assets(static)
+    first = version(assets)
+    assert version(assets) == version(Assets(static)) == first
+    (static / "monitor.js").write_text("export const changed = true;\n")
+    second = version(assets)
+    assert second != first
+    (static / "monitor.js").rename(static / "monitoring.js")
+    assert version(assets) not in {first, second}
+
+
+def test_all_that_the_real_page_asks_for_is_there() -> None:
+    html = Assets().page().html.decode()
+    wanted = re.findall(r'"/static/[0-9a-f]{12}/([^"]+)"', html)
+    assert "vendor/lit.js" in wanted
+    assert not [name for name in wanted if not (STATIC / name).is_file()]
+    assert "%" not in html.replace("%NONCE%", "")
+
+
+def test_bundles_are_modules_without_source_maps_and_with_their_licences() -> None:
+    licences = (STATIC / "vendor" / "LICENSES.txt").read_text()
+    for package in (
+        "lit 3.3.3 (BSD-3-Clause)",
+        "codemirror 6.0.2 (MIT)",
+        "three 0.187.0 (MIT)",
+        "uplot 1.6.32 (MIT)",
+    ):
+        assert package in licences
+    for bundle in (STATIC / "vendor").glob("*.js"):
+        text = bundle.read_text("utf-8")
+        assert "export{" in text
+        assert "sourceMappingURL" not in text
