@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
-from typing import Any, Final
+from itertools import chain, islice
+from typing import Any, Final, TypeVar
+
+from msgspec.structs import replace
 
 from .outcome import Difference, Divergence, Outcome, Side, Step
 
 __all__ = ["outcome_lines"]
+
+_T = TypeVar("_T", Step, Divergence, Difference)
 
 _ROWS: Final = 40
 _MOST: Final = 10
@@ -19,6 +23,7 @@ _VERBS: Final = {"entered": "", "ghost": " (ghost)", "resumed": " (goes on)", "f
 
 def outcome_lines(outcome: Outcome) -> Iterator[str]:
     """Yield the lines that tell how a replay ended."""
+    outcome = _told_apart(outcome)
     yield from (f"note: {_plain(note)}" for note in outcome.notes)
     cycles = f"{outcome.cycles:,}".replace(",", " ")
     did = f"replayed {outcome.seconds:.1f} s, {cycles} cycles"
@@ -27,7 +32,8 @@ def outcome_lines(outcome: Outcome) -> Iterator[str]:
     elif not outcome.divergences:
         yield f"{did}: the same states"
     else:
-        count = len({divergence.name for divergence in outcome.divergences})
+        # Under 0 stand the events that an automaton sends otherwise: mostly one that is counted anyway.
+        count = len({found.automaton for found in outcome.divergences} - {0}) or 1
         yield f"{did}: {count} {'automaton behaves' if count == 1 else 'automata behave'} otherwise"
         yield ""
         yield from _first(outcome.divergences[0])
@@ -37,6 +43,28 @@ def outcome_lines(outcome: Outcome) -> Iterator[str]:
         yield f"{outcome.missing_cycles} cycles of the recording were not run"
     yield from _differences(outcome.differences)
     yield from _guesses(outcome.guesses)
+
+
+def _told_apart(outcome: Outcome) -> Outcome:
+    """Return an outcome in which automata of the same name have their ids with it."""
+    everything: Iterator[Step | Divergence | Difference] = chain(
+        outcome.divergences, outcome.recorded, outcome.replayed, outcome.differences
+    )
+    ids: dict[str, set[int]] = {}
+    for found in everything:
+        ids.setdefault(found.name, set()).add(found.automaton)
+
+    def named(found: _T) -> _T:
+        alone = len(ids[found.name]) == 1
+        return found if alone else replace(found, name=f"{found.name} ({found.automaton})")
+
+    return replace(
+        outcome,
+        divergences=[named(each) for each in outcome.divergences],
+        recorded=[named(each) for each in outcome.recorded],
+        replayed=[named(each) for each in outcome.replayed],
+        differences=[named(each) for each in outcome.differences],
+    )
 
 
 def _first(found: Divergence) -> Iterator[str]:

@@ -1,0 +1,38 @@
+"""How the end of a replay is told to people."""
+
+from __future__ import annotations
+
+from visualhfsm.replay.outcome import Divergence, Outcome, Side, Step
+from visualhfsm.replay.view import outcome_lines
+
+
+def side(state: str) -> Side:
+    return Side(state=state, guards={}, fired=[], errors=[], state_after=state, ran=True)
+
+
+def test_automata_of_one_name_are_told_apart() -> None:
+    steps = [
+        Step(0.0, automaton, name, "a", "entered") for automaton, name in enumerate(("root", "x", "x"), 1)
+    ]
+    parted = [Divergence(1.0, automaton, "x", side("a"), side("b")) for automaton in (2, 3)]
+    parted.append(Divergence(1.5, 0, "automaton 2", side(""), side("")))
+    outcome = Outcome(
+        error="",
+        seconds=1.0,
+        cycles=3,
+        identical=False,
+        missing_cycles=0,
+        divergences=parted,
+        differences=[],
+        recorded=steps,
+        replayed=steps,
+        guesses={},
+        notes=[],
+        halted=False,
+        lost=0,
+    )
+    text = "\n".join(outcome_lines(outcome))
+    assert "2 automata behave otherwise" in text
+    assert "first at 1.000 s: x (2) in the state a" in text
+    assert " x (3) " in text
+    assert " root  " in text
