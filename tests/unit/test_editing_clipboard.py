@@ -11,7 +11,7 @@ from tests.support.editing import large_document, tree
 from visualhfsm.editing.commands.automata import AddAutomaton, SetImport
 from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import FillAutomaton, PasteStates
-from visualhfsm.editing.commands.states import SetArgument
+from visualhfsm.editing.commands.states import RenameState, SetArgument
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.fragments import copy_states, parse, written
 from visualhfsm.editing.session import DocumentSession
@@ -65,6 +65,12 @@ def test_names_stay_where_they_are_free_and_are_numbered_where_not() -> None:
         "wait 3",
         "wait 4",
     ]
+
+
+def test_a_numbered_name_gets_the_next_number() -> None:
+    document = RenameState(automaton=1, state=1, name="wait 2").apply(tree())
+    document = PasteStates(automaton=1, content=copy_states(document, 1, [1])).apply(document)
+    assert automaton(document, 1).states[2].name == "wait 3"
 
 
 def test_pasted_states_do_not_hide_others_and_go_where_they_are_put() -> None:
@@ -164,4 +170,6 @@ def test_filling_an_automaton_takes_away_what_was_below_it() -> None:
 
 
 def test_a_clipboard_is_text_that_is_a_document() -> None:
-    assert parse(copy_states(tree(), 1, [1]), "Cannot read").automata[0].states[0].name == "wait"
+    (copied,) = parse(copy_states(tree(), 1, [1]), "Cannot read").automata
+    assert [each.name for each in copied.states] == ["wait"]
+    assert copied.transitions == ()

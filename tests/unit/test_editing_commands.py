@@ -304,6 +304,11 @@ def test_handles_go_back_where_they_stand_by_themselves() -> None:
     assert [(each.x, each.y) for each in automaton(document).transitions] == [(200.0, 100.0), (200.0, 150.0)]
 
 
+def test_a_handle_keeps_away_from_those_that_stand_still() -> None:
+    document = ResetHandles(automaton=1, transitions=(1,)).apply(tree())
+    assert [(each.x, each.y) for each in automaton(document).transitions] == [(200.0, 150.0), (200.0, 120.0)]
+
+
 def test_the_data_of_an_automaton_is_set() -> None:
     document = SetPeriod(automaton=2, period="50").apply(tree())
     document = SetAutomatonCode(automaton=2, part="variables", text="n = 0").apply(document)

@@ -82,6 +82,13 @@ def test_a_diff_tells_of_automata_data_and_order() -> None:
     ]  # fmt: skip
 
 
+def test_entries_that_share_a_name_are_told_apart_by_their_order() -> None:
+    twins = done(tree(), AddParameter(name="a", default="1"), AddParameter(name="a", default="2"))
+    assert told(twins, done(twins, ChangeParameter(index=0, default="3"))) == [
+        "changed document 0/0 default: 1 > 3"
+    ]
+
+
 def test_the_same_has_no_differences() -> None:
     assert diff_documents(tree(), parse(write_document(tree()), "Cannot read")) == []
 

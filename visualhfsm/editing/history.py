@@ -52,7 +52,7 @@ class History:
     def merges(self, key: Hashable | None) -> bool:
         """Return whether a change with this key would continue the last step."""
         recent = self._clock() - self._changed_at <= MERGE_WITHIN
-        return key is not None and key == self._key and recent and bool(self._past) and not self._future
+        return key is not None and key == self._key and recent and bool(self._past)
 
     def add(self, name: str, document: Document, key: Hashable | None, *, merge: bool) -> None:
         """Make a document the present one, as a step of its own or as part of the last one."""
@@ -64,7 +64,7 @@ class History:
         self._changed_at = self._clock()
 
     def seal(self) -> None:
-        """Let the next change be a step of its own."""
+        """Let the next change be a step of its own, as it is after undoing and redoing."""
         self._key = None
 
     def undo(self) -> str | None:
