@@ -299,6 +299,12 @@ def test_a_layout_places_many_and_handles_stand_by_themselves() -> None:
     assert state(document, 1, of=2).y == 8.0
 
 
+def test_a_layout_leaves_the_handles_between_states_that_it_does_not_place() -> None:
+    document = AddState(automaton=1, x=0, y=0).apply(tree())
+    placed = PlaceItems(placements=(Placement(automaton=1, states=((3, 50.0, 50.0),)),)).apply(document)
+    assert automaton(placed).transitions == automaton(document).transitions
+
+
 def test_handles_go_back_where_they_stand_by_themselves() -> None:
     document = ResetHandles(automaton=1, transitions=(1, 2)).apply(tree())
     assert [(each.x, each.y) for each in automaton(document).transitions] == [(200.0, 100.0), (200.0, 150.0)]

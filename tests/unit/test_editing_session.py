@@ -113,6 +113,17 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
     assert session.undo_names == []
 
 
+def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession, monkeypatch) -> None:
+    monkeypatch.setattr("visualhfsm.editing.session.MAX_SIZE", 10_000)
+    monkeypatch.setattr("visualhfsm.editing.fragments.MAX_SIZE", 10_000)
+    session.do(code("&" * 1000))
+    before = session.document
+    with pytest.raises(EditError, match="it is larger than"):
+        session.do(code("&" * 2000))
+    assert session.document is before
+    session.do(code("x" * 2000))
+
+
 def test_saving_is_byte_for_byte_what_was_opened(session: DocumentSession, path: Path) -> None:
     original = path.read_bytes()
     session.do(rename("a"))
