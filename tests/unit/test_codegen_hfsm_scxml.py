@@ -39,7 +39,7 @@ def import_(text: str) -> tuple[Document | None, Diagnostics]:
     return parse_scxml(text, Path("test.scxml"), diagnostics), diagnostics
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(trees)
 def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> None:
     text, _ = export(document)
@@ -48,7 +48,7 @@ def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> Non
     assert violations(text) == []
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(documents)
 def test_whatever_is_in_a_document_comes_back_as_it_was(document: Document) -> None:
     text, _ = export(document)
@@ -468,7 +468,7 @@ _PIECES = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.sampled_from(_SEEDS), st.data())
 def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> None:
     tokens = re.findall(r"<[^>]*>|[^<]+", seed)

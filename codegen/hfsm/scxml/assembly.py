@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
 from typing import Final
 
 from ..dialects import ROOT_TAGS
-from ..dialects.elements import MAX_ID
 from ..document import NO_CHILD
 from ..xml_tree import XmlComment, XmlElement
 from .chart import Chart, ChartAutomaton, ChartState, Edge
 from .code import CodeReader
 from .data import is_name
+from .numbering import Placed, give_ids, id_of, in_order
 from .own_elements import set_leaf, with_comments
 from .problems import Problems
 from .timers import Timers
@@ -49,9 +49,9 @@ class Assembly:
         has_root = first.states or first.native is not None or root is None
         placed = self._chart.automata if has_root else []
         automata = [(each.index, each.comments, self._automaton(each)) for each in placed]
-        in_order: list[XmlElement | XmlComment] = []
-        for comments, automaton in _sorted([*automata, *lost]):
-            in_order += [*comments, automaton]
+        ordered: list[XmlElement | XmlComment] = []
+        for comments, automaton in in_order([*automata, *lost]):
+            ordered += [*comments, automaton]
         if root is None:
             root = XmlElement(ROOT_TAGS[0], {}, element.line, element.column)
             set_leaf(root, "description", element.attributes.get("name", ""), element)
@@ -65,7 +65,7 @@ class Assembly:
                 known.children += parameters
         if self._code.language:
             set_leaf(root, "language", self._code.language, element)
-        root.children[:0] = in_order
+        root.children[:0] = ordered
         root.children += self._chart.stray_comments.get(element, [])
         return root
 
@@ -76,9 +76,7 @@ class Assembly:
                 return self._chart.native(own)
         return None
 
-    def _taken(
-        self, parent: XmlElement | None, tag: str
-    ) -> list[tuple[int | None, list[XmlComment], XmlElement]]:
+    def _taken(self, parent: XmlElement | None, tag: str) -> list[Placed]:
         """Take the elements with a tag out of a native element, with the comments before them."""
         found = []
         for comments, child in list(with_comments(parent)) if parent is not None else []:
@@ -90,13 +88,13 @@ class Assembly:
 
     # Numbers.
 
-    def _number(self, lost: Iterable[tuple[int | None, list[XmlComment], XmlElement]]) -> None:
-        taken = {_id_of(element) for _, _, element in lost}
-        _give_ids(self._chart.automata, taken, self._chart.automata)
+    def _number(self, lost: Iterable[Placed]) -> None:
+        taken = {id_of(element) for _, _, element in lost}
+        give_ids(self._chart.automata, taken, self._chart.automata)
         for automaton in self._chart.automata:
             used = {edge.destination for state in automaton.states for edge in state.edges}
             used |= {state for state in automaton.states if state.edges}
-            _give_ids(automaton.states, set(), used)
+            give_ids(automaton.states, set(), used)
 
     # Automata.
 
@@ -113,7 +111,7 @@ class Assembly:
         for place, state in enumerate(automaton.states):
             parts += [*state.comments, self._state(state, place)]
         transitions = self._transitions(automaton)
-        for comments, transition in _sorted([*transitions, *misfits]):
+        for comments, transition in in_order([*transitions, *misfits]):
             parts += [*comments, transition]
         native.children[:0] = parts
         return native
@@ -220,11 +218,9 @@ class Assembly:
 
     # Transitions.
 
-    def _transitions(
-        self, automaton: ChartAutomaton
-    ) -> list[tuple[int | None, list[XmlComment], XmlElement]]:
+    def _transitions(self, automaton: ChartAutomaton) -> list[Placed]:
         edges = [(state, edge) for state in automaton.states for edge in state.edges]
-        known = [_id_of(edge.native) for _, edge in edges]
+        known = [id_of(edge.native) for _, edge in edges]
         free = (number for number in count(1) if number not in known)
         found = []
         for (state, edge), own_id in zip(edges, known, strict=True):
@@ -245,7 +241,8 @@ class Assembly:
         set_leaf(native, "origin", str(state.number), element)
         set_leaf(native, "destiny", str(edge.destination.number), element)
         set_leaf(native, "transcode", edge.code, edge.script or element)
-        if edge.type != "condition":
+        written = leaves["guard"].text if "guard" in leaves else ""
+        if edge.type != "condition" and (edge.guard.strip() or written.strip()):
             set_leaf(native, "guard", edge.guard, element)
         trigger = leaves.get("trans")
         is_same = trigger is not None and trigger.attributes.get("type") == edge.type
@@ -263,7 +260,7 @@ def _agrees(written: str, edge: Edge) -> bool:
             read = milliseconds_text(delay) if delay is not None else None
             return read is not None and read[0] == edge.trigger
         case "condition":
-            return edge.trigger == NEVER
+            return edge.trigger in (NEVER, NEVER.lower())
     return edge.type == "finished"
 
 
@@ -294,42 +291,3 @@ def _number(native: XmlElement, tag: str) -> float:
     except ValueError:
         return 0.0
     return number if math.isfinite(number) else 0.0
-
-
-def _id_of(native: XmlElement | None) -> int | None:
-    text = native.attributes.get("id", "").strip() if native is not None else ""
-    is_id = text.isascii() and text.isdigit() and len(text) <= 10 and int(text) <= MAX_ID
-    return int(text) if is_id else None
-
-
-def _give_ids(
-    items: Iterable[ChartAutomaton | ChartState],
-    taken: Collection[int | None],
-    used: Collection[ChartAutomaton | ChartState],
-) -> None:
-    """Give all a number: their own if they tell one, but not twice to those that are `used` by others."""
-    numbers: set[int | None] = set()
-    without = []
-    for item in items:
-        number = _id_of(item.native)
-        if number is None or (number in numbers and item in used):
-            without.append(item)
-        else:
-            item.number = number
-            numbers.add(number)
-    free = (number for number in count(1) if number not in numbers and number not in taken)
-    for item in without:
-        item.number = next(free)
-
-
-def _sorted(
-    items: Iterable[tuple[int | None, list[XmlComment], XmlElement]],
-) -> list[tuple[list[XmlComment], XmlElement]]:
-    """Return elements by the places that they tell; one that tells none stays behind the one before it."""
-    placed: list[tuple[int, list[XmlComment], XmlElement]] = []
-    last = -1
-    for index, comments, element in items:
-        last = index if index is not None else last
-        placed.append((last, comments, element))
-    placed.sort(key=lambda item: item[0])
-    return [(comments, element) for _, comments, element in placed]

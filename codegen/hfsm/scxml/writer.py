@@ -18,19 +18,17 @@ from ..writer import write_document
 from ..xml_text import INDENT, attributes_text, escaped
 from ..xml_tree import XmlComment, XmlElement, parse_xml
 from .data import assignments, is_expression, plain_parameters
-from .own_elements import is_plain_leaf, own_lines, with_comments
+from .naming import Names, Timer, native_order
+from .own_elements import own_lines, with_comments
 from .placement import PlacedAutomaton, PlacedState, PlacedTransition, Placement, place
 from .remarks import tell
+from .said import said_of_automaton, said_of_state, said_of_transition
 from .vocabulary import (
     NEVER,
     OWN_NAMESPACE,
     OWN_PREFIX,
     SCXML_NAMESPACE,
-    delay_text,
-    encode_event,
     identifier,
-    is_first_words,
-    milliseconds_text,
 )
 
 __all__ = ["write_scxml"]
@@ -60,22 +58,6 @@ def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str
     return text
 
 
-class _Ids:
-    """Ids that are unique in a file."""
-
-    def __init__(self) -> None:
-        self.used: set[str] = set()
-
-    def new(self, text: str, default: str = "state") -> str:
-        base = identifier(text, default)
-        found, number = base, 1
-        while found in self.used:
-            number += 1
-            found = f"{base}_{number}"
-        self.used.add(found)
-        return found
-
-
 class _ScxmlWriter:
     def __init__(self, document: Document, native: XmlElement, placement: Placement) -> None:
         self._document = document
@@ -84,43 +66,20 @@ class _ScxmlWriter:
         self._lines: list[str] = ['<?xml version="1.0" encoding="UTF-8"?>']
         self._depth = 0
         self._is_python = not is_foreign(document)
-        self._ids = _Ids()
-        self._histories: dict[PlacedState, str] = {}
-        self._beside: dict[PlacedState, dict[int, PlacedState]] = {}
-        """For each state those of its automaton by their ids."""
-        self._events = self._encoded_events()
-        self._orders: dict[XmlElement, int] = {}
-        """The places of automata and transitions in the native document, where SCXML has another order."""
-        for automaton in placement.automata:
-            # Where an id repeats the first state has it.
-            beside = {state.state.id: state for state in reversed(automaton.states)}
-            for state in automaton.states:
-                self._beside[state] = beside
-                state.id = self._ids.new(state.state.name)
-        for automaton in placement.automata:
-            for state in automaton.states:
-                if len(state.automata) > 1:
-                    for child in state.automata:
-                        child.id = self._ids.new(f"{state.id}_{child.automaton.id}")
-                if state.resumes:
-                    self._histories[state] = self._ids.new(f"{state.id}_history")
-            own = [item for _, item in with_comments(automaton.native) if item.tag == "transition"]
-            self._order(own, [each.native for each in automaton.transitions()])
-        placed = [automaton.native for automaton in (*placement.automata, *placement.lost)]
-        self._order([item for _, item in with_comments(native) if item.tag == "SubAutomata"], placed)
+        self._names = Names(document, placement)
+        self._order = native_order(native, placement)
 
     def text(self) -> str:
         root = self._placement.root
-        for comment in self._document.comments:
-            self._comment(comment)
+        self._comments(self._document.comments)
         namespaces = (("xmlns", SCXML_NAMESPACE), (f"xmlns:{OWN_PREFIX}", OWN_NAMESPACE))
         attributes = [*namespaces, ("version", "1.0"), ("datamodel", self._datamodel())]
         first = root.first if root is not None else None
         if first is not None:
             attributes.append(("initial", first.id))
         self._open("scxml", attributes)
-        parameters = plain_parameters(self._document, self._ids.used)
-        self._ids.used |= {parameter.name for parameter in parameters}
+        parameters = plain_parameters(self._document, self._names.used)
+        self._names.used |= {parameter.name for parameter in parameters}
         self._own_document(without_parameters=bool(parameters))
         data = [
             (
@@ -153,20 +112,11 @@ class _ScxmlWriter:
 
     def _automaton(self, placed: PlacedAutomaton, data: Sequence[_Attributes] = ()) -> None:
         """Write what is inside the element that stands for an automaton."""
-        found = assignments(placed.automaton.variables, self._ids.used) if self._is_python else ()
-        misfits = {each.native for each in placed.misfits}
-        left_out: set[XmlElement | XmlComment] = set()
-        for comments, child in with_comments(placed.native):
-            if child.tag == "state" or (child.tag == "transition" and child not in misfits):
-                left_out |= {child, *comments}
-            elif (
-                child.tag == "variables" and is_plain_leaf(comments, child) and (found or not child.text)
-            ) or (child.tag == "functions" and is_plain_leaf(comments, child) and not child.text):
-                left_out.add(child)
-        variables = next((c for c in placed.native.elements() if c.tag == "variables"), None)
-        if variables not in left_out:
+        found = assignments(placed.automaton.variables, self._names.used) if self._is_python else ()
+        left_out = said_of_automaton(placed, variables=bool(found))
+        if not any(leaf.tag == "variables" for leaf in left_out if isinstance(leaf, XmlElement)):
             found = ()
-        self._ids.used |= {name for name, _ in found}
+        self._names.used |= {name for name, _ in found}
         self._comments(placed.comments)
         self._own(placed.native, left_out)
         self._data([*data, *([("id", name), ("expr", value)] for name, value in found)])
@@ -187,21 +137,21 @@ class _ScxmlWriter:
         single = placed.automata[0] if len(placed.automata) == 1 else None
         tag = "final" if state.final else "parallel" if regions else "state"
         self._open(tag, [("id", placed.id), *self._initial(single)])
-        self._own(placed.native, self._said_of_state(placed))
+        self._own(placed.native, said_of_state(placed))
         self._code("onentry", state.entry)
-        timers = self._timers(placed)
-        for event, name, delay in timers.values():
+        timers = self._names.timers(placed)
+        for timer in timers.values():
             self._open("onentry")
-            self._empty("send", [("event", event), ("id", name), ("delay", delay)])
+            self._empty("send", [("event", timer.event), ("id", timer.id), ("delay", timer.delay)])
             self._close("onentry")
         self._code("onexit", state.exit)
-        for _, name, _ in timers.values():
+        for timer in timers.values():
             self._open("onexit")
-            self._empty("cancel", [("sendid", name)])
+            self._empty("cancel", [("sendid", timer.id)])
             self._close("onexit")
         for transition in placed.transitions:
             self._transition(placed, transition, timers)
-        if placed in self._histories:
+        if placed in self._names.histories:
             self._history(placed)
         if single is not None:
             self._automaton(single)
@@ -217,7 +167,7 @@ class _ScxmlWriter:
         return () if first is None else [("initial", self._target(first))]
 
     def _target(self, state: PlacedState) -> str:
-        return self._histories.get(state, state.id)
+        return self._names.histories.get(state, state.id)
 
     def _history(self, placed: PlacedState) -> None:
         if len(placed.automata) > 1:
@@ -226,68 +176,36 @@ class _ScxmlWriter:
             first = placed.automata[0].first
             assert first is not None, "a state that resumes has something inside"
             target = first.id
-        self._open("history", [("id", self._histories[placed]), ("type", "deep")])
+        self._open("history", [("id", self._names.histories[placed]), ("type", "deep")])
         self._empty("transition", [("target", target)])
         self._close("history")
-
-    def _said_of_state(self, placed: PlacedState) -> set[XmlElement | XmlComment]:
-        """Return the leaves of a state that SCXML says already."""
-        state = placed.state
-        said = {"entry", "exit"}
-        if state.name == placed.id:
-            said.add("name")
-        if tuple(each.automaton.id for each in placed.automata) == state.children:
-            said |= {"idSubautomataSon", "child"}
-        if state.final:
-            said.add("final")
-        if placed.has_inside and state.history.text in ("", "restart"):
-            said.add("history")
-        if not state.code.text:
-            said.add("code")
-        return _plain_leaves(placed.native, said)
-
-    def _timers(self, placed: PlacedState) -> dict[PlacedTransition, tuple[str, str, str]]:
-        """Return the event, the id of its sending and the delay of each transition by time."""
-        found = {}
-        for each in placed.transitions:
-            delay = delay_text(each.transition.trigger.text) if each.transition.type == "time" else None
-            if delay is not None:
-                name = self._ids.new(f"{placed.id}_timer_{each.transition.id}")
-                found[each] = (f"timeout.{name}", name, delay)
-        return found
 
     def _transition(
         self,
         origin: PlacedState,
         placed: PlacedTransition,
-        timers: dict[PlacedTransition, tuple[str, str, str]],
+        timers: dict[PlacedTransition, Timer],
     ) -> None:
         transition = placed.transition
-        said = {"origin", "destiny", "transcode"}
         condition = transition.guard
         attributes: list[tuple[str, str]] = []
         match transition.type:
             case "time":
-                attributes.append(("event", timers[placed][0]))
+                attributes.append(("event", timers[placed].event))
             case "event":
-                attributes.append(("event", self._events[transition.trigger.text]))
+                attributes.append(("event", self._names.events[transition.trigger.text]))
             case "finished":
                 attributes.append(("event", f"done.state.{origin.id}"))
             case _:
                 condition = transition.trigger
                 if not self._can_be_condition(condition):
-                    condition = Text(NEVER)
-        if transition.type != "condition":
-            said.add("guard")
-        if condition.text:
+                    condition = Text(NEVER if self._is_python else NEVER.lower())
+        if not condition.is_blank:
             attributes.append(("cond", condition.text))
-        destination = self._beside[origin][transition.destination]
+        destination = self._names.beside[origin][transition.destination]
         attributes.append(("target", self._target(destination)))
         self._comments(placed.comments)
-        left_out = _plain_leaves(placed.native, said)
-        if _is_said_by_trigger(placed, condition):
-            left_out |= _plain_leaves(placed.native, {"trans"}, ("type",))
-        self._own(placed.native, left_out)
+        self._own(placed.native, said_of_transition(placed, condition))
         if transition.code.text:
             self._open("transition", attributes)
             self._script(transition.code)
@@ -297,23 +215,6 @@ class _ScxmlWriter:
 
     def _can_be_condition(self, condition: Text) -> bool:
         return not condition.is_blank and (not self._is_python or is_expression(condition.text))
-
-    def _encoded_events(self) -> dict[str, str]:
-        used = {
-            each.transition.trigger.text
-            for automaton in self._placement.automata
-            for each in automaton.transitions()
-            if each.transition.type == "event"
-        }
-        known = used | {event.name for event in self._document.events}
-        return {
-            name: encode_event(name, dots=any(is_first_words(other, name) for other in known))
-            for name in used
-        }
-
-    def _order(self, native: Sequence[XmlElement], written: Sequence[XmlElement]) -> None:
-        if native != written:
-            self._orders |= {element: index for index, element in enumerate(native)}
 
     def _code(self, tag: str, code: Text) -> None:
         if code.text:
@@ -325,14 +226,11 @@ class _ScxmlWriter:
         self._line(f"<script>{escaped(code.text)}</script>")
 
     def _own(self, native: XmlElement, left_out: Collection[XmlElement | XmlComment]) -> None:
-        self._lines += own_lines(native, self._depth, left_out, self._orders)
+        self._lines += own_lines(native, self._depth, left_out, self._order)
 
-    def _comments(self, comments: Sequence[XmlComment]) -> None:
+    def _comments(self, comments: Sequence[XmlComment | Comment]) -> None:
         for comment in comments:
             self._line(f"<!--{comment.text}-->")
-
-    def _comment(self, comment: Comment) -> None:
-        self._line(f"<!--{comment.text}-->")
 
     def _open(self, tag: str, attributes: _Attributes = ()) -> None:
         self._line(f"<{tag}{attributes_text(tuple(attributes))}>")
@@ -347,28 +245,3 @@ class _ScxmlWriter:
 
     def _line(self, text: str) -> None:
         self._lines.append(INDENT * self._depth + text)
-
-
-def _plain_leaves(
-    native: XmlElement, tags: Collection[str], known: Collection[str] = ()
-) -> set[XmlElement | XmlComment]:
-    return {
-        leaf
-        for comments, leaf in with_comments(native)
-        if leaf.tag in tags and is_plain_leaf(comments, leaf, known)
-    }
-
-
-def _is_said_by_trigger(placed: PlacedTransition, condition: Text) -> bool:
-    """Return whether the attributes of the transition in SCXML say all that its native trigger says."""
-    transition = placed.transition
-    match transition.type:
-        case "time":
-            delay = delay_text(transition.trigger.text)
-            read = milliseconds_text(delay) if delay is not None else None
-            return read is not None and read[0] == transition.trigger.text
-        case "finished":
-            return not transition.trigger.text
-        case "condition":
-            return transition.trigger.text == condition.text
-    return True
