@@ -176,7 +176,7 @@ class Journal:
         flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         descriptor = os.open(file, flags, 0o600)
         self._file, self._descriptor = file, descriptor
-        _lock(descriptor)
+        fcntl.flock(descriptor, fcntl.LOCK_EX)  # who looks for abandoned journals holds it for a moment only
         _write(descriptor, msgspec.json.encode(self._header) + b"\n")
 
 
