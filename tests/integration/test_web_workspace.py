@@ -434,7 +434,8 @@ def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list
 def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:
     with served.window() as window:
         slow = window.send("control", component="dance", action="wait")
-        assert window.ask("listFiles")  # is not held up
+        assert window.ask("listFiles")
+        assert slow not in window.answers  # it held up nobody
         with pytest.raises(Refused) as refused:
             window.answer(slow)
         assert refused.value.kind == "timeout"

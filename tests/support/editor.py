@@ -165,7 +165,7 @@ class Window:
         self.documents: dict[int, dict[str, Any]] = {}
         self.pushes: list[dict[str, Any]] = []
         self.workspace: dict[str, Any] = {}
-        self._answers: dict[int, dict[str, Any]] = {}
+        self.answers: dict[int, dict[str, Any]] = {}
         self._next = 0
 
     def send(self, op: str, **fields: Any) -> int:
@@ -179,9 +179,9 @@ class Window:
 
     def answer(self, number: int) -> Any:
         """Return the answer of a request, once it is there; raises Refused."""
-        while number not in self._answers:
+        while number not in self.answers:
             self.wait_for(lambda message: "re" in message)
-        answer = self._answers.pop(number)
+        answer = self.answers.pop(number)
         if "error" in answer:
             raise Refused(answer)
         return answer["ok"]
@@ -208,7 +208,7 @@ class Window:
     def _take_in(self, message: dict[str, Any]) -> None:
         kind = message.get("push")
         if kind is None:
-            self._answers[message["re"]] = message
+            self.answers[message["re"]] = message
             return
         self.pushes.append(message)
         if kind == "workspace":
