@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
 from hfsm_runtime.breakpoints import Breakpoint
 from hfsm_runtime.recording import writer
+from hfsm_runtime.recording.messages import Cycle
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
@@ -352,15 +353,17 @@ def test_an_edited_document_parts_in_the_cycle_in_which_it_decides_otherwise(
     _, same = replayed(path, Watcher)
     fired = [step.time for step in same.recorded_steps if step.state == "b"]
     _, comparison = replayed(path, Edited)
+    poses: list[tuple[int, float]] = []
     with Recording(path) as recorded:
-        poses = [
-            (record.time, record.message.value["pan"])  # type: ignore[attr-defined]
-            for record in (recorded[i] for i in range(len(recorded)))
-            if record.topic == "/proxy/head/getPose"
-        ]
+        at = 0
+        for record in (recorded[i] for i in range(len(recorded))):
+            if isinstance(record.message, Cycle) and record.message.begins:
+                at = record.message.at
+            elif record.topic == "/proxy/head/getPose":
+                poses.append((at, record.message.value["pan"]))  # type: ignore[attr-defined]
     first = next(at for at, pan in poses if 0.5 < pan <= 0.9)
     (found,) = comparison.divergences
-    assert found.time == pytest.approx(first // 100_000_000 / 10)  # the cycle in which it was read
+    assert found.time == pytest.approx(first / 1e9)  # the cycle in which it was read
     assert found.time in fired
     assert (found.recorded.guards, found.replayed.guards) == ({"up": True}, {"up": False})
     assert (found.recorded.fired, found.replayed.fired) == (["up"], [])

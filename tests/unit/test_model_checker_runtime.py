@@ -102,7 +102,7 @@ def stated_documents(draw: st.DrawFn) -> Document:
     )
 
 
-@settings(_settings, max_examples=500)
+@settings(_settings, max_examples=200)
 @given(stated_documents())
 def test_a_counterexample_violates_its_property_on_the_runtime(document: Document) -> None:
     (result,) = check_model(document, PATH, limit=LIMIT).properties
@@ -113,7 +113,7 @@ def test_a_counterexample_violates_its_property_on_the_runtime(document: Documen
     assert_violated(result, player)
 
 
-@settings(_settings, max_examples=250)
+@settings(_settings, max_examples=100)
 @given(stated_documents(), st.integers(0, 2**32))
 def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: int) -> None:
     (result,) = check_model(document, PATH, limit=LIMIT).properties
