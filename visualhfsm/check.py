@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -15,6 +14,7 @@ from codegen.commands.reporting import ErrorFormat, show
 from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm.checking import check_document
 from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport, Verdict
+from codegen.hfsm.reader import looks_like_document
 
 __all__ = ["EPILOG", "check"]
 
@@ -28,8 +28,6 @@ visualhfsm check --error-format github --no-model behaviors
 
 Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage."""
 
-_HEAD: Final = 4096
-_DOCUMENT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")
 _MARKS: Final = {Verdict.HOLDS: "holds", Verdict.VIOLATED: "is violated", Verdict.UNDECIDED: "is undecided"}
 
 
@@ -84,20 +82,11 @@ def _documents(paths: Iterable[Path]) -> Iterator[Path]:
             yield path
             continue
         for file in sorted(path.rglob("*.xml")):
-            if file.is_file() and _is_document(file):
+            if file.is_file() and looks_like_document(file):
                 found = True
                 yield file
     if not found:
         raise typer.BadParameter("there is no document", param_hint="FILES")
-
-
-def _is_document(file: Path) -> bool:
-    """Return whether a file looks like a document; one that cannot be read counts, and is told."""
-    try:
-        with file.open("rb") as stream:
-            return _DOCUMENT.search(stream.read(_HEAD)) is not None
-    except OSError:
-        return True
 
 
 def _properties(report: ModelReport | None) -> Iterator[str]:

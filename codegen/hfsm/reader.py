@@ -6,8 +6,10 @@ for `codegen.hfsm.checks` to say.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 from ..diagnostics import Diagnostics, Location
 from .dialects import ROOT_TAGS, reader_of
@@ -15,7 +17,19 @@ from .document import Comment, Document, Text
 from .language import CPP, language_of
 from .xml_tree import MAX_SIZE, parse_xml
 
-__all__ = ["parse_document", "read_document"]
+__all__ = ["looks_like_document", "parse_document", "read_document"]
+
+_HEAD: Final = 4096
+_ROOT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")
+
+
+def looks_like_document(file: Path) -> bool:
+    """Return whether a file seems to be a document; one that cannot be read is for its reader."""
+    try:
+        with file.open("rb") as stream:
+            return _ROOT.search(stream.read(_HEAD)) is not None
+    except OSError:
+        return True
 
 
 def read_document(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen.hfsm.document import Automaton, Document, Transition
+from codegen.hfsm.reader import looks_like_document
 
 from ..loading import read
 
@@ -85,7 +86,7 @@ def shown(file: Path, root: Path) -> str:
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
-            yield from sorted(path.resolve().rglob("*.xml"))
+            yield from filter(looks_like_document, sorted(path.resolve().rglob("*.xml")))
         elif path.is_file():
             yield path.resolve()
         else:

@@ -210,6 +210,13 @@ def test_the_page_tells_apart_what_would_lie_on_top_of_each_other(pytester: pyte
     assert first != second
 
 
+def test_other_files_beside_the_documents_do_not_count(lamp: pytest.Pytester) -> None:
+    (lamp.path / "package.xml").write_text("<package/>", encoding="utf-8")
+    result = lamp.runpytest("--hfsm-cov=.", "-k", "test_lit")
+    result.assert_outcomes(passed=1, deselected=1)
+    result.stdout.fnmatch_lines(["lamp.xml *"])
+
+
 @pytest.mark.parametrize(
     "wrong", ['b.run_until("brek", limit=1)', 'b.state("lmp")', 'behavior("lamp.xml", parameters={"x": 1})']
 )
