@@ -68,6 +68,8 @@ class LineProcess:
             self._stop()
 
     def _ask(self, question: bytes, until: float) -> bytes:
+        if self._process is not None and self._process.poll() is not None:
+            self._stop()
         process = self._process or self._start()
         assert process.stdin is not None
         assert process.stdout is not None

@@ -1,0 +1,280 @@
+"""Help with code as the page gets it: real documents, in the real processes beside."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document
+from tests.support.documents import document, state, sub, transition
+from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.editing.places import Place
+from visualhfsm.web.services import ServiceError, Source
+
+LIMIT = 60.0
+CONFIG = (
+    "<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
+    "</iceinterface>"
+)
+HEAD = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
+TEXT = document(
+    sub(
+        1, 0, state(1, "walk", "steps += 1\ngoal = self.find('red')", initial=True, child=2), state(2, "stand"),
+        transition(1, 1, 2, "steps > 3"), transition(2, 2, 1, "kick", type="event"),
+        variables="steps = 0\nname = 'nao'",
+        functions="def find(self, color):\n    '''Find a ball.'''\n    return 1.0, 2.0\n",
+    ),
+    sub(2, 1, state(1, "inside", "hidden = 1", initial=True), functions="def deep(self):\n    return 'x'\n"),
+    libraries=("math", "numpy as np"), config=CONFIG, head=HEAD,
+)  # fmt: skip
+WALK = Place(kind="state", automaton=1, id=1, part="code")
+GUARD = Place(kind="transition", automaton=1, id=1, part="trigger")
+KICKED = Place(kind="transition", automaton=1, id=2, part="fired")
+VARIABLES = Place(kind="automaton", automaton=1, part="variables")
+FUNCTIONS = Place(kind="automaton", automaton=1, part="functions")
+
+
+def source(path: Path | None = None) -> Source:
+    parsed = parse_document(TEXT, path or Path("walk.xml"), Diagnostics())
+    assert parsed is not None
+    return Source(1, 1, parsed, path, False)
+
+
+class Typing:
+    """Someone who types code; `|` is the cursor."""
+
+    def __init__(self, helper: CodeHelper, path: Path | None = None) -> None:
+        self.helper = helper
+        self.source = source(path)
+
+    async def options(self, place: Place, text: str) -> list[dict[str, Any]]:
+        code, line, column = _at_cursor(text)
+        found = await self.helper.complete(self.source, place, code, line, column)
+        return list(found["options"])
+
+    async def labels(self, place: Place, text: str) -> list[str]:
+        return [option["label"] for option in await self.options(place, text)]
+
+    async def signature(self, place: Place, text: str) -> Any:
+        code, line, column = _at_cursor(text)
+        return await self.helper.signature(self.source, place, code, line, column)
+
+    async def problems(self, place: Place, code: str) -> list[tuple[str, int, int]]:
+        found = await self.helper.lint(self.source, place, code)
+        return [(each["code"], each["line"], each["column"]) for each in found]
+
+
+def _at_cursor(text: str) -> tuple[str, int, int]:
+    before = text.partition("|")[0]
+    return text.replace("|", ""), before.count("\n") + 1, len(before.rpartition("\n")[2])
+
+
+Type = Callable[[Callable[[Typing], Awaitable[None]]], None]
+
+
+@pytest.fixture(scope="module")
+def typing() -> Iterator[Type]:
+    """Run a coroutine function with someone who types; the processes beside are started once for all."""
+    with asyncio.Runner() as runner, ThreadPoolExecutor(2) as threads:
+        runner.get_loop().set_default_executor(threads)
+        helper = CodeHelper(LIMIT)
+
+        async def warm() -> None:
+            person = Typing(helper)
+            await asyncio.gather(person.labels(WALK, "self.|"), person.problems(WALK, ""))
+
+        runner.run(warm())
+        yield lambda go: runner.run(asyncio.wait_for(go(Typing(helper)), LIMIT))
+        runner.run(helper.close())
+
+
+def alone(go: Callable[[Typing], Awaitable[None]], path: Path | None = None) -> None:
+    """Run a coroutine function with someone who types, and with processes of its own."""
+
+    async def run() -> None:
+        helper = CodeHelper(LIMIT)
+        try:
+            await go(Typing(helper, path))
+        finally:
+            await helper.close()
+
+    asyncio.run(asyncio.wait_for(run(), LIMIT))
+
+
+def test_what_the_document_gives_stands_first(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        labels = await person.labels(WALK, "self.|")
+        assert set(labels[:4]) == {"Head", "deep", "find", "speed"}
+        assert {"clock", "log", "send", "sleep"} <= set(labels)
+        assert not any(label.startswith("_") for label in labels)
+        assert await person.labels(WALK, "self.Hea|") == ["Head"]
+        assert (await person.labels(WALK, "step|"))[0] == "steps"
+        assert "atan2" in await person.labels(WALK, "math.at|")
+        assert "array" in await person.labels(WALK, "np.arr|")
+
+    typing(go)
+
+
+def test_operations_come_with_their_documentation_and_streams_have_types(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        options = {each["label"]: each for each in await person.options(WALK, "self.Head.|")}
+        assert "Turn the head to a pose" in options["setPose"]["info"]
+        assert options["setPose"]["detail"].startswith("(pan: float, tilt: float, fraction: float)")
+        assert "Return where the head points" in options["getPose"]["info"]
+        assert await person.labels(WALK, "self.Head.getPose().p|") == ["pan", "panSpeed"]
+        assert await person.labels(WALK, "s = self.Head.getPose.latest()\ns.value.t|") == [
+            "tilt",
+            "tiltSpeed",
+            "time",
+        ]
+        assert "pan" in await person.labels(WALK, "for s in self.Head.getPose.samples():\n    s.value.|")
+
+    typing(go)
+
+
+def test_every_kind_of_piece_sees_what_it_may_use(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        assert "upper" in await person.labels(WALK, "name.|")
+        assert "bit_length" in await person.labels(GUARD, "steps > 2 and steps.|")
+        assert "data" in await person.labels(KICKED, "event.|")
+        assert "event" not in await person.labels(WALK, "eve|")
+        assert "goal" in await person.labels(GUARD, "go|")
+        assert "hidden" not in await person.labels(WALK, "hid|")
+        assert "find" in await person.labels(VARIABLES, "x = self.fi|")
+        assert await person.labels(FUNCTIONS, "def find(self, a):\n    return self.sp|") == ["speed"]
+        assert "find" in await person.labels(
+            FUNCTIONS, "def other(self):\n    self.fi|\n\ndef find(self): pass"
+        )
+        assert "upper" in await person.labels(WALK, "    if True:\n        name.up|")
+
+    typing(go)
+
+
+def test_a_call_tells_its_parameters(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        found = await person.signature(WALK, "self.Head.setPose(1.0, |")
+        assert found["parameters"] == ["pan: float", "tilt: float", "fraction: float"]
+        assert found["active"] == 1
+        assert found["result"] == "HeadPose"
+        assert "fraction of its full speed" in found["documentation"]
+        assert (await person.signature(WALK, "self.Head.getPose(|"))["name"] == "getPose"
+        assert (await person.signature(WALK, "self.find(|"))["parameters"] == ["color"]
+        assert await person.signature(WALK, "steps|") is None
+
+    typing(go)
+
+
+@pytest.mark.parametrize(
+    ("place", "code", "problems"),
+    [
+        (WALK, "steps += 1", []),
+        (WALK, "steps += 1\nx = = 2", [("E520", 2, 5)]),
+        (WALK, "steps = stebs", [("W520", 1, 9)]),
+        (WALK, "steps += 1\nself.Head.setPose(1)", [("W529", 2, 11)]),
+        (GUARD, "steps > ", [("E520", 1, 1)]),
+        (FUNCTIONS, "def find(self, color):\n    return nothing\n", [("W520", 2, 12)]),
+        (VARIABLES, "steps = 0\nreturn 1", [("E520", 2, 1)]),
+    ],
+)
+def test_what_is_wrong_is_told_while_it_is_typed(
+    typing: Type, place: Place, code: str, problems: list[tuple[str, int, int]]
+) -> None:
+    async def go(person: Typing) -> None:
+        assert await person.problems(place, code) == problems
+
+    typing(go)
+
+
+def test_a_place_without_code_is_refused(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        for place in (
+            Place(kind="state", automaton=1, id=9, part="code"),
+            Place(kind="state", automaton=1, id=1, part="name"),
+            Place(kind="document"),
+        ):
+            with pytest.raises(ServiceError):
+                await person.options(place, "x|")
+
+    typing(go)
+
+
+def test_code_is_read_and_never_run(tmp_path: Path) -> None:
+    ran = tmp_path / "ran"
+    evil = f"__import__('pathlib').Path({str(ran)!r}).touch()\n"
+    (tmp_path / "helpers.py").write_text(f"{evil}\ndef useful():\n    '''Help.'''\n")
+    (tmp_path / "walk_ext.py").write_text(f"{evil}\nclass WalkExtension:\n    extra = 1\n")
+
+    async def go(person: Typing) -> None:
+        assert await person.labels(WALK, "import helpers\nhelpers.use|") == ["useful"]
+        assert "extra" in await person.labels(WALK, "self.ext|")
+        await person.labels(WALK, f"{evil}self.|")
+        await person.signature(WALK, f"{evil}self.find(|")
+        await person.problems(WALK, evil)
+
+    alone(go, tmp_path / "walk.xml")
+    assert not ran.exists()
+
+
+def test_code_that_takes_too_long_is_given_up_and_the_next_is_helped() -> None:
+    async def go(person: Typing) -> None:
+        await person.labels(WALK, "self.|")  # what reads code is loaded
+        person.helper._patience = 0.05
+        with pytest.raises(ServiceError, match="too long"):
+            await person.labels(WALK, "value = [1, 2, 3]\n" * 8000 + "value.|")
+        person.helper._patience = LIMIT
+        assert "Head" in await person.labels(WALK, "self.|")
+
+    alone(go)
+
+
+def test_a_process_that_dies_is_started_anew() -> None:
+    async def go(person: Typing) -> None:
+        before = set(psutil.Process().children())
+        await person.labels(WALK, "self.|")
+        (child,) = set(psutil.Process().children()) - before
+        child.kill()
+        psutil.wait_procs([child], LIMIT)
+        assert "Head" in await person.labels(WALK, "self.|")
+
+    alone(go)
+
+
+def test_of_many_questions_only_the_newest_is_asked(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        await person.labels(WALK, "self.|")
+        answers = await asyncio.gather(*(person.labels(WALK, "self.Hea|") for _ in range(12)))
+        assert answers[-1] == ["Head"]
+        assert answers.count([]) >= 9
+
+    typing(go)
+
+
+def test_the_interfaces_are_described(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        found = {each["scoped"]: each for each in await person.helper.interfaces()}
+        operations = {each["name"]: each for each in found["nao::PoseHead"]["operations"]}
+        assert operations["getPose"]["streamed"]
+        assert operations["setPose"]["signature"] == "(self, pan: float, tilt: float, fraction: float)"
+        assert "getImageData" in {each["name"] for each in found["jderobot::Camera"]["operations"]}
+        assert "setPoseAsync" not in operations
+
+    typing(go)
+
+
+def test_a_document_that_changes_is_read_anew(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        assert "Body" not in await person.labels(WALK, "self.Bo|")
+        interface = replace(person.source.document.interfaces[0], name="Body", type="Joints")
+        changed = replace(person.source.document, interfaces=(interface,))
+        person.source = replace(person.source, document=changed, revision=2)
+        assert await person.labels(WALK, "self.Bo|") == ["Body"]
+
+    typing(go)

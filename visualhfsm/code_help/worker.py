@@ -1,0 +1,129 @@
+"""The process that reads code: questions in, answers out, a line of JSON each."""
+
+from __future__ import annotations
+
+import time
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import msgspec
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document, resolve
+from codegen.hfsm.document import Document
+from codegen.hfsm.known_interfaces import KnownInterfaces, find_interfaces
+from visualhfsm.editing.places import Place
+from visualhfsm.editing.problems import Problem, find_problems_in_text
+from visualhfsm.line_process import answer_lines
+
+from .completion import complete, signature
+from .module import Synthetic, synthesize
+from .proxies import describe_operations
+
+__all__ = ["Question", "Wanted"]
+
+Wanted = Literal["complete", "signature", "lint", "interfaces"]
+
+_INTERFACES_AGE: Final = 30.0
+"""Seconds after which generated interfaces are looked for again."""
+_MOST_PROBLEMS: Final = 100
+
+
+class Question(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What is asked: of the piece of code at a place of a document, which is given as its text.
+
+    The document of `lint` holds the code; of the others it may hold any at that place.
+    """
+
+    wanted: Wanted
+    document: str = ""
+    path: str = ""
+    place: Place | None = None
+    code: str = ""
+    line: int = 1
+    column: int = 0
+
+
+class InterfaceDescription(msgspec.Struct, frozen=True):
+    """An interface that a document may declare."""
+
+    name: str
+    scoped: str
+    operations: list[OperationDescription]
+
+
+class OperationDescription(msgspec.Struct, frozen=True):
+    """An operation as a method of a proxy; its signature begins with `(self`."""
+
+    name: str
+    signature: str
+    result: str
+    documentation: str
+    streamed: bool
+
+
+def answer(line: bytes) -> bytes:
+    """Answer a question."""
+    return msgspec.json.encode(_answer(msgspec.json.decode(line, type=Question)))
+
+
+def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
+    if question.wanted == "interfaces":
+        return describe_interfaces()
+    if question.place is None:
+        return None
+    path = Path(question.path)
+    if question.wanted == "lint":
+        return lint(question.document, path, question.place)
+    module = _module(question, path)
+    find = complete if question.wanted == "complete" else signature
+    return find(module, path, question.line, question.column)
+
+
+def lint(document: str, path: Path, place: Place) -> list[Problem]:
+    """Return what is wrong with the piece of code at a place."""
+    problems = find_problems_in_text(document, path, limit=0)
+    return [found for found in problems if found.place == place][:_MOST_PROBLEMS]
+
+
+def describe_interfaces() -> list[InterfaceDescription]:
+    """Return the interfaces that are known, by name."""
+    known = [each for several in _interfaces().by_name.values() for each in several]
+    return [
+        InterfaceDescription(
+            each.scoped_name.rsplit("::", 1)[-1],
+            each.scoped_name,
+            [
+                OperationDescription(o.name, o.signature, o.result, o.documentation, o.is_streamed)
+                for o in describe_operations(each)
+            ],
+        )
+        for each in sorted(known, key=lambda each: each.scoped_name)
+    ]
+
+
+def _module(question: Question, path: Path) -> Synthetic:
+    assert question.place is not None
+    document = _document(question.document, path)
+    return synthesize(document, question.place, question.code, path, _interfaces())
+
+
+@lru_cache(maxsize=4)
+def _document(text: str, path: Path) -> Document:
+    """Return the document in a text, with what it imports."""
+    document = parse_document(text, path, Diagnostics())
+    return Document() if document is None else resolve(document, path, Diagnostics())
+
+
+def _interfaces() -> KnownInterfaces:
+    return _interfaces_at(int(time.monotonic() / _INTERFACES_AGE))
+
+
+@lru_cache(maxsize=1)
+def _interfaces_at(_period: int) -> KnownInterfaces:
+    return find_interfaces()
+
+
+if __name__ == "__main__":
+    answer_lines(answer)
