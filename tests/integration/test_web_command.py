@@ -63,7 +63,7 @@ def test_a_signal_ends_everything_in_an_orderly_way(
             process.process.send_signal(number)
             assert process.wait() == code
         assert not [child for child in children if child.is_running()]
-        assert "robot has unsaved changes" in process.output
+        assert re.search("WARNING .*robot has unsaved changes", process.output)
         assert "Traceback" not in process.output
         secrets = {address[0].partition("token=")[2], str(cookie.value)}
         assert len(secrets) == 2
