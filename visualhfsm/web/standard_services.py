@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from visualhfsm.live.service import Monitoring
+from typing import Final
+
+from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.live.service import Monitoring, free_endpoint
 from visualhfsm.running.service import RunningComponents
 from zenoh_ice.settings import Settings
 
@@ -10,11 +13,21 @@ from .services import MakeServices, Publish, Services
 
 __all__ = ["make_services"]
 
+_ANY_PORT: Final = Settings().listen
+
 
 def make_services(settings: Settings) -> MakeServices:
-    """Return what makes the services of a realm, given by the settings."""
+    """Return what makes the services of a realm, given by the settings.
+
+    The components that are started here connect to the editor, too: it finds them without any robot.
+    """
 
     def make(publish: Publish) -> Services:
-        return Services(running=RunningComponents(publish, settings), live=Monitoring(publish, settings))
+        listen = (free_endpoint(),) if settings.listen == _ANY_PORT else settings.listen
+        return Services(
+            code_help=CodeHelper(),
+            running=RunningComponents(publish, settings.override(connect=(*listen, *settings.connect))),
+            live=Monitoring(publish, settings.override(listen=listen)),
+        )
 
     return make

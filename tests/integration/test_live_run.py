@@ -1,0 +1,128 @@
+"""Run a document from the editor and follow it live, without a robot: generate, start, watch, edit, reload."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from tests.support.documents import document, state, sub, transition
+from tests.support.processes import free_endpoint
+from tests.support.pushes import LIMIT, Pushes
+from visualhfsm.editing.commands.states import SetStateCode
+from visualhfsm.live.values import LiveSnapshot
+from visualhfsm.web.protocol import RunPush, Snapshot, Stale
+from visualhfsm.web.services import Components, Services, Source
+from visualhfsm.web.standard_services import make_services
+from zenoh_ice import Settings
+
+TEXT = document(
+    sub(
+        1, 0, state(1, "walk", "beats += 1", initial=True), state(2, "stand", "beats += 1"),
+        transition(1, 1, 2, "go", type="event"), transition(2, 2, 1, "False"),
+        variables="beats = 0", period="20",
+    ),
+)  # fmt: skip
+
+
+class Page:
+    def __init__(self, services: Services, pushes: Pushes) -> None:
+        self.services = services
+        self.pushes = pushes
+
+    async def follow(self, name: str) -> None:
+        await self.pushes.until(
+            lambda: any({"component": name} in push.running for push in self.pushes.of(Components)) or None
+        )
+        await self.services.live.attach(name)
+
+    async def snapshot(self, matches: Callable[[LiveSnapshot], object]) -> LiveSnapshot:
+        value = (await self.pushes.next(Snapshot, lambda push: matches(push.value))).value
+        assert isinstance(value, LiveSnapshot)
+        return value
+
+
+@pytest.fixture
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Source:
+    monkeypatch.setenv("VISUALHFSM_CLOCK", "wall")  # there is no robot whose clock could be looked for
+    path = tmp_path / "walker.xml"
+    path.write_text(TEXT, encoding="utf-8")
+    found = read_document(path, Diagnostics())
+    assert found is not None
+    return Source(1, 1, found, path, False)
+
+
+async def opened(go: Callable[[Page], object]) -> None:
+    pushes = Pushes()
+    settings = Settings(realm="test-live-run", connect=(free_endpoint(),), clock="wall")
+    services = make_services(settings)(pushes)
+    try:
+        async with asyncio.timeout(LIMIT):
+            await go(Page(services, pushes))  # type: ignore[misc]
+    finally:
+        for service in (services.running, services.live, services.code_help):
+            await service.close()
+
+
+def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source) -> None:
+    async def go(page: Page) -> None:
+        await page.services.running.run(source, [])
+        await page.follow("walker")
+        await page.services.live.control("walker", "send", {"name": "go"})
+        before = await page.snapshot(lambda live: live.component.automata[0].state == 2)
+
+        edited = SetStateCode(automaton=1, state=2, part="code", text="beats -= 1").apply(source.document)
+        await page.services.running.generate(Source(1, 2, edited, source.path, True))
+        report = await page.services.live.control("walker", "reload", {})
+        assert getattr(report, "generation", None) == 1
+        after = await page.snapshot(lambda live: int(live.component.automata[0].variables["beats"]) < 0)
+        assert after.component.automata[0].state == 2
+        assert after.component.time > before.component.time
+        assert Path(source.path or "").read_text() == TEXT
+
+    asyncio.run(opened(go))
+
+
+def test_a_component_that_is_killed_is_told_as_ended_and_silent(source: Source) -> None:
+    async def go(page: Page) -> None:
+        before = set(psutil.Process().children())
+        await page.services.running.run(source, [])
+        await page.follow("walker")
+        await page.snapshot(bool)
+        (child,) = (
+            each
+            for each in set(psutil.Process().children()) - before
+            if "walker.py" in " ".join(each.cmdline())
+        )
+        child.kill()
+        end = await page.pushes.next(RunPush, lambda push: push.status == "ended")
+        assert (end.exit_code, end.message) == (-9, "it was ended by SIGKILL")
+        stale = await page.pushes.until(
+            lambda: next((push for push in page.pushes.of(Stale) if push.since), None)
+        )
+        assert stale.component == "walker"
+        await page.services.running.run(source, [])
+        await page.pushes.until(
+            lambda: next((push for push in page.pushes.of(Stale)[1:] if not push.since), None)
+        )
+
+    asyncio.run(opened(go))
+
+
+def test_the_red_button_ends_what_was_started_here(source: Source) -> None:
+    async def go(page: Page) -> None:
+        await page.services.running.run(source, [])
+        await page.follow("walker")
+        report = await page.services.live.control("walker", "emergencyStop", {})
+        assert getattr(report, "stopped", None) == ["walker"]
+        end = await page.pushes.until(
+            lambda: next((p for p in page.pushes.of(RunPush) if p.status == "ended"), None)
+        )
+        assert end.exit_code == 0
+
+    asyncio.run(opened(go))
