@@ -284,6 +284,18 @@ FOREIGN = {
         ["1/0: *a b; a->b event:go; b->a event:t"],
         ["W561"],
     ),
+    "a delayed event for the state and others": (
+        AB.format(
+            '<onentry><send event="t" delay="1s"/></onentry><transition event="t" target="b"/>'
+        ).replace('<state id="b"/>', '<state id="b"><transition event="t" target="a"/></state>'),
+        ["1/0: *a b; a->b event:t; b->a event:t"],
+        ["W561"],
+    ),
+    "regions inside regions": (
+        '<parallel id="p"><parallel id="q"><state id="r"/><state id="s"/></parallel><state id="t"/></parallel>',
+        ["1/0: *p<2<5(restart)", "2/1: *q<3<4(restart)", "3/2: *r", "4/2: *s", "5/1: *t"],
+        [],
+    ),
     "states inside, history and an end": (
         (
             '<state id="on"><initial><transition target="q"/></initial><history id="h"><transition target="p"/></history>'
@@ -351,10 +363,10 @@ FOREIGN = {
     ),
     "code that is no Python": (
         AB.format(
-            '<transition event="e" cond="!x" target="b"/><transition event="f" cond="In(\'b\')" target="b"/>'
+            '<transition event="e" cond="!x" target="b"/><transition event="f" cond="In(\'b\')" target="b"/><transition cond="1 &lt; x &lt; 3" target="b"/>'
         ),
-        ["1/0: *a b; a->b event:e [!x]; a->b event:f [In('b')]"],
-        ["N502", "N502"],
+        ["1/0: *a b; a->b event:e [!x]; a->b event:f [In('b')]; a->b condition:1 < x < 3"],
+        ["N502", "N502", "N502"],
     ),
     "code with branches and loops": (
         AB.format(
@@ -406,6 +418,41 @@ def test_data_becomes_variables_and_their_use_elsewhere_is_told() -> None:
         scxml(inside.format("<onentry><script>n += 1</script></onentry>"), ' datamodel="python"')
     )
     assert [found.code for found in diagnostics] == ["W562"]
+
+
+def test_data_inside_belongs_to_the_automaton_inside() -> None:
+    data = '<datamodel><data id="{}" expr="1"/></datamodel>'
+    inside = f'<state id="a">{data.format("m")}<state id="b">{data.format("n")}</state></state>'
+    document, _ = import_(scxml(inside))
+    assert document is not None
+    assert [automaton.variables.text for automaton in document.automata] == ["", "m = 1\nn = 1"]
+
+
+def test_variables_are_data_unless_a_name_is_taken() -> None:
+    variables = "<variables>{}</variables>"
+    automata = one_automaton(variables.format("x = 1")).replace(
+        "</SubAutomata>",
+        f'</SubAutomata><SubAutomata id="2" idFather="1">{variables.format("x = 2")}</SubAutomata>',
+    )
+    document = parse(
+        automata.replace("<name>b</name>", "<name>b</name><idSubautomataSon>2</idSubautomataSon>")
+    )
+    text, _ = export(document)
+    assert re.findall(r'<data id="(\w+)" expr="(.*?)"', text) == [("x", "1")]
+    assert "<hfsm:variables>x = 2</hfsm:variables>" in text
+
+
+def test_a_state_that_was_copied_gets_an_id_of_its_own() -> None:
+    text, _ = export(parse(TURNS))
+    (state,) = re.findall(r'      <state id="test">.*?</state>\n'.replace("      ", "    "), text, re.DOTALL)
+    document, diagnostics = import_(text.replace(state, state + state.replace('"test"', '"check"')))
+    assert document is not None, diagnostics.render()
+    assert [(each.id, each.name) for each in document.automata[1].states] == [
+        (1, "write"),
+        (2, "test"),
+        (3, "check"),
+    ]
+    assert [each.origin for each in document.automata[1].transitions] == [1, 2, 3]
 
 
 @pytest.mark.parametrize(

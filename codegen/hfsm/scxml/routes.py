@@ -1,7 +1,6 @@
-"""Find the states in which automata begin, and transitions that join states of one automaton.
+"""Find transitions that join states of one automaton.
 
-In SCXML a transition leads from any state into any other. Here it joins two states side by side, and an
-automaton that is entered begins in its first state, or where it was.
+In SCXML a transition leads from any state into any other; here it joins two states side by side.
 """
 
 from __future__ import annotations
@@ -10,11 +9,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from codegen.diagnostics import did_you_mean
-
 from ..xml_tree import XmlComment, XmlElement
 from .chart import Chart, ChartAutomaton, ChartState, Edge
 from .code import CodeReader
+from .entries import Entries, Goal
 from .own_elements import with_comments
 from .problems import Problems
 from .timers import Timers
@@ -29,15 +27,6 @@ class _Trigger:
     type: str
     text: str
     guard: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Goal:
-    """Where a transition leads; by its history a state goes on where it was."""
-
-    state: ChartState
-    history: XmlElement | None = None
-    region: ChartAutomaton | None = None
 
 
 @dataclass(slots=True)
@@ -59,9 +48,7 @@ class Routes:
         self._code = code
         self._timers = timers
         self._problems = problems
-        self._entries: dict[ChartAutomaton, list[tuple[ChartState, XmlElement]]] = {}
-        """The states in which an automaton begins, as the elements ask that lead there."""
-        self._entered: set[ChartAutomaton] = set()
+        self._entries = Entries(chart, problems)
         self._leaving: dict[tuple[ChartAutomaton, ChartState, str], tuple[ChartState, str]] = {}
         """States in which an automaton waits for one above to leave, each with the event that tells it."""
         self._late: list[tuple[ChartState, Edge]] = []
@@ -78,14 +65,14 @@ class Routes:
 
     def trace(self) -> None:
         """Follow all transitions."""
-        self._enter(self._chart.root)
+        self._entries.enter(self._chart.root)
         sources = [source for automaton in self._chart.automata for source in self._sources(automaton)]
         for source in sources:
             self._follow(source)
         for state, edge in self._late:
             state.edges.append(edge)
         for automaton in self._chart.automata:
-            self._choose_first(automaton)
+            self._entries.choose_first(automaton)
 
     def _sources(self, automaton: ChartAutomaton) -> Iterator[_Source]:
         tree = self._chart.tree
@@ -113,7 +100,7 @@ class Routes:
             message = "a transition without a target is not carried: here each enters a state"
             self._problems.lost(source.element, message)
             return
-        goals = [goal for name in names if (goal := self._goal(name, source.element)) is not None]
+        goals = [goal for name in names if (goal := self._entries.goal(name, source.element)) is not None]
         if len(goals) < len(names):
             return
         triggers = list(self._triggers(source))
@@ -124,7 +111,7 @@ class Routes:
         origin, destination = _side_by_side(source.state, goals[0].state)
         for goal in goals:
             if _side_by_side(source.state, goal.state) == (origin, destination):
-                self._demand(destination, goal, source.element)
+                self._entries.demand(destination, goal, source.element)
             else:
                 message = f"a second target elsewhere is not carried: `{goal.state.name[:60]}`"
                 self._problems.lost(source.element, message)
@@ -135,14 +122,6 @@ class Routes:
             else:
                 self._leave(source, origin, destination, names[0], trigger)
             source = _Source(source.state, source.element)  # the first has what our namespace says
-
-    def _goal(self, name: str, element: XmlElement) -> _Goal | None:
-        state = self._chart.ids.get(name)
-        if state is None:
-            message = f"no state has the id `{name[:60]}`"
-            self._problems.invalid(element, message, did_you_mean(name, self._chart.ids))
-            return None
-        return _Goal(state, self._chart.histories.get(name), self._chart.regions.get(name))
 
     # When it fires.
 
@@ -213,7 +192,7 @@ class Routes:
             message = f"what is inside `{inner.owner.name[:60]}` does not go on here where it was left"
             self._problems.approximate(source.element, message)
 
-    def _inside(self, source: _Source, goals: Sequence[_Goal], triggers: Sequence[_Trigger]) -> bool:
+    def _inside(self, source: _Source, goals: Sequence[Goal], triggers: Sequence[_Trigger]) -> bool:
         """Carry a transition that leads inside a state without leaving it, if it can be carried so.
 
         Every state inside then has it, as its last.
@@ -227,7 +206,7 @@ class Routes:
             self._problems.approximate(source.element, message)
             return False
         _, destination = _side_by_side(inner.states[0], goal.state)
-        self._demand(destination, goal, source.element)
+        self._entries.demand(destination, goal, source.element)
         for each in inner.states:
             if not each.is_final:
                 for trigger in triggers:
@@ -236,7 +215,7 @@ class Routes:
         self._problems.reshaped(source.element, message)
         return True
 
-    def _check_histories(self, source: _Source, goals: Sequence[_Goal], destination: ChartState) -> None:
+    def _check_histories(self, source: _Source, goals: Sequence[Goal], destination: ChartState) -> None:
         for goal in goals:
             for state in goal.state.way_up():
                 if state.history is not None and not (state is goal.state and goal.history is not None):
@@ -244,80 +223,6 @@ class Routes:
                     self._problems.approximate(source.element, message)
                 if state is destination:
                     break
-
-    # Where automata begin.
-
-    def _enter(self, automaton: ChartAutomaton) -> None:
-        """Note that an automaton begins where it says itself."""
-        if automaton in self._entered or not automaton.states:
-            return
-        self._entered.add(automaton)
-        goals = [] if automaton.holds_its_state else list(self._initial(automaton))
-        for goal, element in goals:
-            state = next((each for each in goal.state.way_up() if each.automaton is automaton), None)
-            if state is None:
-                message = f"`{goal.state.name[:60]}` is not inside what begins there"
-                self._problems.invalid(element, message)
-            else:
-                self._want(automaton, state, element)
-                self._demand(state, goal, element)
-        if not goals:
-            self._want(automaton, automaton.states[0], automaton.element)
-            self._demand(automaton.states[0], _Goal(automaton.states[0]), automaton.element)
-
-    def _initial(self, automaton: ChartAutomaton) -> Iterator[tuple[_Goal, XmlElement]]:
-        element = automaton.element
-        names = element.attributes.get("initial", "").split()
-        for initial in self._chart.tree.inside(element, "initial"):
-            for transition in self._chart.tree.inside(initial, "transition"):
-                names += transition.attributes.get("target", "").split()
-                if any(True for _ in self._chart.tree.inside(transition)):
-                    self._problems.lost(transition, "code of a first transition is not carried")
-        for name in names:
-            goal = self._goal(name, element)
-            if goal is not None:
-                yield goal, element
-
-    def _demand(self, top: ChartState, goal: _Goal, element: XmlElement) -> None:
-        """Note where the automata inside a state begin when a transition leads to a goal in or below it."""
-        way = [state for state in goal.state.way_up() if top in state.way_up()]
-        for state in way:
-            if state is not top:
-                self._want(state.automaton, state, element)
-        if goal.history is not None:
-            for transition in self._chart.tree.inside(goal.history, "transition"):
-                for name in transition.attributes.get("target", "").split():
-                    default = self._goal(name, transition)
-                    if default is None or default.history is goal.history:
-                        continue
-                    if goal.state in default.state.way_up():
-                        self._demand(goal.state, default, transition)
-        passed = {state.automaton for state in way}
-        for state in way:
-            for automaton in state.automata:
-                if automaton not in passed and (goal.history is None or state is not goal.state):
-                    self._enter(automaton)
-
-    def _want(self, automaton: ChartAutomaton, state: ChartState, element: XmlElement) -> None:
-        self._entries.setdefault(automaton, []).append((state, element))
-
-    def _choose_first(self, automaton: ChartAutomaton) -> None:
-        wanted = self._entries.get(automaton, [])
-        states = list(dict.fromkeys(state for state, _ in wanted))
-        if len(states) > 1:
-            own = list(self._initial(automaton)) if not automaton.holds_its_state else []
-            preferred = [
-                state for goal, _ in own for state in goal.state.way_up() if state.automaton is automaton
-            ]
-            states = [*preferred, automaton.states[0]]
-        automaton.first = next(iter(states), next(iter(automaton.states), None))
-        for state, element in wanted:
-            if state is not automaton.first and automaton.first is not None:
-                message = (
-                    f"it enters `{state.name[:60]}`: here what is around that begins in "
-                    f"`{automaton.first.name[:60]}`, whoever enters it"
-                )
-                self._problems.approximate(element, message)
 
 
 def _side_by_side(source: ChartState, goal: ChartState) -> tuple[ChartState, ChartState]:
