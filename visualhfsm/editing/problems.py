@@ -12,24 +12,47 @@ from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import parse_document
 from codegen.hfsm.checking import check_document
 from codegen.hfsm.document import Document
-from codegen.hfsm.model_checker import DEFAULT_LIMIT
+from codegen.hfsm.model_checker import DEFAULT_LIMIT, Counterexample, ModelReport
 
 from .fragments import written
 from .locate import Locator
 from .places import Place
 
-__all__ = ["Problem", "find_problems", "find_problems_in_text"]
+__all__ = ["CounterexampleView", "Problem", "StepView", "find_problems", "find_problems_in_text"]
 
 _MOST: Final = 1000
 """Problems that are told; who has more has one, and repeats it."""
+_MOST_STEPS: Final = 2000
+"""Steps of a counterexample that are told as such; longer ones are read in the notes."""
+_VIOLATED: Final = "E610"
 _UNTITLED: Final = "untitled.xml"
+
+
+class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """A step of a run, as `codegen.hfsm.model_checker.Step` has it; the rest are ids of the document."""
+
+    time_ms: float
+    automaton: int
+    kind: str
+    text: str
+    state: int
+    origin: int | None = None
+    transition: int | None = None
+
+
+class CounterexampleView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """The steps until a property is violated; from the index `repeats` on they may go on for ever."""
+
+    steps: tuple[StepView, ...]
+    repeats: int | None = None
 
 
 class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
 
     Line, column and length are those in the text at the place, line 0 means the element as a whole. Without
-    a place it is about the document; `file` and `line` then name another file if it is about that.
+    a place it is about the document; `file` and `line` then name another file if it is about that. A violated
+    property has a `counterexample`.
     """
 
     code: str
@@ -41,6 +64,7 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     column: int = 0
     length: int = 0
     file: str = ""
+    counterexample: CounterexampleView | None = None
 
 
 def find_problems(
@@ -64,13 +88,40 @@ def find_problems_in_text(
     """Return what is wrong in the text of a document; the rest is as for `find_problems`."""
     file = path or Path.cwd() / _UNTITLED
     diagnostics = Diagnostics()
-    check_document(file, diagnostics, include, limit=limit, content=text)
+    report = check_document(file, diagnostics, include, limit=limit, content=text)
     document = parse_document(text, file, Diagnostics())
     locator = Locator(document or Document())
     importers = dict(_importers(document, file)) if document is not None else {}
     order = {"error": 0, "warning": 1, "note": 2}
     found = sorted(diagnostics, key=lambda each: order[each.severity])[:_MOST]
-    return [_problem(each, file, locator, importers) for each in found]
+    return [_with_steps(_problem(each, file, locator, importers), report) for each in found]
+
+
+def _with_steps(problem: Problem, report: ModelReport | None) -> Problem:
+    """Return the problem of a violated property with the steps that violate it."""
+    place = problem.place
+    if problem.code != _VIOLATED or place is None or place.part != "properties" or report is None:
+        return problem
+    counterexample = report.properties[place.index].counterexample
+    if counterexample is None or len(counterexample.steps) > _MOST_STEPS:
+        return problem
+    return msgspec.structs.replace(problem, counterexample=_view(counterexample))
+
+
+def _view(counterexample: Counterexample) -> CounterexampleView:
+    steps = tuple(
+        StepView(
+            time_ms=step.time_ms,
+            automaton=step.automaton,
+            kind=step.kind.value,
+            text=step.text,
+            state=step.state,
+            origin=step.origin,
+            transition=step.transition,
+        )
+        for step in counterexample.steps
+    )
+    return CounterexampleView(steps=steps, repeats=counterexample.repeats)
 
 
 def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:

@@ -4,6 +4,11 @@ import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linte
 import {store} from "../store.js";
 import {problemsAt} from "./places.js";
 
+/**
+ * @typedef {{items: import("../store.js").Problem[], current: boolean}} Known the problems of the document, and whether they are
+ *   those of the text that is shown
+ */
+
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
@@ -13,7 +18,7 @@ export const recheck = StateEffect.define();
 /**
  * Extensions that ask the server about one piece of code.
  *
- * @param {{tab: number, place: import("./places.js").Place, problems: () => import("../store.js").Problem[]}} about
+ * @param {{tab: number, place: import("./places.js").Place, problems: () => Known}} about
  */
 export function assistance({tab, place, problems}) {
   const help = new Help(tab, place);
@@ -49,49 +54,58 @@ class Help {
     const word = context.matchBefore(/[\w.]+$/);
     if (!context.explicit && (!word || /^\d/.test(word.text))) return null;
     const found = await this.ask("complete", context.state, context.pos);
-    if (!found?.length || context.aborted) return null;
-    const from = context.matchBefore(/\w*$/)?.from ?? context.pos;
-    return {from, options: found.map((each, index) => asOption(each, index)), validFor: /^\w*$/};
+    if (!found?.options.length || context.aborted) return null;
+    return {from: context.pos - found.typed, options: found.options.map(asOption), validFor: /^\w*$/};
   }
 
-  /** @param {EditorView} view */
+  /**
+   * What is wrong: what the server says of the text as it stands, and what the checks have said of all of the document.
+   *
+   * @param {EditorView} view @param {() => Known} problems
+   */
   async lint(view, problems) {
     const {doc} = view.state;
-    const known = problemsAt(problems(), this.place).filter((each) => each.line > 0);
-    let typed = [];
-    if (doc.length <= LARGEST) {
-      try {
-        typed = (await store.request("lint", {tab: this.tab, place: this.place, code: doc.toString()})) ?? [];
-      } catch {
-        typed = [];
-      }
-    }
+    if (this.#linted?.doc !== doc) this.#linted = {doc, found: await this.#asked(doc)};
+    const {found} = this.#linted;
+    const {items, current} = problems();
+    // What was said of a former text is better than nothing, and worse than what is said of this one.
+    const known = current || !found ? problemsAt(items, this.place).filter((each) => each.line > 0) : [];
     const marks = new Map();
-    for (const each of typed) marks.set(`${each.line} ${each.message}`, {...each, column: each.column + 1});
-    for (const each of known) if (!marks.has(`${each.line} ${each.message}`)) marks.set(`${each.line} ${each.message}`, each);
-    return [...marks.values()].map((each) => asMark(doc, each)).sort((a, b) => a.from - b.from);
+    for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
+    return [...marks.values()].map((each) => asMark(doc, each)).sort((one, other) => one.from - other.from);
+  }
+
+  #linted = null;
+
+  async #asked(doc) {
+    if (doc.length > LARGEST) return null;
+    try {
+      return await store.request("lint", {tab: this.tab, place: this.place, code: doc.toString()});
+    } catch {
+      return null;
+    }
   }
 
   async hover(view, position) {
     const word = view.state.wordAt(position);
     if (!word) return null;
     const name = view.state.sliceDoc(word.from, word.to);
-    const found = (await this.ask("complete", view.state, word.to))?.find((each) => each.label === name);
-    if (!found || !(found.detail || found.documentation)) return null;
-    return {pos: word.from, end: word.to, above: true, create: () => ({dom: explain([found.detail || found.label], found.documentation)})};
+    const found = (await this.ask("complete", view.state, word.to))?.options.find((each) => each.label === name);
+    if (!found?.detail && !found?.info) return null;
+    return {pos: word.from, end: word.to, above: true, create: () => ({dom: explain([`${name}${found.detail ?? ""}`], found.info)})};
   }
 }
 
-/** A completion of the server for CodeMirror; the server's order stays. */
-function asOption(found, index) {
-  const {label, type, detail, documentation} = found;
-  return {label, type, detail, boost: Math.max(-99, 50 - index), info: documentation ? () => explain([], documentation) : undefined};
+/** A completion of the server for CodeMirror. @param {{label: string, type?: string, detail?: string, info?: string, boost?: number}} found */
+function asOption({info, boost = 0, ...found}) {
+  return {...found, boost, info: info ? () => explain([], info) : undefined};
 }
 
 /** Something wrong as CodeMirror marks it; line and column count from 1. */
 function asMark(doc, {line, column = 1, length = 0, severity, message}) {
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
-  const from = Math.min(at.from + Math.max(column - 1, 0), at.to);
+  // What is missing at the end of a line is marked at what stands there.
+  const from = Math.max(at.from, Math.min(at.from + Math.max(column - 1, 0), at.to - 1));
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
   return {from, to, severity: severity === "note" ? "info" : severity, message};
@@ -153,13 +167,13 @@ function signatures(help) {
   return [shown, follow, close];
 }
 
-/** @param {{label: string, parameters: string[], active: number, documentation?: string}} found */
+/** @param {{name: string, parameters: string[], active: number, result: string, documentation: string}} found */
 function tip(found, pos) {
   return {
     pos,
     above: true,
     create() {
-      const {name, parameters, active, documentation} = found;
+      const {name, parameters, active, result, documentation} = found;
       const dom = explain([], documentation);
       const line = document.createElement("code");
       line.append(`${name}(`);
@@ -169,7 +183,7 @@ function tip(found, pos) {
         part.textContent = parameter;
         line.append(index ? ", " : "", part);
       });
-      line.append(")");
+      line.append(result && result !== "None" ? `) → ${result}` : ")");
       dom.prepend(line);
       return {dom};
     },

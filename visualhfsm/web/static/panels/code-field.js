@@ -91,7 +91,7 @@ export class CodeField extends LitElement {
         redo: () => this.#step("redo"),
         save: () => page.dispatchEvent(new Event("save")),
         leave: () => page.dispatchEvent(new Event("focus-canvas")),
-        problems: () => store.documents.get(this.tab)?.problems ?? [],
+        problems: () => this.#problems(),
       });
       this.ready = true;
     } catch (error) {
@@ -109,6 +109,11 @@ export class CodeField extends LitElement {
     if (!this.#editor) return;
     if (whole) this.#editor.open(this.#content());
     else this.#editor.replace(text);
+  }
+
+  #problems() {
+    const {problems = [], checked, revision} = store.documents.get(this.tab) ?? {};
+    return {items: problems, current: checked === revision && !this.#draft.busy};
   }
 
   async #step(op) {

@@ -2,7 +2,7 @@
 
 import {html, nothing} from "lit";
 import {LISTS} from "./lists.js";
-import {interfaceDetails, interfaceNames, identitiesOf} from "./known-interfaces.js";
+import {interfaceDetails, interfaceNames} from "./known-interfaces.js";
 import {verdictOf} from "./verdicts.js";
 
 const AFTER_ERROR = [["", "Stop the robot and halt"], ["continue", "Go on without that piece of code"]];
@@ -22,7 +22,7 @@ export function componentData({tab, document, known}) {
     ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
     ${text("onError", "After an error in its code", {kind: "select", options: AFTER_ERROR})}
     ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
-    ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field) => suggestions(field, known)})}
+    ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field) => (field === "type" ? interfaceNames(known) : [])})}
     ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
     ${list("parameters")}
     ${list("events")}
@@ -31,12 +31,6 @@ export function componentData({tab, document, known}) {
 
 const nothingMore = () => nothing;
 const noSuggestions = () => [];
-
-function suggestions(field, known) {
-  if (field === "type") return interfaceNames(known);
-  if (field === "proxy") return identitiesOf(known);
-  return [];
-}
 
 function verdict(document, index) {
   const found = verdictOf(document, index);

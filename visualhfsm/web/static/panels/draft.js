@@ -60,7 +60,7 @@ export class Draft {
     this.#send = send;
     if (text === this.#known) return;
     this.#known = text;
-    if (!this.#busy) this.#replace(text, false);
+    if (!this.busy) this.#replace(text, false);
   }
 
   /** Say what was typed. */
@@ -91,10 +91,11 @@ export class Draft {
     }
     const isSame = tab === this.#tab && key === this.#key;
     // A document that is older than the answer is still on its way, and shown by `take`.
-    if (isSame && !this.#busy && (store.documents.get(tab)?.revision ?? 0) >= revision) this.#replace(this.#known, false);
+    if (isSame && !this.busy && (store.documents.get(tab)?.revision ?? 0) >= revision) this.#replace(this.#known, false);
   }
 
-  get #busy() {
+  /** Whether the document does not yet have what stands in the field. */
+  get busy() {
     return this.#typed || this.#sending > 0;
   }
 

@@ -46,7 +46,8 @@ const theme = EditorView.theme({
   ".cm-tooltip.cm-tooltip-autocomplete > ul": {fontFamily: "var(--code-font)", maxHeight: "16em"},
   ".cm-tooltip-autocomplete ul li[aria-selected]": {backgroundColor: "var(--code-chosen)", color: "var(--code-chosen-text)"},
   ".cm-completionDetail": {color: "inherit", opacity: "0.75", fontStyle: "normal"},
-  ".cm-completionInfo, .cm-help": {padding: "6px 10px", whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
+  ".cm-help": {whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
+  ".cm-completionInfo, .cm-tooltip.cm-help, .cm-tooltip-hover .cm-help": {padding: "6px 10px"},
   ".cm-help code": {fontFamily: "var(--code-font)", display: "block"},
   ".cm-help .now": {fontWeight: "700", textDecoration: "underline"},
   ".cm-help p": {margin: "4px 0 0"},
@@ -68,7 +69,7 @@ const shared = [
  * @typedef {{text: string, place: import("./places.js").Place, tab: number, label: string, hint: string, wraps: boolean,
  *   python: boolean, readonly: boolean}} Content
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void, leave: () => void,
- *   problems: () => import("../store.js").Problem[]}} Actions what the editor tells and asks
+ *   problems: () => import("./assistance.js").Known}} Actions what the editor tells and asks
  */
 
 /** One editor in an element; it shows one piece of code after the other. */

@@ -32,7 +32,7 @@ export class Entries extends LitElement {
       <header class="entries-head"><h3>${title}${count ? html` <span class="faint">${count}</span>` : nothing}</h3>
         ${this.readonly ? nothing : html`<button type="button" class="action add" aria-label="Add ${article(noun)}" @click=${this.#add}>${icon("add")}<span class="text">Add</span></button>`}</header>
       <p class="explain">${explain}</p>
-      <ol class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</ol>`;
+      <div class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</div>`;
   }
 
   /** Put the keyboard into a field of an entry. */
@@ -54,7 +54,7 @@ export class Entries extends LitElement {
       return other.part === list && (other.automaton ?? 0) === this.automaton && (other.index ?? 0) === index && !other.name;
     });
     const last = this.entries.length - 1;
-    return html`<li class="entry" role="group" aria-label=${words} @keydown=${(event) => this.#press(event, index)}>
+    return html`<div class="entry" role="group" aria-label=${words} @keydown=${(event) => this.#press(event, index)}>
       <div class="entry-fields">${fields.map((field) => html`<hfsm-text-field class=${field.wide ? "wide" : ""} data-field=${field.name} .tab=${this.tab} .place=${{...place, name: field.name}}
         .text=${entry[field.name] ?? ""} label=${field.label} kind=${field.kind ?? "text"} .options=${field.options ?? []} hint=${field.hint ?? ""} unit=${field.unit ?? ""} ?mono=${field.mono}
         .suggestions=${this.suggest(field.name)} ?readonly=${this.readonly}></hfsm-text-field>`)}</div>
@@ -63,7 +63,7 @@ export class Entries extends LitElement {
         <button type="button" class="action bare down" aria-label="Move ${words} down" title="Move down (Alt+↓)" ?disabled=${index === last} @click=${() => this.#move(index, index + 1)}>${icon("up")}</button>
         <button type="button" class="action bare" aria-label="Remove ${words}" title="Remove" @click=${() => this.#remove(index)}>${icon("delete")}</button></div>`}
       ${own.length ? html`<p class="field-problems">${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</p>` : nothing}
-      ${this.details(entry, index)}</li>`;
+      ${this.details(entry, index)}</div>`;
   }
 
   #add = async () => {

@@ -1,7 +1,8 @@
 /**
  * The interfaces that documents may declare, with what their operations do.
  *
- * @typedef {{name: string, scopedName: string, documentation: string, identities?: string[], operations: {name: string, signature: string, documentation: string}[]}} KnownInterface
+ * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string, documentation: string,
+ *   streamed: boolean}[]}} KnownInterface see visualhfsm/code_help/worker.py
  */
 
 import {html, nothing} from "lit";
@@ -23,19 +24,21 @@ export function loadInterfaces() {
 /** Names to write into a document: plain where that is enough. */
 export function interfaceNames(all = []) {
   const count = (name) => all.filter((each) => each.name === name).length;
-  return all.map((each) => (count(each.name) > 1 ? each.scopedName : each.name)).sort();
+  return all.map((each) => (count(each.name) > 1 ? each.scoped : each.name)).sort();
 }
-
-/** Identities of servants that are known. */
-export const identitiesOf = (all = []) => [...new Set(all.flatMap((each) => each.identities ?? []))].sort();
 
 /** What an entry's interface offers. @param {{name: string, type: string}} entry @param {KnownInterface[] | undefined} all */
 export function interfaceDetails(entry, all) {
   const type = entry.type.trim();
-  const found = all?.find((each) => each.name === type || each.scopedName === type);
+  const found = all?.find((each) => each.name === type || each.scoped === type);
   if (!found) return nothing;
-  const {operations, documentation} = found;
+  const {operations} = found;
   return html`<details class="operations"><summary>${operations.length} operation${operations.length === 1 ? "" : "s"} of ${found.name}</summary>
-    ${documentation ? html`<p class="explain">${documentation}</p>` : nothing}
-    <dl>${operations.map((each) => html`<dt class="mono">self.${entry.name}.${each.signature || each.name}</dt><dd>${each.documentation}</dd>`)}</dl></details>`;
+    <dl>${operations.map((each) => html`<dt class="mono">self.${entry.name}.${called(each)}</dt><dd>${each.documentation}${each.streamed ? html` <em>Also streamed: .latest(), .wait().</em>` : nothing}</dd>`)}</dl></details>`;
+}
+
+/** An operation as it is called. */
+function called({name, signature, result}) {
+  const parameters = signature.replace(/^\(self(, )?/, "(");
+  return `${name}${parameters}${result && result !== "None" ? ` → ${result}` : ""}`;
 }

@@ -28,5 +28,5 @@ const counted = (problems) => `${problems.length} problem${problems.length === 1
 export function badge(problems) {
   if (!problems.length) return nothing;
   const gravest = ["error", "warning", "note"].find((severity) => problems.some((each) => each.severity === severity));
-  return html`<span class="badge ${gravest}" aria-hidden="true" title=${counted(problems)}>${problems.length}</span>`;
+  return html`<span class="count-badge ${gravest}" aria-hidden="true" data-count=${problems.length} title=${counted(problems)}></span>`;
 }

@@ -64,7 +64,7 @@ function trigger({tab, document, transition, readonly}, place) {
         .text=${transition.trigger} ?readonly=${readonly} hint="milliseconds, such as 1000"></hfsm-text-field>`;
     case "event":
       return html`<hfsm-text-field class="section" data-part="trigger" label="Event" .tab=${tab} .place=${where} .text=${transition.trigger} ?readonly=${readonly}
-        .suggestions=${knownEvents(document)} hint="its name"></hfsm-text-field>`;
+        .suggestions=${knownEvents(document, transition)} hint="its name"></hfsm-text-field>`;
     default:
       return html`<div class="section"><h3>Condition <span class="faint">an expression, or statements that return</span></h3>
         <hfsm-code-field class="grow" wraps data-part="trigger" .tab=${tab} .place=${where} .text=${transition.trigger} ?readonly=${readonly}
@@ -91,14 +91,14 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
       <button type="button" class="action bare down" aria-label="Try later" title="Try later" ?disabled=${index >= order.length - 1 || readonly} @click=${() => move(1)}>${icon("up")}</button>`}</div>`;
 }
 
-/** Names of events: those that are declared, those that code sends, and those that others fire by. */
-function knownEvents(document) {
+/** Names of events: those that are declared, those that code sends, and those by which other transitions fire. */
+function knownEvents(document, shown) {
   const names = new Set(document.fields.events?.map((each) => each.name));
   const sent = /\bself\.send\(\s*(["'])((?:(?!\1).){1,100})\1/g;
   for (const {states, transitions, functions} of document.automata.values()) {
     const texts = [functions, ...states.flatMap((each) => [each.entry, each.code, each.exit]), ...transitions.map((each) => each.code)];
     for (const text of texts) for (const match of text.matchAll(sent)) names.add(match[2]);
-    for (const each of transitions) if (each.type === "event" && each.trigger.trim()) names.add(each.trigger.trim());
+    for (const each of transitions) if (each !== shown && each.type === "event" && each.trigger.trim()) names.add(each.trigger.trim());
   }
   return [...names].sort();
 }

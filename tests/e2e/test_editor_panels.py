@@ -1,0 +1,290 @@
+"""Edit code and data in the panels beside the canvas, through the real server."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.editor import Editor, editor
+from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, saved, undo_names
+from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.web.services import Services
+
+CAMERA = """
+  <config>
+    <iceinterface>
+      <nameinterface>eye</nameinterface><nameproxy>Camera</nameproxy><interface>Camera</interface>
+    </iceinterface>
+  </config>
+"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "walk.xml"
+    path.write_text(DOCUMENT)
+    return path
+
+
+@pytest.fixture
+def running(path: Path) -> Iterator[Editor]:
+    with editor(path.parent, path) as running:
+        yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with editor_page(browser, running) as shown:
+        shown.state("wait").wait_for()
+        yield shown
+
+
+# ------------------------------------------------------------------------------------------------ code
+
+
+def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser, running: Editor) -> None:
+    loaded: list[str] = []
+    with editor_page(browser, running) as shown:
+        shown.page.on("request", lambda request: loaded.append(request.url))
+        shown.state("wait").wait_for()
+        entries = "performance.getEntriesByType('resource').map(each => each.name)"
+        assert not [url for url in shown.page.evaluate(entries) if "codemirror" in url]
+        edit(shown, "wait")
+        assert [url for url in loaded if "codemirror" in url]
+
+
+def test_code_that_is_typed_is_saved(shown: EditorPage, path: Path) -> None:
+    edit(shown, "wait")
+    shown.type("\nif count > 3:\nself.log.info('many')")
+    document = saved(shown, path)
+    assert document.automata[0].states[0].code.text == "count += 1\nif count > 3:\n    self.log.info('many')"
+
+
+def test_a_burst_of_typing_is_one_named_step(shown: EditorPage) -> None:
+    code = edit(shown, "wait")
+    for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
+        shown.type(word)
+        shown.page.wait_for_function(
+            "() => document.querySelector('hfsm-status').textContent.includes('Edit the code')"
+        )
+    assert undo_names(shown) == ["Edit the code of “wait”"]
+    shown.press("Control+z")
+    expect(code).to_have_text("count += 1")
+    shown.press("Control+Shift+Z")
+    expect(code).to_contain_text("speed = 3")
+
+
+def test_the_cursor_stays_where_it_is_when_the_code_changes_elsewhere(
+    shown: EditorPage, running: Editor
+) -> None:
+    code = edit(shown, "wait")
+    with running.window() as other:
+        command = {
+            "command": "setStateCode",
+            "automaton": 1,
+            "state": 1,
+            "part": "code",
+            "text": "first = 1\ncount += 1",
+        }
+        other.ask("do", tab=1, command=command)
+        expect(code).to_contain_text("first = 1")
+    shown.type("0")
+    expect(code.locator(".cm-line")).to_have_text(["first = 1", "count += 10"])
+
+
+def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: EditorPage, path: Path) -> None:
+    edit(shown, "wait")
+    shown.type("\nlast = 1")
+    shown.page.get_by_role("treeitem", name="go").click()
+    assert saved(shown, path).automata[0].states[0].code.text == "count += 1\nlast = 1"
+
+
+def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_mended(shown: EditorPage) -> None:
+    code = edit(shown, "wait")
+    shown.type("\nif count")
+    expect(code.locator(".cm-lintRange-error")).to_be_visible()
+    badge = shown.page.get_by_role("tab", name="Code, not empty, 1 problem", exact=True)
+    expect(badge).to_be_visible()
+    shown.type(" > 3: pass")
+    expect(code.locator(".cm-lintRange-error")).to_have_count(0)
+    expect(badge).to_have_count(0)
+
+
+def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
+    path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
+    with (
+        editor(path.parent, path, make_services=lambda _: Services(code_help=CodeHelper())) as running,
+        editor_page(browser, running) as shown,
+    ):
+        shown.state("wait").wait_for()
+        code = edit(shown, "wait")
+        options = shown.page.get_by_role("listbox").get_by_role("option")
+        shown.type("\nself.eye.getImageDat")
+        expect(options).to_have_count(2)  # beside the call, the asynchronous one
+        expect(shown.page.locator(".cm-completionInfo")).to_contain_text("newest image")
+        shown.press("Enter")
+        expect(code).to_contain_text("self.eye.getImageData")
+        shown.type("(")
+        expect(shown.page.locator(".cm-tooltip.cm-help")).to_contain_text("getImageData(format")
+        shown.press("Escape")
+        shown.type(")\ncou")
+        expect(options.first).to_have_text(re.compile("^count"))
+
+
+def test_entry_and_exit_code_have_tabs_that_arrows_go_through(shown: EditorPage, path: Path) -> None:
+    edit(shown, "wait")
+    shown.page.get_by_role("tab", name="Entry").click()
+    shown.press("ArrowRight", "ArrowRight")
+    expect(shown.page.get_by_role("tab", name="Exit, not empty")).to_be_focused()
+    expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_contain_text("leaving")
+    shown.press("Home")
+    entry = shown.page.get_by_role("textbox", name="Entry code of the state wait")
+    entry.click()
+    shown.type("count = 0")
+    assert saved(shown, path).automata[0].states[0].entry.text == "count = 0"
+
+
+def test_escape_goes_back_to_the_canvas(shown: EditorPage) -> None:
+    edit(shown, "wait")
+    shown.press("Escape")
+    expect(shown.state("wait")).to_be_focused()
+
+
+def test_an_argument_is_handed_to_an_input(shown: EditorPage, path: Path) -> None:
+    edit(shown, "wait")
+    shown.page.get_by_role("tab", name="Arguments").click()
+    shown.page.get_by_role("textbox", name="Argument color").click()
+    shown.type("'green'")
+    (argument,) = saved(shown, path).automata[0].states[0].arguments
+    assert (argument.name, argument.value.text) == ("color", "'green'")
+    shown.button("Remove the argument color").click()
+    expect(shown.button("Remove the argument color")).to_have_count(0)
+
+
+# ------------------------------------------------------------------------------------------ transitions
+
+
+def test_a_condition_becomes_a_time_and_keeps_its_expression_as_guard(shown: EditorPage, path: Path) -> None:
+    choose(shown, "enough")
+    shown.page.get_by_role("radio", name="Time").check(force=True)
+    shown.page.get_by_label("After", exact=True).fill("1500")
+    expect(shown.page.get_by_text("ms = 1.5 s")).to_be_visible()
+    expect(shown.page.get_by_role("textbox", name="Guard of enough")).to_have_text("count > 5")
+    transition = saved(shown, path).automata[0].transitions[0]
+    assert (transition.type, transition.trigger.text, transition.guard.text) == ("time", "1500", "count > 5")
+
+
+def test_events_that_the_code_sends_are_offered(shown: EditorPage, path: Path) -> None:
+    edit(shown, "wait")
+    shown.type("\nself.send('ball lost')")
+    choose(shown, "late")
+    shown.page.get_by_role("radio", name="Event").check(force=True)
+    field = shown.page.get_by_label("Event", exact=True).and_(shown.page.locator("input[type=text]"))
+    offered = field.evaluate("input => [...input.list.options].map(each => each.value)")
+    assert offered == ["ball lost"]
+    field.fill("ball lost")
+    transition = saved(shown, path).automata[0].transitions[1]
+    assert (transition.type, transition.trigger.text) == ("event", "ball lost")
+
+
+def test_transitions_of_a_state_change_places(shown: EditorPage) -> None:
+    choose(shown, "late")
+    expect(shown.page.get_by_text("tried as number 2 of 2")).to_be_visible()
+    shown.page.locator("hfsm-code-panel").get_by_role("button", name="Try earlier").click()
+    expect(shown.page.get_by_text("tried as number 1 of 2")).to_be_visible()
+
+
+# ------------------------------------------------------------------------------------------------- data
+
+
+def test_an_interface_is_declared(shown: EditorPage, path: Path) -> None:
+    shown.press("Alt+i")
+    entry = add(shown, "interface", "camera")
+    entry.get_by_label("Interface", exact=True).fill("Camera")
+    entry.get_by_label("Identity", exact=True).fill("CameraBottom")
+    (interface,) = saved(shown, path).interfaces
+    assert (interface.name, interface.type, interface.proxy) == ("camera", "Camera", "CameraBottom")
+
+
+def test_parameters_are_added_changed_moved_and_removed(shown: EditorPage, path: Path) -> None:
+    shown.press("Alt+p")
+    add(shown, "parameter", "speed").get_by_label("Default", exact=True).fill("0.3")
+    second = add(shown, "parameter", "loud")
+    second.get_by_label("Type", exact=True).select_option("bool")
+    second.get_by_label("Default", exact=True).fill("False")
+    shown.press("Alt+ArrowUp")
+    expect(shown.page.get_by_role("group", name="parameter")).to_have_count(2)
+    expect(shown.page.get_by_role("group", name="parameter").first).to_have_accessible_name("parameter loud")
+    found = [(each.name, each.type.text, each.default.text) for each in saved(shown, path).parameters]
+    assert found == [("loud", "bool", "False"), ("speed", "float", "0.3")]
+    shown.button("Remove parameter loud").click()
+    expect(
+        shown.page.get_by_role("group", name="parameter speed").get_by_label("Name", exact=True)
+    ).to_be_focused()
+
+
+def test_what_is_wrong_with_a_parameter_is_told_at_its_field(shown: EditorPage) -> None:
+    shown.press("Alt+p")
+    field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)
+    field.fill("fast")
+    expect(field).to_have_attribute("aria-invalid", "true")
+    expect(field).to_have_accessible_description(re.compile("no literal of Python"))
+    field.fill("1.5")
+    expect(field).not_to_have_attribute("aria-invalid", "true")
+
+
+def test_a_property_gets_its_verdict(shown: EditorPage) -> None:
+    shown.press("Alt+p")
+    entry = add(shown, "property", "stays")
+    entry.get_by_label("Expression", exact=True).fill("wait or go")
+    expect(entry.get_by_text("Holds in every run.")).to_be_visible()
+    entry.get_by_label("Kind", exact=True).select_option("never")
+    expect(entry.get_by_text(re.compile("^Violated:"))).to_be_visible()
+
+
+def test_period_and_variables_are_those_of_the_shown_automaton(shown: EditorPage, path: Path) -> None:
+    shown.press("Alt+t")
+    period = shown.page.get_by_label("Period", exact=True)
+    expect(period).to_be_focused()
+    period.fill("20")
+    expect(shown.page.get_by_text("50 Hz")).to_be_visible()
+    shown.press("Alt+v")
+    expect(shown.page.get_by_role("textbox", name="Variables")).to_be_focused()
+    shown.press("Control+End")
+    shown.type("\nspeed = 0.0")
+    automaton = saved(shown, path).automata[0]
+    assert (automaton.iteration_time.text, automaton.variables.text) == ("20", "count = 0\nspeed = 0.0")
+
+
+# ---------------------------------------------------------------------------------------- accessibility
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_axe_finds_nothing_in_the_panels(browser: Browser, running: Editor, *, dark: bool) -> None:
+    with editor_page(browser, running, dark=dark) as shown:
+        shown.state("wait").wait_for()
+        edit(shown, "wait")
+        shown.type("\nif count")
+        expect(shown.page.locator(".cm-lintRange-error")).to_be_visible()
+        assert panel_violations(shown) == []
+        shown.press("Escape")
+        choose(shown, "late")
+        assert panel_violations(shown) == []
+        shown.press("Alt+p")
+        shown.button("Add a parameter").click()
+        shown.button("Add a property").click()
+        shown.button("Add an interface").click()
+        shown.press("Control+m")
+        shown.page.get_by_role("list", name="Problems").wait_for()
+        assert panel_violations(shown) == []

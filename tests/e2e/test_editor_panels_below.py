@@ -1,0 +1,172 @@
+"""Problems, search, output and history below the canvas, through the real server."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.editor import Editor, editor
+from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
+from tests.support.processes import free_endpoint
+from visualhfsm.running.service import RunningComponents
+from visualhfsm.web.services import Services
+from zenoh_ice import Settings
+
+NEVER_GOES = """
+  <properties>
+    <property kind="never"><name>stay</name><expression>go</expression></property>
+    <property kind="always"><name>somewhere</name><expression>wait or go</expression></property>
+  </properties>
+"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    root = tmp_path / "root"
+    root.mkdir()
+    path = root / "walk.xml"
+    path.write_text(DOCUMENT)
+    return path
+
+
+@pytest.fixture
+def running(path: Path) -> Iterator[Editor]:
+    with editor(path.parent, path) as running:
+        yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with editor_page(browser, running) as shown:
+        shown.state("wait").wait_for()
+        yield shown
+
+
+def test_a_problem_leads_to_its_line(shown: EditorPage, running: Editor) -> None:
+    code = "first = 1\nsecond = 2\nif count\nthird = 3"
+    with running.window() as other:
+        command = {"command": "setStateCode", "automaton": 2, "state": 1, "part": "exit", "text": code}
+        other.ask("do", tab=1, command=command)
+    shown.press("Control+m")
+    problem = shown.page.get_by_role("button", name=re.compile("not valid Python"))
+    expect(problem).to_contain_text("wait › look › exit code › line 3")
+    expect(shown.page.get_by_role("button", name="1 Error", exact=True)).to_have_attribute(
+        "aria-pressed", "true"
+    )
+    problem.focus()
+    shown.press("Enter")
+    expect(shown.state("look")).to_have_attribute("aria-pressed", "true")
+    field = shown.page.get_by_role("textbox", name="Exit code of the state look")
+    expect(field).to_be_focused()
+    shown.type("0")
+    expect(field.locator(".cm-line").nth(2)).to_contain_text("0")
+
+
+def test_problems_of_a_severity_are_left_out(shown: EditorPage) -> None:
+    shown.press("Control+m")
+    rows = shown.page.get_by_role("list", name="Problems").locator("button.row")
+    warning = rows.filter(has_text="color")
+    expect(warning).to_have_count(1)
+    shown.page.get_by_role("button", name="1 Warning", exact=True).click()
+    expect(warning).to_have_count(0)
+
+
+def test_a_violated_property_is_played_on_the_canvas(browser: Browser, path: Path) -> None:
+    path.write_text(DOCUMENT.replace("<VisualHFSM>", "<VisualHFSM>" + NEVER_GOES))
+    with editor(path.parent, path) as running, editor_page(browser, running) as shown:
+        shown.state("wait").wait_for()
+        shown.press("Control+m")
+        expect(shown.page.get_by_role("button", name=re.compile("`stay` is violated"))).to_be_visible()
+        shown.page.get_by_role("button", name=re.compile(r"Play the \d+ steps")).click()
+        expect(shown.page.locator(".state.active")).to_have_count(1)
+        expect(shown.page.get_by_text("Step 1 of")).to_be_visible()
+        shown.button("Next step").focus()
+        shown.press("End")
+        expect(shown.page.locator('.state.active[aria-label^="State go"]')).to_have_count(1)
+        assert panel_violations(shown) == []
+        shown.button("Stop playing").click()
+        expect(shown.page.locator(".state.active")).to_have_count(0)
+
+
+def test_search_finds_names_and_all_code_and_leads_there(shown: EditorPage) -> None:
+    shown.press("Control+f")
+    expect(shown.page.get_by_role("searchbox")).to_be_focused()
+    shown.type("COUNT")
+    rows = shown.page.get_by_role("list", name="Found").locator("button.row")
+    expect(rows).to_have_count(3)
+    shown.page.get_by_role("searchbox").fill("leaving")
+    expect(rows).to_have_count(1)
+    expect(rows).to_contain_text("walk › wait › exit code")
+    expect(rows.locator("mark")).to_have_text("leaving")
+    shown.press("ArrowDown", "Enter")
+    expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_be_focused()
+    shown.press("Control+f")
+
+
+def test_search_follows_what_is_typed(shown: EditorPage) -> None:
+    shown.press("Control+f")
+    shown.type("novelty")
+    expect(shown.page.get_by_text("Nothing has “novelty” in it.")).to_be_visible()
+    edit(shown, "wait")
+    shown.type("\nnovelty = 1")
+    expect(shown.page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)
+
+
+def test_a_click_in_the_history_goes_back_to_that_point(shown: EditorPage) -> None:
+    edit(shown, "wait")
+    shown.type("\nspeed = 1")
+    shown.page.get_by_role("checkbox", name="Final").check()
+    shown.page.get_by_role("checkbox", name="Final").uncheck()
+    shown.press("Alt+h")
+    rows = shown.page.get_by_role("list", name="Steps, the latest first").locator("button.row")
+    expect(rows.locator(".message")).to_have_text(
+        ["Do not end in “wait”", "End in “wait”", "Edit the code of “wait”", "As it was opened"]
+    )
+    rows.nth(2).click()
+    expect(rows.nth(0)).to_contain_text("undone")
+    assert undo_names(shown) == ["Edit the code of “wait”"]
+    rows.nth(0).click()
+    assert len(undo_names(shown)) == 3
+    rows.nth(3).click()
+    expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_have_text("count += 1")
+
+
+@pytest.mark.slow
+def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: Path) -> None:
+    code = "<code>count += 1\nif count &gt; 2:\n    missing()</code>"
+    path.write_text(DOCUMENT.replace("<code>count += 1</code>", code))
+    settings = Settings(connect=(free_endpoint(),))
+    with (
+        editor(
+            path.parent,
+            path,
+            make_services=lambda publish: Services(running=RunningComponents(publish, settings)),
+        ) as running,
+        editor_page(browser, running) as shown,
+    ):
+        shown.state("wait").wait_for()
+        shown.press("F5")
+        log = shown.page.get_by_role("log", name="Output of the component")
+        expect(log).to_contain_text("NameError: name 'missing' is not defined", timeout=20_000)
+        link = log.get_by_role("button", name=re.compile("walk.xml:8"))
+        expect(link).to_be_visible()
+        assert panel_violations(shown) == []
+        link.click()
+        field = shown.page.get_by_role("textbox", name="Code of the state wait")
+        expect(field).to_be_focused()
+        expect(field.locator(".cm-activeLine")).to_have_text("    missing()")
+        shown.press("Shift+F5")
+        expect(shown.page.get_by_text(re.compile("^Ended"))).to_be_visible()
+        shown.button("Clear").click()
+        expect(log).to_be_empty()

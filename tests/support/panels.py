@@ -1,0 +1,98 @@
+"""What the tests of the editor's panels do with them, and the document that they do it to."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from playwright.sync_api import Locator, expect
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from codegen.hfsm.document import Document
+from tests.support.browser import AXE, EditorPage
+
+DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
+<VisualHFSM>
+  <SubAutomata id="1" idFather="0">
+    <state initial="true" id="1">
+      <posx>100</posx><posy>150</posy><name>wait</name><idSubautomataSon>2</idSubautomataSon>
+      <code>count += 1</code>
+      <exit>self.log.info("leaving")</exit>
+    </state>
+    <state id="2"><posx>400</posx><posy>150</posy><name>go</name></state>
+    <transition id="1">
+      <posx>250</posx><posy>90</posy><name>enough</name><origin>1</origin><destiny>2</destiny>
+      <trans type="condition">count &gt; 5</trans>
+    </transition>
+    <transition id="2">
+      <posx>250</posx><posy>220</posy><name>late</name><origin>1</origin><destiny>2</destiny>
+      <trans type="time">5000</trans>
+    </transition>
+    <variables>count = 0</variables>
+  </SubAutomata>
+  <SubAutomata id="2" idFather="1">
+    <state initial="true" id="1"><posx>100</posx><posy>150</posy><name>look</name></state>
+    <input><name>color</name><type>str</type><default>"red"</default></input>
+  </SubAutomata>
+</VisualHFSM>
+"""
+
+
+def saved(shown: EditorPage, path: Path) -> Document:
+    """Save what is shown and return what is in the file."""
+    shown.press("Control+s")
+    expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+    document = read_document(path, Diagnostics())
+    assert document is not None
+    return document
+
+
+def edit(shown: EditorPage, state: str, label: str = "Code") -> Locator:
+    """Select a state and put the cursor at the end of its code; `label` begins the editor's name."""
+    shown.state(state).locator(".body").click()
+    shown.press("Shift+Enter")
+    code = shown.page.get_by_role("textbox", name=f"{label} of the state {state}")
+    expect(code).to_be_focused()
+    shown.press("Control+End")
+    return code
+
+
+def choose(shown: EditorPage, name: str) -> None:
+    """Select a transition, and show what it does."""
+    shown.button("Fit").click()
+    shown.transition(name).locator(".handle").click()
+    shown.press("Shift+Enter")
+    expect(shown.page.get_by_label("Name of the transition")).to_have_value(name)
+
+
+def add(shown: EditorPage, noun: str, name: str) -> Locator:
+    """Add an entry of a list, name it, and return its group."""
+    shown.button(f"Add {'an' if noun[0] in 'aeiou' else 'a'} {noun}").click()
+    entry = shown.page.get_by_role("group", name=re.compile(f"^{noun} ")).last
+    expect(entry.get_by_role("textbox").first).to_be_focused()
+    shown.type(name)
+    named = shown.page.get_by_role("group", name=f"{noun} {name}", exact=True)
+    expect(named).to_be_visible()
+    return named
+
+
+def undo_names(shown: EditorPage) -> list[str]:
+    """Return the steps that can be undone, the latest first."""
+    names: list[str] = shown.page.evaluate(
+        "async () => (await import(document.querySelector('script[type=module]').src.replace('app.js', 'page.js'))).page.document.undo"
+    )
+    return names
+
+
+def panel_violations(shown: EditorPage) -> list[str]:
+    """Return what axe finds wrong with the panels."""
+    shown.page.evaluate(AXE.read_text("utf-8"))
+    found = shown.page.evaluate(
+        "axe.run({include: [['.side'], ['.bottom']].filter(([each]) => document.querySelector(each))})"
+    )
+    return [
+        f"{each['id']}: {node['html'][:150]} {node['failureSummary']}"
+        for each in found["violations"]
+        for node in each["nodes"]
+    ]
