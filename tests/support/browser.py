@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, sync_playwright
 
 from tests.support.editor import Editor
 
-__all__ = ["EditorPage", "chromium", "editor_page"]
+__all__ = ["Connections", "EditorPage", "chromium", "editor_page"]
 
 LIMIT: Final = 10_000.0  # ms to wait for anything
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
@@ -34,11 +34,39 @@ def chromium() -> Iterator[Browser]:
             browser.close()
 
 
+class Connections:
+    """The websockets between a page and its server, which can be cut."""
+
+    def __init__(self, page: Page) -> None:
+        self._open: list[WebSocketRoute] = []
+        self._refusing = False
+        page.route_web_socket("**/ws", self._route)
+
+    def _route(self, route: WebSocketRoute) -> None:
+        if self._refusing:
+            route.close()
+        else:
+            route.connect_to_server()
+            self._open.append(route)
+
+    def cut(self) -> None:
+        """Close all connections and take no new ones."""
+        self._refusing = True
+        for route in self._open:
+            route.close()
+        self._open.clear()
+
+    def restore(self) -> None:
+        """Take connections again."""
+        self._refusing = False
+
+
 class EditorPage:
     """The editor in a browser window."""
 
     def __init__(self, page: Page, editor: Editor) -> None:
         self.page = page
+        self.connections = Connections(page)
         self.editor = editor
         self.mishaps: list[str] = []
         page.on("pageerror", lambda error: self.mishaps.append(str(error)))
@@ -112,7 +140,9 @@ class EditorPage:
 
     def names(self) -> list[str]:
         """Return the names of the shown states."""
-        labels = self.page.locator(".state").evaluate_all("all => all.map(each => each.getAttribute('aria-label'))")
+        labels = self.page.locator(".state").evaluate_all(
+            "all => all.map(each => each.getAttribute('aria-label'))"
+        )
         return [label.removeprefix("State ").partition(",")[0] for label in labels]
 
     def arcs(self) -> list[str]:

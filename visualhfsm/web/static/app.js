@@ -127,7 +127,7 @@ export class HfsmApp extends PageElement {
     const starting = !page.document;
     return html`
       <header>
-        <span class="brand">${icon("layout")}VisualHFSM</span>
+        ${starting ? html`<span class="brand">${icon("layout")}VisualHFSM</span>` : html`<h1 class="brand">${icon("layout")}VisualHFSM</h1>`}
         <hfsm-tabs .context=${this.context}></hfsm-tabs>
         <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
         ${actionButton("search", this.context, {label: false})}
@@ -136,8 +136,8 @@ export class HfsmApp extends PageElement {
       </header>
       ${this.#banner()}
       <div class="work ${starting ? "starting" : ""}">
-        <nav class="left" aria-label="Tree of automata" ?hidden=${starting}><hfsm-tree></hfsm-tree></nav>
-        ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
+        <nav class="left" aria-label="Tree of automata" ?hidden=${starting}><hfsm-tree></hfsm-tree>
+          ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}</nav>
         <main aria-label="Canvas">
           <div class="toolbar" role="toolbar" aria-label="View" ?hidden=${starting}>
             <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>

@@ -31,7 +31,7 @@ export function showMenu({x, y, point}, context) {
   };
   render(html`${title ? html`<div class="title" role="presentation">${title}</div>` : nothing}
     ${groups.map((ids, index) => html`${index ? html`<div role="separator"></div>` : nothing}${ids.map(item)}`)}`, element);
-  document.body.append(element);
+  context.app.querySelector("main").append(element);
   const {width, height} = element.getBoundingClientRect();
   element.style.left = `${Math.max(4, Math.min(x, innerWidth - width - 4))}px`;
   element.style.top = `${Math.max(4, Math.min(y, innerHeight - height - 4))}px`;

@@ -90,7 +90,7 @@ class ActionBar extends PageElement {
         ${ids.map((id) => actionButton(id, this.context, {kind: id === "run" ? "primary" : ""}))}</section>`)}
       ${groups.length ? html`<section role="group" aria-label="Selection" class="selection"><h2 title=${title}>${title}</h2>
         ${groups[0].map((id) => actionButton(id, this.context, {label: "short"}))}
-        <div class="row">${groups.slice(1).flat().map((id) => actionButton(id, this.context, {label: false}))}</div></section>` : nothing}`;
+        <div class="more">${groups.slice(1).flat().map((id) => actionButton(id, this.context, {label: false}))}</div></section>` : nothing}`;
   }
 }
 

@@ -29,14 +29,14 @@ class Start extends PageElement {
     return html`<div class="start">
       <h1>Draw what your robot does</h1>
       <p class="lead">States, what makes it go from one to the next, and automata inside of states. Press Run, and watch it.</p>
-      ${recoverable.length ? html`<h2>Not saved when the editor ended</h2><ul class="recent">${recoverable.map((each) => html`<li class="row">
+      ${recoverable.length ? html`<h2>Not saved when the editor ended</h2><ul class="recent">${recoverable.map((each) => html`<li class="offers">
         <button type="button" @click=${() => recover(each.journal)}>${icon("history")}<span>Recover ${each.name}</span><span class="when">${new Date(each.changedAt * 1000).toLocaleString()}</span></button>
         <button type="button" class="action bare" aria-label="Give up the changes of ${each.name}" title="Give up these changes" @click=${() => ask("discard", {journal: each.journal})}>${icon("delete")}</button></li>`)}</ul>` : nothing}
       <h2>Begin with</h2>
       <div class="cards">${BEGINNINGS.map(({template, name, text, picture}) => html`<button type="button" class="card" @click=${() => openNew(template)}>
         <svg viewBox="0 0 180 86" aria-hidden="true">${picture}</svg><span class="name">${name}</span><span class="text">${text}</span></button>`)}</div>
       <h2>Or</h2>
-      <div class="row"><button type="button" class="button primary" @click=${openFile}>Open a document</button>
+      <div class="offers"><button type="button" class="button primary" @click=${openFile}>Open a document</button>
         <button type="button" class="button" @click=${() => this.#tour()}>Take the tour, a minute</button></div>
       ${recent.length ? html`<h2>Lately</h2><ul class="recent">${recent.map((path) => html`<li><button type="button" @click=${() => openPath(path)}>${icon("file")}${path}</button></li>`)}</ul>` : nothing}
       <p class="lead">You can also drop a document anywhere on this page.</p>

@@ -46,10 +46,10 @@ export async function startTour(context) {
   const show = () => {
     const [selector, title, text] = STEPS[index];
     const last = index === STEPS.length - 1;
-    render(html`<h2 id="tour-title">${title}</h2><p>${text}</p><footer><span class="count">${index + 1} of ${STEPS.length}</span>
+    render(html`<h2 id="tour-title">${title}</h2><p>${text}</p><div class="steps"><span class="count">${index + 1} of ${STEPS.length}</span>
       ${last ? "" : html`<button type="button" class="button" @click=${end}>End</button>`}
       ${index ? html`<button type="button" class="button" @click=${() => go(-1)}>Back</button>` : ""}
-      <button type="button" class="button primary" @click=${() => go(1)}>${last ? "Done" : "Next"}</button></footer>`, bubble);
+      <button type="button" class="button primary" @click=${() => go(1)}>${last ? "Done" : "Next"}</button></div>`, bubble);
     place(document.querySelector(selector) ?? context.canvas, frame, bubble);
     bubble.querySelector(".primary").focus();
   };

@@ -65,7 +65,7 @@ class Tree extends PageElement {
         ${rows.map((row, index) => {
           const selected = isSelected(row);
           const problem = problemAt(row);
-          return html`<div role="treeitem" class="row ${row.kind} ${row.child === current && row.child !== undefined ? "shown" : ""}" data-index=${index} data-level=${row.level}
+          return html`<div role="treeitem" class="branch ${row.kind} ${row.child === current && row.child !== undefined ? "shown" : ""}" data-index=${index} data-level=${row.level}
               aria-level=${row.level} aria-setsize=${row.count} aria-posinset=${row.index + 1} aria-selected=${selected}
               aria-expanded=${row.open ?? nothing} aria-label=${row.name + (problem ? `, ${problem}` : "")} tabindex=${row === focused ? 0 : -1}>
             ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span><span class="dot"></span><span class="text">${row.name}</span>

@@ -14,12 +14,18 @@ import {neighbor} from "./tools.js";
 import {Viewport} from "./viewport.js";
 
 const WHEEL = 600; // pixels of a wheel for a zoom by e
+/** Below these scales ever less is drawn, see canvas.css. */
+const FAR = 0.55;
+const VERY_FAR = 0.28;
+const TINY = 0.15;
+const MOST_DETAILED = 1000; // transitions whose names are placed before it is known whether they are seen
 const BORDER = 28; // pixels from the edge, where a drag makes the drawing move along
 
 export class HfsmCanvas extends HTMLElement {
   scene = new Scene();
   viewport = new Viewport(() => this.#size, () => this.#transform());
   sketch = make("g", {class: "sketch"});
+  tip = make("title");
   /** The tool in use, see tools.js. */
   tool = undefined;
   /** A comparison with another version, see comparison.js. */
@@ -32,13 +38,14 @@ export class HfsmCanvas extends HTMLElement {
   #shown = "";
   #gesture;
   #current = ""; // key of what has the place in the order of focus
+  #unfitted = false;
   #pressed; // what the pointer was last pressed on
   #spaceHeld = false;
   #live;
 
   connectedCallback() {
     if (this.svg) return;
-    this.world = make("g", {class: "world"}, this.scene.arcs, this.scene.circles, this.sketch);
+    this.world = make("g", {class: "world"}, ...this.scene.layers, this.sketch);
     this.svg = make("svg", {role: "application", "aria-roledescription": "canvas", tabindex: "-1"}, this.world);
     this.speech = document.createElement("div");
     this.speech.className = "for-readers";
@@ -68,6 +75,7 @@ export class HfsmCanvas extends HTMLElement {
     const key = automaton ? `${page.tab}/${automaton.id}` : "";
     const other = key !== this.#shown;
     if (other) this.#leave();
+    if (other) this.scene.detailed = (automaton?.transitions.length ?? 0) < MOST_DETAILED;
     const {comparison} = this;
     const shown = automaton && comparison ? comparison.merged(automaton) : automaton;
     const marks = automaton && comparison?.marks(automaton);
@@ -100,9 +108,11 @@ export class HfsmCanvas extends HTMLElement {
     return page.automaton?.states.findLast((state) => distance(state, point) <= RADIUS + 6);
   }
 
-  /** Show everything. */
+  /** Show everything; as soon as there is a place to show it in. */
   fit() {
-    this.viewport.fit(this.scene.bounds());
+    this.#unfitted = !this.#size.width;
+    if (this.#unfitted) this.viewport.zoom(0); // little is drawn until then
+    else this.viewport.fit(this.scene.bounds());
   }
 
   /** Show the selected things, and everything without. */
@@ -279,17 +289,18 @@ export class HfsmCanvas extends HTMLElement {
   #transform() {
     const {x, y, scale} = this.viewport;
     this.world.setAttribute("transform", `translate(${x.toFixed(2)},${y.toFixed(2)}) scale(${scale.toFixed(4)})`);
-    this.classList.toggle("far", scale < 0.55);
-    this.classList.toggle("very-far", scale < 0.28);
+    this.classList.toggle("far", scale < FAR);
+    this.classList.toggle("very-far", scale < VERY_FAR);
+    this.classList.toggle("tiny", scale < TINY);
+    this.scene.detailed = scale >= VERY_FAR;
     this.minimap?.frame();
     this.rename?.follow();
     this.dispatchEvent(new Event("view"));
   }
 
   #resized() {
-    const first = !this.#size.width;
     this.#size = {width: this.clientWidth, height: this.clientHeight};
-    if (first && this.#shown) this.fit();
+    if (this.#unfitted && this.#size.width) this.fit();
     else this.#transform();
   }
 
@@ -301,6 +312,7 @@ export class HfsmCanvas extends HTMLElement {
     this.svg.addEventListener("dblclick", (event) => this.#doubleClick(event));
     this.svg.addEventListener("contextmenu", (event) => this.#menu(event));
     this.svg.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
+    this.svg.addEventListener("pointerover", (event) => this.#showTip(event));
     this.svg.addEventListener("focusin", (event) => this.#focused(event));
     this.addEventListener("keydown", (event) => {
       if (event.key === " ") this.#spaceHeld = true;
@@ -393,6 +405,16 @@ export class HfsmCanvas extends HTMLElement {
     const {left, top} = this.#box();
     const factor = Math.exp((-event.deltaY * unit) / (event.ctrlKey ? WHEEL / 4 : WHEEL));
     this.viewport.zoom(factor, event.clientX - left, event.clientY - top);
+  }
+
+  /** Only what the pointer is on has a tip, or screen readers would say everything twice. */
+  #showTip(event) {
+    const group = event.target.closest?.("[data-key]");
+    if (this.tip.parentNode === (group ?? null)) return;
+    this.tip.remove();
+    if (!group) return;
+    this.tip.textContent = this.scene.view(group.dataset.key)?.tip ?? "";
+    group.append(this.tip);
   }
 
   #focused(event) {

@@ -18,7 +18,7 @@ const PRESENTED = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opa
  */
 export function picture(automaton) {
   const scene = new Scene();
-  const live = make("svg", {class: "for-readers"}, scene.arcs, scene.circles);
+  const live = make("svg", {class: "for-readers"}, ...scene.layers);
   const {theme} = document.documentElement.dataset;
   document.documentElement.dataset.theme = "light";
   document.body.append(live);
@@ -30,7 +30,7 @@ export function picture(automaton) {
     const made = make("svg", {viewBox: `${left} ${top} ${width} ${height}`, width, height, "font-family": "Inter, system-ui, 'DejaVu Sans', Arial, sans-serif"});
     const title = make("title");
     title.textContent = page.title(automaton);
-    made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), styled(scene.arcs), styled(scene.circles));
+    made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), ...scene.layers.map(styled));
     return made;
   } finally {
     live.remove();

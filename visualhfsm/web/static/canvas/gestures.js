@@ -84,12 +84,20 @@ export class Move {
 
   move(event) {
     if (!this.began && Math.hypot(event.clientX - this.x, event.clientY - this.y) < CLICK) return;
-    this.began = true;
+    if (!this.began) this.#begin();
     const point = this.canvas.point(event);
     this.dx = Math.round(point.x - this.start.x);
     this.dy = Math.round(point.y - this.start.y);
-    this.canvas.scene.preview(this.#places());
+    this.canvas.scene.preview(this.#places(), {dx: this.dx, dy: this.dy, keys: this.carried});
     this.canvas.autoPan(event);
+  }
+
+  #begin() {
+    this.began = true;
+    this.carried = new Set();
+    for (const {id, origin, destination} of page.automaton.transitions) {
+      if (page.states.has(origin) && page.states.has(destination)) this.carried.add(`t${id}`);
+    }
   }
 
   #places() {

@@ -20,6 +20,9 @@ export const CODES = {
 export const BADGES = {
   child: {path: "M-4.5-1.5L0-4.5L4.5-1.5L0 1.5ZM-4.5 1.5L0 4.5L4.5 1.5", word: "sub-automaton"},
   imported: {path: "M-4-4H1M-4-4V4H4V1M4-4L-1 1M-1-2.5V1H2.5", word: "imported from another file"},
+  resume: {path: "M-2.5-4V4M2.5-4V4M-2.5 0H2.5", word: "goes on where it was"},
+  error: {path: "M0-4.5V.8M0 4.2V4.3", word: "error"},
+  warning: {path: "M-2.6-2.2A2.6 2.4 0 1 1 1-.2Q0 .4 0 1.6M0 4.4V4.5", word: "warning"},
   restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "begins anew each time"},
 };
 

@@ -23,7 +23,10 @@ import {TransitionView} from "./transition-view.js";
 export class Scene {
   constructor() {
     this.arcs = make("g", {class: "arcs"});
+    this.names = make("g", {class: "names", "aria-hidden": "true"});
     this.circles = make("g", {class: "circles"});
+    /** All of it, from the lowest to the highest. */
+    this.layers = [this.arcs, this.names, this.circles];
     /** @type {Map<string, StateView>} */
     this.states = new Map();
     /** @type {Map<string, TransitionView>} */
@@ -74,22 +77,32 @@ export class Scene {
       changed ||= rewritten || replaced;
     });
     if (changed || this.#moved) {
-      this.placeNames();
-      this.#placeBadges();
+      this.#stale = true;
+      if (this.#detailed) this.#placeDetails();
     }
     this.#moved = false;
   }
 
   #moved = false;
 
-  /** Show some things elsewhere for as long as they are dragged. @param {Map<string, Point>} moved */
-  preview(moved) {
+  /**
+   * Show some things elsewhere for as long as they are dragged.
+   *
+   * @param {Map<string, Point>} moved
+   * @param {{dx: number, dy: number, keys: Set<string>}} [carried] transitions that move with both their states as
+   *   they are, from where they stood when the drag began
+   */
+  preview(moved, carried) {
     this.#moved = true;
     for (const [key, point] of moved) {
       this.places.set(key, point);
       this.states.get(key)?.place(point);
     }
     for (const [key, view] of this.transitions) {
+      if (carried?.keys.has(key)) {
+        view.carry(carried.dx, carried.dy);
+        continue;
+      }
       const {origin, destination} = view.transition;
       if (!moved.has(key) && !moved.has(`s${origin}`) && !moved.has(`s${destination}`)) continue;
       const before = view.offset;
@@ -98,8 +111,23 @@ export class Scene {
     }
   }
 
+  #stale = false;
+  #detailed = true;
+
+  /** Whether names and badges are seen; they are not placed before. */
+  set detailed(wanted) {
+    this.#detailed = wanted;
+    if (wanted && this.#stale) this.#placeDetails();
+  }
+
+  #placeDetails() {
+    this.#stale = false;
+    this.#placeNames();
+    this.#placeBadges();
+  }
+
   /** Put all names where none covers another. */
-  placeNames() {
+  #placeNames() {
     const views = [...this.transitions.values()];
     const circles = [...this.states.keys()].map((key) => this.places.get(key));
     const found = placeLabels(views.map((view) => view.asLabel()), circles);
@@ -164,8 +192,7 @@ export class Scene {
   }
 
   #clear() {
-    this.arcs.replaceChildren();
-    this.circles.replaceChildren();
+    for (const layer of this.layers) layer.replaceChildren();
     this.states.clear();
     this.transitions.clear();
   }
@@ -173,6 +200,7 @@ export class Scene {
   #sync(views, parent, items, prefix, View, draw) {
     const wanted = new Set();
     const fresh = document.createDocumentFragment();
+    const labels = document.createDocumentFragment();
     for (const item of items) {
       let key = `${prefix}${item.id}`;
       while (wanted.has(key)) key += "'"; // two of one number in a document that is not sound
@@ -182,14 +210,17 @@ export class Scene {
         view = new View();
         views.set(key, view);
         fresh.append(view.group);
+        if (view.label) labels.append(view.label);
       }
       draw(view, item, key);
     }
     parent.append(fresh);
+    this.names.append(labels);
     if (views.size === wanted.size) return;
     for (const [key, view] of views) {
       if (wanted.has(key)) continue;
       view.group.remove();
+      view.label?.remove();
       views.delete(key);
     }
   }
@@ -199,6 +230,7 @@ function mark(view, selected) {
   if (view.group.classList.contains("selected") === selected) return;
   view.group.classList.toggle("selected", selected);
   view.group.setAttribute("aria-pressed", selected);
+  view.label?.classList.toggle("selected", selected);
 }
 
 /** The place of each transition among those out of its state, where there are several. */

@@ -6,10 +6,11 @@ import {make, template} from "./svg.js";
 import {fitCircle, lineHeight} from "./text.js";
 
 const blank = template(`
-  <g class="state" role="button" tabindex="-1"><title/>
+  <g class="state" role="button" tabindex="-1">
     <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/><circle class="ring" r="${RADIUS - 5}"/>
-    <text class="name"/><g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
+    <text class="name" aria-hidden="true"/><g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
   </g>`);
+const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
 const CODES_AT = RADIUS - 13;
@@ -22,7 +23,7 @@ const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.
 export class StateView {
   constructor() {
     this.group = blank();
-    [this.title, this.glow, this.body, this.ring, this.name, this.codes, this.rim] = this.group.children;
+    [this.glow, this.body, this.ring, this.name, this.codes, this.rim] = this.group.children;
     this.badges = null;
     this.#signature = "";
   }
@@ -53,7 +54,8 @@ export class StateView {
     group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
-    this.title.textContent = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
+    /** What is shown beside the pointer. */
+    this.tip = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
       .filter(Boolean).join("\n");
     this.#drawName(state.name, has.length > 0, state.initial || state.final);
     this.#drawCodes(has);
@@ -72,7 +74,7 @@ export class StateView {
     this.name.setAttribute("font-size", size);
     this.name.replaceChildren(...lines.map((line, index) => {
       const span = make("tspan", {x: 0, y: +(top + index * high).toFixed(1)});
-      span.textContent = line;
+      span.textContent = index < lines.length - 1 && name.includes(`${line} `) ? `${line} ` : line; // as it is read
       return span;
     }));
   }
@@ -103,12 +105,12 @@ export class StateView {
     this.badges = null;
     const all = [];
     const history = state.history.trim();
-    if (problem) all.push(badge(`problem ${problem.severity}`, -0.25, "", problem.severity === "error" ? "!" : "?"));
+    if (problem) all.push(badge(`problem ${problem.severity}`, -0.25, BADGES[problem.severity].path));
     if (state.children.length) {
       const count = state.children.length;
-      all.push(badge("child", 0.25, BADGES.child.path, count > 1 ? `∥${count}` : ""));
+      all.push(badge("child", 0.25, BADGES.child.path, count));
     }
-    if (history) all.push(badge("history", 0.75, history === "restart" ? BADGES.restart.path : "", history === "restart" ? "" : "H"));
+    if (history) all.push(badge("history", 0.75, (history === "restart" ? BADGES.restart : BADGES.resume).path));
     if (imported) all.push(badge("imported", -0.75, BADGES.imported.path));
     if (!all.length) return;
     this.badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
@@ -117,17 +119,12 @@ export class StateView {
   }
 }
 
-/** A small thing at a state's rim, at so many half turns, with a glyph, a short text, or both side by side. */
-function badge(kind, halfTurns, path, text = "") {
-  const wide = path && text ? 30 : 18;
+/** A small thing at a state's rim, at so many half turns, with a glyph, and with a bar for each of several. */
+function badge(kind, halfTurns, path, count = 1) {
+  const bars = count > 1 ? Math.min(count, MOST_BARS) : 0;
   const group = make("g", {class: `badge ${kind}`, "data-angle": halfTurns * Math.PI});
-  group.append(make("rect", {x: -9, y: -9, width: wide, height: 18, rx: 9}));
-  if (path) group.append(make("path", {d: path}));
-  if (text) {
-    const label = make("text", {x: path ? 13 : 0, y: 3.8});
-    label.textContent = text;
-    group.append(label);
-  }
+  const d = Array.from({length: bars}, (_, index) => `M${9 + index * 4}-4.5V4.5`).join("");
+  group.append(make("rect", {x: -9, y: -9, width: 18 + (bars ? bars * 4 + 1 : 0), height: 18, rx: 9}), make("path", {d: path + d}));
   return group;
 }
 

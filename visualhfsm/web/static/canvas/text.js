@@ -6,7 +6,7 @@ const FAMILY = '"Inter", system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans",
 const SIZES = [13, 12, 11, 10];
 const LINE = 1.16;
 const MARGIN = 5; // between a name and its state's rim
-const RING_MARGIN = 8;
+const RING_MARGIN = 10;
 const ELLIPSIS = "…";
 
 const context = document.createElement("canvas").getContext("2d");

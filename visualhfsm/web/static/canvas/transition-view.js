@@ -7,12 +7,13 @@ import {set, template} from "./svg.js";
 import {shortened, width} from "./text.js";
 
 const blank = template(`
-  <g class="transition" role="button" tabindex="-1"><title/>
-    <path class="hit"/><path class="glow"/><path class="line"/><path class="head"/><text class="rank"/>
+  <g class="transition" role="button" tabindex="-1">
+    <path class="hit"/><path class="glow"/><path class="line"/><path class="head"/>
     <g class="handle"><circle class="grip" r="${HANDLE + 4}"/><circle class="knob" r="${HANDLE}"/><path class="glyph"/>
     <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/></g>
-    <text class="label"><tspan class="title"/><tspan class="detail"/></text>
   </g>`);
+/** Its name stands apart: all names are above all arcs, and screen readers hear the label of the group. */
+const blankLabel = template(`<g class="label"><text class="rank"/><text><tspan class="title"/><tspan class="detail"/></text></g>`);
 const NAME = 12;
 const DETAIL = 10.5;
 const WIDEST = 150;
@@ -22,10 +23,11 @@ const WIDEST = 150;
 export class TransitionView {
   constructor() {
     this.group = blank();
-    const [title, hit, glow, line, head, rank, handle, label] = this.group.children;
-    Object.assign(this, {title, hit, glow, line, head, rank, handle, label});
-    [, , this.glyph, this.timer] = handle.children;
-    [this.nameSpan, this.detailSpan] = label.children;
+    [this.hit, this.glow, this.line, this.head, this.handle] = this.group.children;
+    [, , this.glyph, this.timer] = this.handle.children;
+    this.label = blankLabel();
+    [this.rank] = this.label.children;
+    [this.nameSpan, this.detailSpan] = this.label.lastElementChild.children;
     this.#signature = "";
   }
 
@@ -47,14 +49,15 @@ export class TransitionView {
     if (signature === this.#signature) return false;
     this.#signature = signature;
     const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
-    this.group.dataset.key = `t${id}`;
+    this.group.dataset.key = this.label.dataset.key = `t${id}`;
     const kinds = ["transition", `by-${type}`, hasCode && "has-code", problem && `has-${problem.severity}`, mark && `is-${mark}`];
     this.group.setAttribute("class", kinds.filter(Boolean).join(" "));
     const what = whatFires(transition);
     this.words = [`Transition ${name || "without a name"} from ${from} to ${to}`, kind.word, rank && `number ${rank}`, mark,
       problem && `${problem.severity}: ${problem.message}`].filter(Boolean).join(", ");
     this.group.setAttribute("aria-label", this.words);
-    this.title.textContent = [`${name}: ${kind.word}`, trigger.trim(), guard.trim() && `if ${guard.trim()}`, hasCode && "code runs when it fires", problem?.message]
+    /** What is shown beside the pointer. */
+    this.tip = [`${name}: ${kind.word}`, trigger.trim(), guard.trim() && `if ${guard.trim()}`, hasCode && "code runs when it fires", problem?.message]
       .filter(Boolean).join("\n");
     set(this.glyph, "d", kind.path);
     this.glyph.classList.toggle("filled", kind.filled);
@@ -75,6 +78,11 @@ export class TransitionView {
 
   /** Draw the arc between two points through a handle; returns whether anything differs from before. */
   place(from, to, handle, isLoop) {
+    if (this.#carried) {
+      this.#carried = false;
+      this.group.removeAttribute("transform");
+      this.label.removeAttribute("transform");
+    }
     const placed = `${from?.x},${from?.y},${to?.x},${to?.y},${handle.x},${handle.y},${isLoop}`;
     if (placed === this.#placed) return false;
     this.#placed = placed;
@@ -90,6 +98,15 @@ export class TransitionView {
       this.rank.setAttribute("y", (made.first.y + 3.5).toFixed(1));
     }
     return true;
+  }
+
+  #carried = false;
+
+  /** Show it elsewhere as it is. */
+  carry(dx, dy) {
+    this.#carried = true;
+    this.group.setAttribute("transform", `translate(${dx},${dy})`);
+    this.label.setAttribute("transform", `translate(${dx},${dy})`);
   }
 
   /** What `placeLabels` needs to know of this name. */

@@ -1,6 +1,6 @@
 /** Dialogs: the browser's own, which hold the focus, close with Esc and give the focus back. */
 
-import {html, render} from "lit";
+import {html, nothing, render} from "lit";
 
 import {icon} from "../icons.js";
 
@@ -24,7 +24,7 @@ export function showDialog({title, content, footer, wide = false}) {
     };
     const redraw = () => render(html`
       <header><h2 id="dialog-title">${title}</h2><button type="button" class="action bare" aria-label="Close" @click=${() => close()}>${icon("close")}</button></header>
-      <div class="content">${content(close, redraw)}</div>
+      <div class="content" tabindex=${wide ? 0 : nothing} role=${wide ? "group" : nothing} aria-labelledby=${wide ? "dialog-title" : nothing}>${content(close, redraw)}</div>
       ${footer ? html`<footer>${footer(close)}</footer>` : ""}`, dialog);
     redraw();
     dialog.addEventListener("close", () => {

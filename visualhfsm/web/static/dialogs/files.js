@@ -60,7 +60,7 @@ export async function chooseFile({title, verb, suggestion}) {
     title,
     content: (close, redraw) => {
       draw = redraw;
-      return html`<p class="folder">${state.directory || "."}</p>
+      return html`<p class="folder">${state.directory || store.greeting.root || "."}</p>
         ${state.error ? html`<p role="alert">${state.error}</p>` : nothing}
         <div class="files" role="listbox" tabindex="0" aria-label="Documents and folders" aria-activedescendant="file-${state.chosen}" ?autofocus=${!saving} @keydown=${(event) => key(event, close)}>
           ${rows().map((row, index) => html`<div role="option" id="file-${index}" aria-selected=${index === state.chosen}

@@ -14,14 +14,14 @@ const SIGNS = [
   ["With a sub-automaton", {children: [1]}], ["With two, side by side", {children: [1, 2]}], ["Its automata begin anew", {children: [1], history: "restart"}],
   ["With entry, code and exit", {entry: "-", code: "-", exit: "-"}],
 ];
-const TRIGGERS = [["After a time", "time"], ["On a condition", "condition"], ["On an event", "event"], ["When all below finished", "finished"]];
+const TRIGGERS = [["After a time", "time", "1000"], ["On a condition", "condition"], ["On an event", "event", "event"], ["When all below finished", "finished"]];
 
 /** @param {import("../actions.js").Context} context */
 export async function showHelp(context) {
   const tour = await showDialog({
     title: "Help", wide: true,
     content: (close) => html`<div class="signs">${SIGNS.map(([text, fields]) => html`<figure>${stateSign(fields)}<figcaption>${text}</figcaption></figure>`)}
-        ${TRIGGERS.map(([text, type]) => html`<figure>${transitionSign(type)}<figcaption>${text}</figcaption></figure>`)}</div>
+        ${TRIGGERS.map(([text, type, trigger]) => html`<figure>${transitionSign(type, trigger)}<figcaption>${text}</figcaption></figure>`)}</div>
       <p>Drag from the rim of a state to another one to connect them. Drag the knob of an arc to bend it; a double click lets it go back. The wheel zooms, the middle button pans; so does the left one while Space is held.
         A dot at a knob says that code runs when the transition fires; a number, that it is tried in this order.</p>
       <div class="help">${keyTable().map(({title, rows}) => html`<section><h3>${title}</h3><dl>
@@ -32,7 +32,7 @@ export async function showHelp(context) {
 }
 
 const stateSign = (fields) => sign({states: [{...plain, ...fields, name: fields.initial ? "initial" : fields.final ? "final" : "state"}], transitions: []});
-const transitionSign = (type) => sign({states: [{...plain, id: 9, x: -100, name: ""}, {...plain, id: 8, x: 100, name: ""}], transitions: [{...arc, destination: 8, type, y: 0.01}]}, "-52 -48 104 96");
+const transitionSign = (type, trigger = "") => sign({states: [{...plain, id: 9, x: -100, name: ""}, {...plain, id: 8, x: 100, name: ""}], transitions: [{...arc, destination: 8, type, trigger, y: 0.01}]}, "-52 -48 104 96");
 
 function sign(automaton, viewBox) {
   const made = picture({id: 0, father: 0, ...automaton});

@@ -1,0 +1,295 @@
+"""Draw automata on the editor's canvas with mouse and keys, through the real server."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from codegen.hfsm.document import Document
+from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.editor import Editor, editor
+
+BEHAVIORS = Path(__file__).parents[2] / "behaviors"
+LEAST_MOVE = 3.0  # pixels
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    root = tmp_path / "root"
+    root.mkdir()
+    for name in ("dance_and_follow", "dance"):
+        (root / f"{name}.xml").write_bytes((BEHAVIORS / f"{name}.xml").read_bytes())
+    return root
+
+
+@pytest.fixture
+def running(root: Path) -> Iterator[Editor]:
+    with editor(root, root / "dance_and_follow.xml") as running:
+        yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with editor_page(browser, running) as shown:
+        shown.state("followBall").wait_for()
+        yield shown
+
+
+def saved(shown: EditorPage, path: Path) -> Document:
+    """Save what is shown and return what is in the file."""
+    shown.press("Control+s")
+    expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+    document = read_document(path, Diagnostics())
+    assert document is not None
+    return document
+
+
+# --------------------------------------------------------------------------------------------- drawing
+
+
+def test_a_state_is_drawn_where_it_is_clicked_and_named_at_once(shown: EditorPage, root: Path) -> None:
+    x, y = shown.middle_of("followBall")
+    shown.button("State").click()
+    shown.page.mouse.click(x, y + 180)
+    shown.name("rest")
+    shown.expect_states("followBall", "dance", "rest")
+    assert shown.middle_of("rest") == pytest.approx((x, y + 180), abs=1.5)
+    document = saved(shown, root / "dance_and_follow.xml")
+    assert document.root is not None
+    assert [state.name for state in document.root.states] == ["followBall", "dance", "rest"]
+
+
+def test_a_double_click_on_the_ground_draws_a_state(shown: EditorPage) -> None:
+    x, y = shown.middle_of("dance")
+    shown.page.mouse.dblclick(x, y + 200)
+    shown.name("here")
+    shown.expect_states("followBall", "dance", "here")
+
+
+def test_dragging_from_a_rim_connects_and_from_the_middle_moves(shown: EditorPage) -> None:
+    before = shown.middle_of("dance")
+    shown.connect("dance", "followBall")
+    shown.name("back")
+    expect(shown.transition("back")).to_have_count(1)
+    assert "back from dance to followBall" in shown.arcs()
+    assert shown.middle_of("dance") == before
+
+    shown.drag(before, (before[0] + 40, before[1] + 90))
+    expect(shown.page.locator(".last-step")).to_have_text("Move “dance”")
+    assert shown.middle_of("dance") == pytest.approx((before[0] + 40, before[1] + 90), abs=1.5)
+    shown.press("Control+z")
+    expect(shown.page.locator(".last-step")).to_have_text("Rename “transition 3”")
+    assert shown.middle_of("dance") == pytest.approx(before, abs=0.1)
+
+
+def test_a_transition_to_itself_and_another_between_the_same_states_have_arcs_of_their_own(
+    shown: EditorPage,
+) -> None:
+    shown.connect("followBall", "dance")
+    shown.name("third")
+    shown.state("dance").click(button="right")
+    shown.page.get_by_role("menuitem", name="Transition to itself").click()
+    expect(shown.page.locator(".transition[data-key]")).to_have_count(4)
+    handles = [shown.middle(each) for each in shown.page.locator(".transition .knob").all()]
+    for index, one in enumerate(handles):
+        for other in handles[index + 1 :]:
+            assert abs(one[0] - other[0]) + abs(one[1] - other[1]) > 25
+
+
+def test_a_handle_bends_its_arc_and_a_double_click_resets_it(shown: EditorPage) -> None:
+    knob = shown.transition("enough").locator(".knob")
+    x, y = shown.middle(knob)
+    shown.drag((x, y), (x + 20, y - 80))
+    expect(shown.page.locator(".last-step")).to_have_text("Move “enough”")
+    assert shown.middle(knob) == pytest.approx((x + 20, y - 80), abs=1.5)
+    x, y = shown.middle(knob)
+    shown.page.mouse.dblclick(x, y)
+    expect(shown.page.locator(".last-step")).to_have_text("Reset the handle of “enough”")
+    assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
+
+
+def test_a_double_click_on_a_name_renames_and_escape_leaves_it(shown: EditorPage) -> None:
+    label = shown.page.locator(".label .title", has_text="enough")
+    label.dblclick()
+    shown.page.locator(".rename").fill("other")
+    shown.press("Escape")
+    expect(shown.transition("enough")).to_have_count(1)
+    label.dblclick()
+    shown.name("had enough")
+    expect(shown.transition("had enough")).to_have_count(1)
+
+
+def test_the_box_and_shift_select_several_which_move_and_align_together(shown: EditorPage) -> None:
+    (x, y), (far_x, far_y) = shown.middle_of("followBall"), shown.middle_of("dance")
+    shown.drag((x - 80, y - 130), (far_x + 80, far_y + 130))
+    expect(shown.page.locator(".state.selected")).to_have_count(2)
+    shown.page.mouse.click(x - 80, y + 250)
+    expect(shown.page.locator(".selected")).to_have_count(0)
+    shown.drag((x, y), (x, y + 60))
+    shown.state("dance").click(modifiers=["Shift"])
+    expect(shown.page.locator(".state.selected")).to_have_count(2)
+    shown.button("Align top").click()
+    expect(shown.page.locator(".last-step")).to_have_text("Align 2 states: top")
+    assert shown.middle_of("followBall")[1] == pytest.approx(shown.middle_of("dance")[1], abs=0.1)
+
+
+def test_the_wheel_zooms_at_the_cursor_and_space_pans(shown: EditorPage) -> None:
+    x, y = shown.middle_of("dance")
+    radius = shown.radius_of("dance")
+    shown.page.mouse.move(x, y)
+    shown.page.mouse.wheel(0, -300)
+    expect(shown.page.locator(".zoom")).not_to_have_text("125 %")
+    assert shown.radius_of("dance") > radius * 1.2
+    assert shown.middle_of("dance") == pytest.approx((x, y), abs=1.0)
+    shown.page.locator("hfsm-canvas > svg").click(position={"x": 20, "y": 20})
+    shown.page.keyboard.down("Space")
+    shown.drag((x, y), (x - 50, y - 30))
+    shown.page.keyboard.up("Space")
+    assert shown.middle_of("dance") == pytest.approx((x - 50, y - 30), abs=1.0)
+
+
+# --------------------------------------------------------------------------------------------- keyboard
+
+
+def test_all_is_drawn_with_the_keyboard_alone(shown: EditorPage, root: Path) -> None:
+    shown.press("Alt+n")
+    expect(shown.page.locator("hfsm-canvas .empty")).to_be_visible()
+    for name in ("wait", "go"):
+        shown.press("s")
+        expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New state")
+        shown.press("ArrowRight", "ArrowRight", "Enter")
+        shown.name(name)
+        expect(shown.state(name)).to_be_focused()
+    shown.press("t")
+    expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New transition")
+    go, wait = shown.middle_of("go"), shown.middle_of("wait")
+    to_wait = (wait[0] - go[0], wait[1] - go[1])
+    horizontal = abs(to_wait[0]) > abs(to_wait[1])
+    shown.press(
+        ("ArrowRight" if to_wait[0] > 0 else "ArrowLeft")
+        if horizontal
+        else ("ArrowDown" if to_wait[1] > 0 else "ArrowUp")
+    )
+    expect(shown.page.locator(".state.target")).to_have_attribute("aria-label", "State wait, initial")
+    shown.press("Enter")
+    shown.name("again")
+    expect(shown.transition("again")).to_be_focused()
+    assert shown.arcs() == ["again from go to wait"]
+
+    shown.press(",")  # the state that it leaves
+    expect(shown.state("go")).to_be_focused()
+    shown.press("i")
+    expect(shown.state("go, initial")).to_have_count(1)
+    shown.press("Control+Enter")  # into its new sub-automaton
+    expect(shown.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text("go")
+    shown.press("Backspace")
+    expect(shown.state("go")).to_be_focused()
+    shown.press("Control+Shift+S")
+    shown.page.get_by_role("textbox", name="Name").fill("drawn")
+    shown.press("Enter")
+    expect(shown.page.get_by_role("status").filter(has_text="Saved drawn.xml")).to_be_visible()
+    document = read_document(root / "drawn.xml", Diagnostics())
+    assert document is not None
+    assert document.root is not None
+    assert [(state.name, state.initial, bool(state.children)) for state in document.root.states] == [
+        ("wait", False, False),
+        ("go", True, True),
+    ]
+
+
+def test_arrows_move_what_is_selected_as_one_step(shown: EditorPage) -> None:
+    shown.state("dance").focus()
+    before = shown.middle_of("dance")
+    for _ in range(3):
+        shown.press("ArrowDown")
+    expect(shown.page.locator(".last-step")).to_have_text("Move “dance”")
+    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,190)")
+    shown.press("Control+z")
+    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,160)")
+    expect(shown.button("Undo")).to_be_disabled()
+    assert shown.middle_of("dance") == pytest.approx(before, abs=0.1)
+
+
+def test_the_tree_is_walked_with_arrows_and_opens_with_enter(shown: EditorPage) -> None:
+    shown.page.get_by_role("treeitem", name="dance_and_follow").focus()
+    shown.press("ArrowDown", "ArrowDown")
+    expect(shown.page.get_by_role("treeitem", name="red")).to_be_focused()
+    shown.expect_states("red", "green")
+    shown.press("Enter")
+    shown.expect_states("follow", "search")
+    shown.press("ArrowLeft", "ArrowLeft")
+    expect(shown.page.get_by_role("treeitem", name="follow", exact=False).first).to_be_visible()
+
+
+# --------------------------------------------------------------------------------------- copy, navigate
+
+
+def test_copies_carry_their_whole_sub_tree_into_another_automaton(shown: EditorPage) -> None:
+    shown.state("followBall").click()
+    shown.press("Control+c")
+    shown.page.get_by_role("treeitem", name="dance", exact=True).dblclick()
+    shown.expect_states("right", "left")
+    shown.page.locator("hfsm-canvas > svg").click(position={"x": 15, "y": 15})
+    shown.press("Control+v")
+    shown.expect_states("right", "left", "followBall")
+    shown.press("Control+Enter")
+    shown.expect_states("red", "green")
+    shown.state("green").click()
+    shown.press("Control+Enter")
+    shown.expect_states("follow", "search")
+    assert shown.page.locator("hfsm-breadcrumbs li").all_inner_texts() == [
+        "dance_and_follow",
+        "dance",
+        "followBall",
+        "green",
+    ]
+
+
+def test_going_up_and_down_loses_nothing(shown: EditorPage) -> None:
+    shown.state("followBall").dblclick(position={"x": 30, "y": 20})
+    shown.expect_states("red", "green")
+    shown.state("red").click()
+    shown.press("F2")
+    shown.page.locator(".rename").fill("scarlet")
+    shown.button("Up").click()  # while the name is still being typed
+    shown.expect_states("followBall", "dance")
+    shown.state("followBall").dblclick(position={"x": 30, "y": 20})
+    shown.expect_states("scarlet", "green")
+    shown.press("Control+z")
+    shown.expect_states("red", "green")
+    shown.page.locator("hfsm-breadcrumbs").get_by_role("button", name="dance_and_follow").click()
+    shown.expect_states("followBall", "dance")
+
+
+def test_deleting_is_undone_and_done_again(shown: EditorPage) -> None:
+    shown.state("dance").click()
+    shown.press("Delete")
+    shown.expect_states("followBall")
+    assert shown.arcs() == []
+    shown.press("Control+z")
+    shown.expect_states("followBall", "dance")
+    assert len(shown.arcs()) == 2
+    shown.press("Control+y")
+    shown.expect_states("followBall")
+
+
+def test_an_automaton_that_is_undone_is_left(shown: EditorPage) -> None:
+    shown.button("State").click()
+    expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New state")
+    shown.press("Enter")
+    shown.name("deep")
+    shown.press("Control+Enter")
+    expect(shown.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text("deep")
+    shown.press("Control+z")
+    shown.expect_states("followBall", "dance", "deep")

@@ -1,0 +1,119 @@
+"""What axe finds on the editor's screens, and how keys and names reach all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.editor import Editor, editor
+
+BEHAVIORS = Path(__file__).parents[2] / "behaviors"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[Editor]:
+    root = tmp_path / "root"
+    root.mkdir()
+    (root / "dance_and_follow.xml").write_bytes((BEHAVIORS / "dance_and_follow.xml").read_bytes())
+    with editor(root) as running:
+        yield running
+
+
+@pytest.fixture(params=[False, True], ids=["light", "dark"])
+def shown(browser: Browser, running: Editor, request: pytest.FixtureRequest) -> Iterator[EditorPage]:
+    with editor_page(browser, running, dark=request.param) as shown:
+        expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
+        yield shown
+
+
+def open_example(shown: EditorPage) -> None:
+    shown.page.get_by_role("button", name="Dance and follow").click()
+    shown.state("followBall").wait_for()
+
+
+def test_axe_finds_nothing_on_the_start_page(shown: EditorPage) -> None:
+    assert shown.violations() == []
+
+
+def test_axe_finds_nothing_on_the_canvas(shown: EditorPage) -> None:
+    open_example(shown)
+    shown.state("followBall").click()
+    assert shown.violations() == []
+
+
+@pytest.mark.parametrize("key", ["Control+o", "Control+Shift+S", "Control+e", "?"])
+def test_axe_finds_nothing_in_dialogs_which_hold_the_focus(shown: EditorPage, key: str) -> None:
+    open_example(shown)
+    shown.state("dance").click()
+    shown.press(key)
+    dialog = shown.page.get_by_role("dialog")
+    dialog.wait_for()
+    assert shown.violations() == []
+    for _ in range(30):
+        shown.press("Tab")
+        assert shown.page.evaluate(
+            "!document.activeElement || document.activeElement === document.body || Boolean(document.activeElement.closest('dialog'))"
+        )
+    shown.press("Escape")
+    expect(dialog).to_have_count(0)
+    expect(shown.state("dance")).to_be_focused()
+
+
+def test_axe_finds_nothing_in_the_menu_and_the_tour(shown: EditorPage) -> None:
+    open_example(shown)
+    shown.state("dance").click(button="right")
+    shown.page.get_by_role("menu").wait_for()
+    assert shown.violations() == []
+    shown.press("ArrowDown", "Escape")
+    expect(shown.page.get_by_role("menu")).to_have_count(0)
+    expect(shown.state("dance")).to_be_focused()
+    shown.press("?")
+    shown.page.get_by_role("button", name="Take the tour").click()
+    tour = shown.page.locator(".tour")
+    tour.wait_for()
+    assert shown.violations() == []
+    for _ in range(7):
+        shown.press("ArrowRight")
+    expect(tour).to_contain_text("8 of 8")
+    shown.press("Enter")
+    expect(tour).to_have_count(0)
+
+
+def test_screen_readers_are_told_what_each_thing_is(shown: EditorPage) -> None:
+    open_example(shown)
+    expect(shown.page.get_by_role("application")).to_have_attribute(
+        "aria-label", "Automaton dance_and_follow"
+    )
+    expect(shown.state("followBall")).to_have_attribute(
+        "aria-label", "State followBall, initial, has a sub-automaton"
+    )
+    expect(shown.transition("enough")).to_have_attribute(
+        "aria-label", "Transition enough from followBall to dance, after a time"
+    )
+
+
+def test_tab_reaches_every_area_in_the_order_in_which_they_stand(shown: EditorPage) -> None:
+    open_example(shown)
+    areas: list[str] = []
+    for _ in range(100):
+        shown.press("Tab")
+        area = shown.page.evaluate(
+            "document.activeElement.closest('header, .left, .toolbar, hfsm-canvas, .right, footer')?.className"
+            " || document.activeElement.closest('header, hfsm-canvas, footer')?.localName || ''"
+        )
+        if area and (not areas or areas[-1] != area):
+            areas.append(area)
+    order = ["left", "toolbar", "hfsm-canvas", "right", "footer"]
+    found = [area for area in areas if area in order]
+    start = found.index("left")
+    assert found[start : start + len(order)] == order

@@ -1,0 +1,193 @@
+"""Open, drop, save, close, compare and export documents in the editor's page."""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from playwright.sync_api import Browser, Locator, expect
+
+from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.editor import Editor, editor
+
+BEHAVIORS = Path(__file__).parents[2] / "behaviors"
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    root = tmp_path / "root"
+    root.mkdir()
+    for name in ("dance_and_follow", "dance"):
+        (root / f"{name}.xml").write_bytes((BEHAVIORS / f"{name}.xml").read_bytes())
+    return root
+
+
+@pytest.fixture
+def running(root: Path) -> Iterator[Editor]:
+    with editor(root) as running:
+        yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with editor_page(browser, running) as shown:
+        yield shown
+
+
+def drop(shown: EditorPage, name: str, text: str) -> None:
+    """Drop a file on the page."""
+    transfer = shown.page.evaluate_handle(
+        """([name, text]) => {
+            const transfer = new DataTransfer();
+            transfer.items.add(new File([text], name, {type: "text/xml"}));
+            return transfer;
+        }""",
+        [name, text],
+    )
+    shown.page.locator("hfsm-app").dispatch_event("drop", {"dataTransfer": transfer})
+
+
+def tab(shown: EditorPage, name: str) -> Locator:
+    return shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab", name=name)
+
+
+def add_state(shown: EditorPage, name: str) -> None:
+    shown.press("s")
+    expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New state")
+    shown.press("Enter")
+    shown.name(name)
+    expect(shown.state(name)).to_have_count(1)
+
+
+def open_file(shown: EditorPage, name: str) -> None:
+    shown.press("Control+o")
+    shown.page.get_by_role("option", name=name).dblclick()
+
+
+def test_the_start_page_offers_the_behaviors_of_the_paper_and_nothing(shown: EditorPage) -> None:
+    expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
+    shown.page.get_by_role("button", name=re.compile("^Follow the ball")).click()
+    shown.expect_states("follow", "search")
+    shown.page.get_by_role("button", name="Start page").click()
+    shown.page.get_by_role("button", name=re.compile("^Empty")).click()
+    shown.expect_states()
+    expect(shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab")).to_have_count(2)
+
+
+def test_a_dropped_file_opens_and_what_is_none_is_refused(shown: EditorPage, root: Path) -> None:
+    expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
+    drop(shown, "picture.xml", "<svg><script>alert(1)</script></svg>")
+    expect(shown.page.get_by_role("alert")).to_contain_text("picture.xml")
+    drop(shown, "dance.xml", (root / "dance.xml").read_text())
+    shown.expect_states("up", "out", "front", "low")
+    expect(tab(shown, "dance")).to_have_attribute("aria-selected", "true")
+
+
+def test_unsaved_changes_show_a_dot_and_are_asked_about_before_closing(shown: EditorPage, root: Path) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    expect(tab(shown, "dance").get_by_role("img", name="not saved")).to_have_count(0)
+    add_state(shown, "bow")
+    expect(tab(shown, "dance").get_by_role("img", name="not saved")).to_be_visible()
+    shown.button("Close").click()
+    shown.page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    expect(shown.state("bow")).to_be_visible()
+    shown.button("Close").click()
+    shown.page.get_by_role("dialog").get_by_role("button", name="Save", exact=True).click()
+    expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
+    assert "<name>bow</name>" in (root / "dance.xml").read_text()
+
+
+def test_each_tab_keeps_its_place_and_its_selection(shown: EditorPage) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    open_file(shown, "dance_and_follow.xml")
+    shown.expect_states("followBall", "dance")
+    shown.state("followBall").dblclick(position={"x": 30, "y": 20})
+    shown.expect_states("red", "green")
+    shown.state("green").click()
+    tab(shown, "dance").first.click()
+    shown.expect_states("up", "out", "front", "low")
+    expect(shown.page.locator(".selected")).to_have_count(0)
+    shown.press("Alt+PageDown")
+    shown.expect_states("red", "green")
+    expect(shown.page.locator(".state.selected")).to_have_attribute("aria-label", re.compile("^State green"))
+
+
+def test_a_file_that_another_program_changed_is_merged(shown: EditorPage, root: Path) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    add_state(shown, "bow")
+    path = root / "dance.xml"
+    path.write_text(path.read_text().replace("<name>front</name>", "<name>forward</name>"))
+    banner = shown.page.get_by_role("alert").filter(has_text="Another program changed the file")
+    banner.get_by_role("button", name="Merge both").click()
+    shown.expect_states("up", "out", "forward", "low", "bow")
+    expect(banner).to_have_count(0)
+
+
+def test_a_comparison_marks_what_differs_and_draws_what_is_gone(shown: EditorPage) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    shown.state("out").click()
+    shown.press("Delete")
+    shown.expect_states("up", "front", "low")
+    add_state(shown, "bow")
+    shown.button("Compare").click()
+    shown.page.get_by_role("button", name="The saved version").click()
+    legend = shown.page.get_by_role("region", name="Comparison")
+    expect(legend).to_contain_text("1 added")
+    for name, mark in (("bow", "added"), ("out", "removed"), ("up", "")):
+        classes = shown.state(name).get_attribute("class") or ""
+        assert re.findall(r"is-(\w+)", classes) == ([mark] if mark else []), name
+    legend.get_by_role("button", name="Done").click()
+    shown.expect_states("up", "front", "low", "bow")
+
+
+def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Path) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    for choice, name in (
+        ("Picture of this automaton (SVG)", "dance.svg"),
+        ("Picture of this automaton (PNG)", "dance.png"),
+    ):
+        shown.press("Control+e")
+        with shown.page.expect_download() as download:
+            shown.page.get_by_role("button", name=choice).click()
+        assert download.value.suggested_filename == name
+        download.value.save_as(tmp_path / name)
+    picture = ElementTree.parse(tmp_path / "dance.svg").getroot()
+    texts = {"".join(each.itertext()) for each in picture.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"up", "out", "front", "low"} <= texts
+    assert not any("var(" in value for each in picture.iter() for value in each.attrib.values())
+    content = (tmp_path / "dance.png").read_bytes()
+    assert content.startswith(PNG_SIGNATURE)
+    width, height = struct.unpack(">II", content[16:24])
+    assert (width, height) == (2 * float(picture.attrib["width"]), 2 * float(picture.attrib["height"]))
+
+
+def test_the_page_says_that_the_server_is_away_and_goes_on_when_it_is_back(shown: EditorPage) -> None:
+    open_file(shown, "dance.xml")
+    shown.state("front").click()
+    shown.connections.cut()
+    banner = shown.page.get_by_role("alert").filter(has_text="The server is away since")
+    expect(banner).to_be_visible()
+    shown.press("Delete")
+    expect(shown.page.get_by_role("alert").filter(has_text="connects again by itself").last).to_be_visible()
+    expect(shown.state("front")).to_have_count(1)
+    shown.connections.restore()
+    expect(banner).to_have_count(0)
+    expect(shown.page.locator(".state.selected")).to_have_attribute("aria-label", re.compile("^State front"))
+    shown.press("Delete")
+    shown.expect_states("up", "out", "low")
