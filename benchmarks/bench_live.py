@@ -1,0 +1,150 @@
+"""Measure what following a component costs the editor's server, and how late a change of state is told.
+
+A component of 20 automata, each of which changes its state twice a second, runs in a process of its own
+beside the fake robot. The cost is that of this process, which follows it as the server does and makes the
+JSON for one page; the time is that from the code of the new state to the JSON of the snapshot that shows it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import psutil
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import write_document
+from codegen.hfsm.document import Automaton, Document, Library, State, Text, Transition
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from visualhfsm.generation import generate_component
+from visualhfsm.live.service import Monitoring
+from visualhfsm.live.values import LiveSnapshot
+from visualhfsm.web.protocol import Snapshot
+from zenoh_ice import Settings
+
+AUTOMATA: Final = 20
+SECONDS: Final = 10.0
+WARM_UP: Final = 3.0
+
+
+def crowd() -> Document:
+    """Return a document of 20 automata that run side by side below a root."""
+    stamp = Text("changed = time.monotonic()")
+    children = tuple(
+        Automaton(
+            id=number,
+            father=1,
+            states=(
+                State(id=1, name="tick", initial=True, entry=stamp, code=Text("count += 1")),
+                State(id=2, name="tock", entry=stamp, code=Text("count += 1")),
+            ),
+            transitions=(
+                Transition(id=1, name="to tock", origin=1, destination=2, type="time", trigger=Text("500")),
+                Transition(id=2, name="to tick", origin=2, destination=1, type="time", trigger=Text("500")),
+            ),
+            variables=Text("changed = 0.0\ncount = 0\nname = 'nao'\nlevel = 0.5"),
+        )
+        for number in range(2, AUTOMATA + 1)
+    )
+    root = Automaton(
+        id=1,
+        states=(State(id=1, name="all", initial=True, children=tuple(child.id for child in children)),),
+    )
+    return Document(automata=(root, *children), libraries=(Library(name=Text("time")),))
+
+
+class Measurement:
+    """What one page gets: its JSON, and how late it is."""
+
+    def __init__(self) -> None:
+        self.delays: list[float] = []
+        self.sizes: list[int] = []
+        self._states: dict[int, int] = {}
+
+    def publish(self, push: object) -> None:
+        """Take what the server would send."""
+        encoded = msgspec.json.encode(push)
+        now = time.monotonic()
+        if not isinstance(push, Snapshot) or not isinstance(push.value, LiveSnapshot):
+            return
+        self.sizes.append(len(encoded))
+        for automaton in push.value.component.automata:
+            before = self._states.get(automaton.id)
+            self._states[automaton.id] = automaton.state
+            if before is not None and before != automaton.state and "changed" in automaton.variables:
+                self.delays.append(now - float(automaton.variables["changed"]))
+
+
+async def follow(endpoint: str, *, scene: bool) -> tuple[Measurement, float]:
+    """Follow the component; return what was measured and the share of a core that it took."""
+    measurement = Measurement()
+    service = Monitoring(measurement.publish, Settings(connect=(endpoint,), clock="wall"))
+    task = asyncio.create_task(watch_scene(service)) if scene else None
+    try:
+        async with asyncio.timeout(20):
+            while True:
+                try:
+                    await service.attach("crowd")
+                    break
+                except Exception:  # noqa: BLE001 - not there yet
+                    await asyncio.sleep(0.1)
+        await asyncio.sleep(WARM_UP)
+        measurement.delays.clear()
+        measurement.sizes.clear()
+        before, began = psutil.Process().cpu_times(), time.perf_counter()
+        await asyncio.sleep(SECONDS)
+        after, ended = psutil.Process().cpu_times(), time.perf_counter()
+        return measurement, (after.user + after.system - before.user - before.system) / (ended - began)
+    finally:
+        if task is not None:
+            task.cancel()
+            await asyncio.wait({task})
+        await service.close()
+
+
+async def watch_scene(service: Monitoring) -> None:
+    """Look at the robot in 3D and at both cameras, as a page with all of its panels does."""
+
+    async def drain(name: str) -> None:
+        async for _ in service.camera(name) if name else service.scene():
+            pass
+
+    await asyncio.sleep(1)
+    await asyncio.gather(*(drain(name) for name in ("", "Camera", "CameraBottom")))
+
+
+def main() -> None:
+    endpoint = free_endpoint()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "crowd.xml")
+        path.write_text(write_document(crowd()), encoding="utf-8")
+        component = generate_component(path, None, Diagnostics())
+        assert component is not None
+        command = [sys.executable, str(component), "--connect", endpoint, "--clock", "wall"]
+        environment = {"PYTHONPATH": str(Path(__file__).parents[1])}
+        with (
+            ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server,
+            ComponentProcess(command, environment),
+        ):
+            server.wait_for("ready")
+            for scene in (False, True):
+                measurement, share = asyncio.run(follow(endpoint, scene=scene))
+                delays = sorted(1000 * delay for delay in measurement.delays)
+                late = delays[int(0.95 * len(delays))]
+                print(
+                    f"{AUTOMATA} automata{', 3D and two cameras' if scene else ''}: {share:.1%} of a core, "
+                    f"{len(measurement.sizes) / SECONDS:.0f} snapshots/s of "
+                    f"{statistics.median(measurement.sizes) / 1000:.1f} kB; change to JSON: median "
+                    f"{statistics.median(delays):.1f} ms, 95 % below {late:.1f} ms "
+                    f"({len(delays)} changes)"
+                )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,24 @@
+"""The page of the docs on following components names every action that may be asked for."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import get_args
+
+from visualhfsm.live.control import Action
+
+PAGE = Path(__file__).parents[2] / "docs" / "editor-live.md"
+
+
+def test_every_action_has_its_row_with_its_arguments() -> None:
+    rows: dict[str, str] = {}
+    for line in PAGE.read_text(encoding="utf-8").split("\n"):
+        if line.startswith("| `"):
+            names, arguments = line.split("|")[1:3]
+            rows |= dict.fromkeys(re.findall(r"`(\w+)`", names), arguments)
+    for action in get_args(Action):
+        tag = action.__struct_config__.tag
+        assert tag in rows
+        for field in action.__struct_encode_fields__:
+            assert f"`{field}`" in rows[tag], f"{tag} takes {field}"
