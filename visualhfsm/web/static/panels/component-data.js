@@ -10,9 +10,9 @@ const LANGUAGES = [["", "Python"], ["C++", "C++: kept, and not run"]];
 
 /**
  * @param {{tab: number, document: import("../store.js").OpenDocument,
- *   known: import("./known-interfaces.js").KnownInterface[] | undefined}} about
+ *   known: import("./known-interfaces.js").KnownInterface[] | undefined, showProblems: () => void}} about
  */
-export function componentData({tab, document, known}) {
+export function componentData({tab, document, known, showProblems}) {
   const {fields, problems} = document;
   const text = (part, label, rest) => html`<hfsm-text-field data-section=${part} class="section" label=${label} .tab=${tab} .place=${{kind: "document", part}} .text=${fields[part] ?? ""}
     kind=${rest.kind} .options=${rest.options ?? []} hint=${rest.hint ?? ""}></hfsm-text-field>`;
@@ -26,14 +26,15 @@ export function componentData({tab, document, known}) {
     ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
     ${list("parameters")}
     ${list("events")}
-    ${list("properties", {details: (entry, index) => verdict(document, index)})}`;
+    ${list("properties", {details: (entry, index) => verdict(document, index, showProblems)})}`;
 }
 
 const nothingMore = () => nothing;
 const noSuggestions = () => [];
 
-function verdict(document, index) {
+function verdict(document, index, showProblems) {
   const found = verdictOf(document, index);
   if (!found) return nothing;
-  return html`<p class="verdict ${found.kind}"><span class="dot" aria-hidden="true"></span>${found.words}</p>`;
+  return html`<p class="verdict ${found.kind}"><span class="dot" aria-hidden="true"></span>${found.words}
+    ${found.kind === "violated" ? html`<button type="button" class="link" @click=${showProblems}>Show how</button>` : nothing}</p>`;
 }

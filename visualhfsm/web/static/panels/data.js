@@ -56,7 +56,7 @@ export class DataPanel extends PageElement {
     return html`<div class="data-panel" @keydown=${this.#press}>
       ${tabStrip({label: "Whose data", tabs, chosen: this.half, choose: (half) => (this.half = half), prefix: "data"})}
       <div class="tab-panel scrolling" role="tabpanel" id="data-panel" aria-labelledby="data-tab-${this.half}">
-        ${this.half === "automaton" ? automatonData(about) : componentData({...about, known: known()})}
+        ${this.half === "automaton" ? automatonData(about) : componentData({...about, known: known(), showProblems: () => this.context?.app.showBottom("hfsm-problems")})}
       </div></div>`;
   }
 

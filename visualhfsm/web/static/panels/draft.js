@@ -20,6 +20,9 @@ export async function flushEdits() {
 
 // What was typed goes before saving, running, undo and other commands, so that it is part of what they work on.
 store.addEventListener("request", () => flushEdits());
+addEventListener("pagehide", () => flushEdits());
+// What was typed while the server was away is sent when it is back.
+store.addEventListener("connection", () => store.online && flushEdits());
 
 export class Draft {
   /** What stands in the field. */
@@ -85,13 +88,21 @@ export class Draft {
     try {
       revision = (await this.#send(tab, this.text))?.revision ?? 0;
     } catch (error) {
-      notifyError(error);
+      if (error.kind === "offline") this.#keep(tab, key);
+      else notifyError(error);
     } finally {
       this.#sending -= 1;
     }
     const isSame = tab === this.#tab && key === this.#key;
     // A document that is older than the answer is still on its way, and shown by `take`.
     if (isSame && !this.busy && (store.documents.get(tab)?.revision ?? 0) >= revision) this.#replace(this.#known, false);
+  }
+
+  /** Go on waiting with what could not be sent. */
+  #keep(tab, key) {
+    if (tab !== this.#tab || key !== this.#key) return;
+    this.#typed = true;
+    waiting.add(this);
   }
 
   /** Whether the document does not yet have what stands in the field. */

@@ -144,7 +144,7 @@ export class Editor {
         Prec.lowest(keymap.of([{key: "Escape", run: run(leave)}])),
         shared,
         isPython ? [python(), assistance({tab, place, problems})] : [],
-        EditorView.contentAttributes.of({"aria-label": label, "aria-description": "Escape goes back to the drawing"}),
+        EditorView.contentAttributes.of({tabindex: "0", "aria-label": label, "aria-description": "Escape goes back to the drawing"}),
         placeholder(hint),
         wraps ? EditorView.lineWrapping : [],
         EditorState.readOnly.of(readonly),

@@ -4,6 +4,7 @@ import {LitElement, html, live, nothing} from "lit";
 import {store} from "../store.js";
 import {Draft} from "./draft.js";
 import {commandFor, keyOf, problemsAt} from "./places.js";
+import {isVerdict} from "./verdicts.js";
 
 let count = 0;
 
@@ -52,7 +53,7 @@ export class TextField extends LitElement {
 
   render() {
     const {label, unit, number, bare} = this;
-    const problems = problemsAt(store.documents.get(this.tab)?.problems ?? [], this.place);
+    const problems = problemsAt(store.documents.get(this.tab)?.problems ?? [], this.place).filter((each) => !isVerdict(each));
     const id = `field-${number}`;
     return html`
       ${bare ? nothing : html`<label for=${id}>${label}</label>`}
@@ -79,7 +80,7 @@ export class TextField extends LitElement {
       </select>`;
     }
     if (kind === "area") {
-      return html`<textarea id=${id} rows="3" aria-label=${name} placeholder=${hint} ?readonly=${readonly} .value=${live(text)}
+      return html`<textarea id=${id} class=${this.mono ? "mono" : ""} rows="2" spellcheck=${this.mono ? "false" : "true"} aria-label=${name} placeholder=${hint} ?readonly=${readonly} .value=${live(text)}
         aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave}></textarea>`;
     }
     return html`<input id=${id} class=${this.mono || kind === "number" ? "mono" : ""} type="text" inputmode=${kind === "number" ? "decimal" : nothing} spellcheck="false"

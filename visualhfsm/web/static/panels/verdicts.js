@@ -3,11 +3,14 @@
 import {placeOf} from "./places.js";
 
 const BY_CODE = {
-  E610: {kind: "violated", words: "Violated: the problems below the canvas show how."},
+  E610: {kind: "violated", words: "Violated."},
   W611: {kind: "undecided", words: "Undecided: the search was too long."},
   E612: {kind: "invalid", words: "Not understood."},
   E613: {kind: "invalid", words: "Not understood."},
 };
+
+/** Whether a problem tells what became of a property that is understood. */
+export const isVerdict = ({code}) => code === "E610" || code === "W611";
 
 /**
  * The verdict on the property at an index; undefined where there is none.
