@@ -29,10 +29,11 @@ class Tree extends PageElement {
       automaton.states.forEach((state, index) => {
         const children = state.children.filter((id) => document.automata.has(id));
         const key = `${prefix}/${automaton.id}.${state.id}`;
-        const open = children.length > 0 && !this.#folded.has(key);
+        const opens = children.length > 1 || children.some((id) => document.automata.get(id).states.length);
+        const open = opens && !this.#folded.has(key);
         rows.push({
           key, level, name: state.name || `state ${state.id}`, kind: kindOf(state), automaton: automaton.id, state: state.id, child: children[0],
-          open: children.length ? open : undefined, count: automaton.states.length, index,
+          open: opens ? open : undefined, count: automaton.states.length, index,
         });
         if (!open) return;
         if (children.length === 1) visit(document.automata.get(children[0]), level + 1, key);

@@ -299,9 +299,14 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   #resized() {
+    const before = this.#size;
     this.#size = {width: this.clientWidth, height: this.clientHeight};
-    if (this.#unfitted && this.#size.width) this.fit();
-    else this.#transform();
+    if (this.#unfitted && this.#size.width) {
+      this.fit();
+    } else if (before.width && this.#size.width) {
+      this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
+      this.#reveal(); // a panel that opens for a state does not cover it
+    }
   }
 
   #listen() {

@@ -14,8 +14,9 @@ export const RADIUS = 40;
 const HEAD_LENGTH = 10;
 const HEAD_WIDTH = 4.5;
 const FAN = 50; // pixels between arcs that nobody has placed
-const LOOP = 90;
-const LOOP_OPENING = 0.42; // radians between a loop's end and its axis
+/** Distance of a loop's handle from the middle of its state. */
+export const LOOP = 90;
+const LOOP_OPENING = 0.34; // radians between a loop's end and its axis
 const STRAIGHT = 3; // a handle nearer to the chord than this bends nothing
 
 const length = (x, y) => Math.hypot(x, y) || 1;
@@ -113,13 +114,13 @@ function loop(center, handle) {
   const end = on(LOOP_OPENING, RADIUS + HEAD_LENGTH - 1);
   // A cubic is 1/8, 3/8, 3/8, 1/8 of its points in its middle, which is to be the handle.
   const middle = {x: (8 * handle.x - start.x - end.x) / 6, y: (8 * handle.y - start.y - end.y) / 6};
-  const width = RADIUS * 0.7;
+  const width = RADIUS * 0.62;
   const first = {x: middle.x + normal.y * width, y: middle.y - normal.x * width};
   const second = {x: middle.x - normal.y * width, y: middle.y + normal.x * width};
   return {
     path: `M${at(start.x, start.y)}C${at(first.x, first.y)} ${at(second.x, second.y)} ${at(end.x, end.y)}`,
     head: head(tip, {x: tip.x * 2 - center.x, y: tip.y * 2 - center.y}), middle: handle, normal,
-    first: on(-LOOP_OPENING - 0.22, RADIUS + 13), start, end: tip, box: boxOf([start, tip, handle, first, second]),
+    first: on(0, RADIUS + 13), start, end: tip, box: boxOf([start, tip, handle, first, second]),
   };
 }
 

@@ -4,7 +4,7 @@ import * as dagre from "dagre";
 
 import {apply} from "../commands.js";
 import {notify} from "../notices.js";
-import {RADIUS} from "./geometry.js";
+import {LOOP, RADIUS} from "./geometry.js";
 import {width} from "./text.js";
 
 const BETWEEN_STATES = 70;
@@ -13,6 +13,8 @@ const LABEL_HEIGHT = 44;
 const WIDEST_LABEL = 150;
 const BEGIN = 120; // where the first state stands, from the top left
 const GRID = 10;
+/** Where loops may stand, upwards first. */
+const LOOP_ANGLES = [-90, 90, -60, -120, 60, 120, -30, -150, 30, 150, 0, 180].map((degrees) => (degrees * Math.PI) / 180);
 
 const rounded = (value) => Math.round(value / GRID) * GRID;
 
@@ -45,8 +47,29 @@ export function placement(automaton) {
     const {x, y} = graph.edge(String(origin), String(destination), String(id));
     handles.push([id, rounded(x), rounded(y)]);
   }
-  return {automaton: automaton.id, states: placed, transitions: handles};
+  return {automaton: automaton.id, states: placed, transitions: [...handles, ...loopHandles(arcs, placed, handles)]};
 }
+
+/** Handles of transitions to the same state: each where most room is between the arcs of its state. */
+function loopHandles(arcs, states, handles) {
+  const places = new Map(states.map(([id, x, y]) => [id, {x, y}]));
+  const knobs = new Map(handles.map(([id, x, y]) => [id, {x, y}]));
+  const taken = new Map(states.map(([id]) => [id, []]));
+  for (const {id, origin, destination} of arcs) {
+    if (origin === destination) continue;
+    for (const state of [origin, destination]) taken.get(state).push(direction(places.get(state), knobs.get(id)));
+  }
+  return arcs.filter(({origin, destination}) => origin === destination).map(({id, origin}) => {
+    const {x, y} = places.get(origin);
+    const angles = taken.get(origin);
+    const room = (angle) => Math.min(Math.PI, ...angles.map((other) => Math.abs(Math.atan2(Math.sin(angle - other), Math.cos(angle - other)))));
+    const best = LOOP_ANGLES.reduce((a, b) => (room(b) > room(a) + 0.01 ? b : a));
+    angles.push(best);
+    return [id, Math.round(x + LOOP * Math.cos(best)), Math.round(y + LOOP * Math.sin(best))];
+  });
+}
+
+const direction = (from, to) => Math.atan2(to.y - from.y, to.x - from.x);
 
 /** Arrange automata, as one step. */
 export async function arrange(automata, canvas) {
