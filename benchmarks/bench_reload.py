@@ -20,7 +20,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from hfsm_runtime.monitor import Monitor
+from hfsm_runtime.control.monitor import Monitor
 from hfsm_runtime.observer import Watcher
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.tree import Run

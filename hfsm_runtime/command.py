@@ -14,8 +14,8 @@ import typer
 from zenoh_ice import Communicator, Settings, command, initialize
 
 from .component import Component, parameters_of
+from .control.monitor import Monitor
 from .errors import ComponentError
-from .monitor import Monitor
 from .parameters import make_component, option_of, with_parameters
 from .robot import connect as connect_proxies
 from .robot import servers_present, stop_robot

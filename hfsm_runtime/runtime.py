@@ -11,12 +11,12 @@ from typing import Final
 from zenoh_ice.clock import Clock
 
 from .automaton import Automaton, Transition
-from .breakpoints import Breakpoints
-from .carrying import FirstValues
 from .component import Component, equip, make_automata, parameter_values, parameters_of, source_of
+from .control.breakpoints import Breakpoints
+from .control.carrying import FirstValues
+from .control.replacement import Replacement
 from .errors import ComponentStoppedError, ReloadRefusedError, UnknownElementError
 from .events import make_event
-from .replacement import Replacement
 from .supervision import ErrorRecord, OnError, Supervision
 from .threads import Threads
 from .timeline import Timeline

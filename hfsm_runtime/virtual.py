@@ -11,11 +11,11 @@ from typing import Final, NamedTuple
 
 from zenoh_ice.clock import VirtualClock
 
-from .carrying import take_attributes
 from .component import Component, equip, make_automata, source_of
+from .control.carrying import take_attributes
+from .control.replacement import Replacement, first_values_of
 from .cycle import run_cycle
 from .events import make_event
-from .replacement import Replacement, first_values_of
 from .schedule import slot_after, slot_at
 from .supervision import ErrorRecord, OnError, Supervision
 from .timeline import Timeline

@@ -13,8 +13,8 @@ from codegen.commands.options import DOCUMENTS, require_directories, require_ext
 from codegen.commands.reporting import ErrorFormat, show
 from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm.checking import check_document
+from codegen.hfsm.formats.reader import looks_like_document
 from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport, Verdict
-from codegen.hfsm.reader import looks_like_document
 
 __all__ = ["EPILOG", "check"]
 

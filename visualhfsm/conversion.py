@@ -11,9 +11,9 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location
 from codegen.hfsm import read_document, write_document
-from codegen.hfsm.code_pieces import is_foreign, pieces_of
+from codegen.hfsm.code.pieces import is_foreign, pieces_of
+from codegen.hfsm.code.python2.documents import mend_document, report_python2
 from codegen.hfsm.document import Document
-from codegen.hfsm.python2.documents import mend_document, report_python2
 from codegen.hfsm.scxml import is_scxml, read_scxml, write_scxml
 
 __all__ = ["READERS", "WRITERS", "Reader", "Writer", "convert_document"]

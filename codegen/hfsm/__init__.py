@@ -1,9 +1,11 @@
 """Compile automaton documents (`*.xml`) into components that run on `hfsm_runtime`.
 
-The way of a document: `reader` makes a `document.Document` of the file, `imports` brings in what lies in
-other files, `understanding` makes a `program.Program` of it after `checks` has looked at its structure, and
-`generator` writes the component down. `writer` saves a document; `checking` checks one, and what its automata
-can do, without generating anything.
+The way of a document, as `loading` goes it: `formats` makes a `document.Document` of the file, `imports`
+brings in what lies in other files (`merging` joins what they declare), `extension` finds the hand-written
+code beside it and `known_interfaces` the proxies, and `generation` makes a `program.Program` of it after
+`checks` has looked at its structure, and writes the component down. `code` knows the Python in a document.
+`checking` checks a document and, with `model_checker`, what its automata can do, without generating
+anything. `scxml` exchanges documents with other programs.
 """
 
 from __future__ import annotations
@@ -15,11 +17,11 @@ from typing import Final
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
 from .extension import extension_path
-from .generator import GENERATED_BY, generate
+from .formats.reader import parse_document, read_document
+from .formats.writer import DocumentNotWritableError, write_document
+from .generation.generator import GENERATED_BY, generate
 from .imports import resolve
 from .loading import component_path, load_document
-from .reader import parse_document, read_document
-from .writer import DocumentNotWritableError, write_document
 
 __all__ = [
     "DocumentNotWritableError",

@@ -6,7 +6,7 @@ import ast
 from pathlib import Path
 
 from ..diagnostics import Diagnostics, Location, Note
-from .names import camel_case, component_name
+from .code.names import camel_case, component_name
 from .program import ExtensionProgram
 
 __all__ = ["extension_path", "find_extension"]

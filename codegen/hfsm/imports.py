@@ -15,10 +15,10 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final, NamedTuple
 
 from ..diagnostics import Diagnostics, Location, Note
-from .code_reader import first_foreign, report_foreign
+from .code.reader import first_foreign, report_foreign
 from .document import NO_CHILD, Automaton, Document, Functions, Import, State, Text
+from .formats.reader import read_document
 from .merging import merge
-from .reader import read_document
 
 __all__ = ["resolve"]
 

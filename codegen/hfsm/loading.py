@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..diagnostics import Diagnostics
+from .code.names import identifier
 from .document import Document
 from .extension import find_extension
+from .formats.reader import parse_document, read_document
+from .generation.understanding import understand
 from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
-from .names import identifier
 from .program import Program
-from .reader import parse_document, read_document
-from .understanding import understand
 
 __all__ = ["LoadedDocument", "component_path", "load_document"]
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
-from .code_text import CodeError
+from .code.python import analyze_library
+from .code.text import CodeError
 from .document import Document, Event, Interface, Library, Parameter
-from .python_code import analyze_library
 
 __all__ = ["merge"]
 

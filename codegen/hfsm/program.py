@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .code_text import Code
+from .code.text import Code
 from .document import Automaton, State, Transition
 from .known_interfaces import KnownInterface
 

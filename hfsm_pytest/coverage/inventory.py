@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen.hfsm.document import Automaton, Document, Transition
-from codegen.hfsm.reader import looks_like_document
+from codegen.hfsm.formats.reader import looks_like_document
 
 from ..loading import read
 

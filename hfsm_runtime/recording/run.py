@@ -18,10 +18,10 @@ import msgspec
 from zenoh_ice.clock import Clock
 
 from ..automaton import Automaton, Transition
-from ..carrying import FirstValues
 from ..component import Component, parameter_values, proxies_of, source_of
+from ..control.carrying import FirstValues
+from ..control.replacement import Replacement
 from ..errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
-from ..replacement import Replacement
 from ..runtime import Runtime
 from ..supervision import OnError
 from ..timeline import Timeline

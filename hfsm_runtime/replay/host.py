@@ -11,13 +11,13 @@ from typing import Final
 import msgspec
 
 from ..automaton import Automaton, Transition
-from ..carrying import take_attributes
 from ..component import Component, equip, make_automata, parameters_of, source_of
+from ..control.carrying import take_attributes
+from ..control.replacement import Replacement, first_values_of
 from ..errors import ComponentStoppedError, CycleCutError
 from ..events import make_event
 from ..recording.clocks import replaced_time
 from ..recording.recorder import Recorder
-from ..replacement import Replacement, first_values_of
 from ..supervision import OnError, Supervision
 from ..tree import ChangeKind, Run, Tree
 from .answers import Answers

@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 
 from ..component import Component
-from ..loading import components_in
+from ..control.loading import components_in
 from .errors import ReplayError
 
 __all__ = ["load"]

@@ -19,7 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
-from hfsm_runtime.breakpoints import Breakpoint
+from hfsm_runtime.control.breakpoints import Breakpoint
 from hfsm_runtime.recording import writer
 from hfsm_runtime.recording.messages import Cycle
 from hfsm_runtime.recording.run import RecordedRuntime, recording

@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 from hfsm_runtime import Component
-from hfsm_runtime.monitor import Monitor
+from hfsm_runtime.control.monitor import Monitor
 from hfsm_runtime.runtime import Runtime, Status
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.dialects import Dialect, dialect_of
 from codegen.hfsm.document import Document, Element, Transition
-from codegen.hfsm.xml_tree import parse_xml
+from codegen.hfsm.formats.dialects import Dialect, dialect_of
+from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.document_comparison import differences
 
 PATH = Path("old.xml")

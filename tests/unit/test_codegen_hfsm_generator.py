@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from codegen.hfsm.code.python import CodeError, analyze_block, analyze_condition
 from codegen.hfsm.document import Text
-from codegen.hfsm.python_code import CodeError, analyze_block, analyze_condition
 from hfsm_runtime import Component, ComponentError, VirtualRun, run
 from hfsm_runtime.variables import variables_of
 from tests.support.documents import compile_to, document, load, state, sub, transition

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import compile_document
+from codegen.hfsm.code.literals import literal
+from codegen.hfsm.code.values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from codegen.hfsm.document import Text
-from codegen.hfsm.literals import literal
-from codegen.hfsm.values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from hfsm_runtime import run
 from tests.support.documents import compile_to, document, load, state, sub
 

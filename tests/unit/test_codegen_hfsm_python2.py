@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, parse_document
-from codegen.hfsm.language import language_of
-from codegen.hfsm.python2 import find_python2, is_python, mend
-from codegen.hfsm.python2.documents import mend_document
+from codegen.hfsm.code.language import language_of
+from codegen.hfsm.code.python2 import find_python2, is_python, mend
+from codegen.hfsm.code.python2.documents import mend_document
 from tests.support.documents import document, state, sub
 
 MENDED = [

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
-from hfsm_runtime.explanation import Explanation, GuardLog, explain
+from hfsm_runtime.control.explanation import Explanation, GuardLog, explain
 from hfsm_runtime.timeline import Timeline
 from tests.support.automata import component
 

@@ -17,7 +17,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, read_document
-from codegen.hfsm.code_pieces import is_foreign, pieces_of
+from codegen.hfsm.code.pieces import is_foreign, pieces_of
 from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import find_interfaces
 from hfsm_runtime import Component, VirtualRun

@@ -16,11 +16,11 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import component_path
-from codegen.hfsm.code_text import CodeError, without_warnings
+from codegen.hfsm.code.python import analyze_library
+from codegen.hfsm.code.text import CodeError, without_warnings
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.extension import find_extension
 from codegen.hfsm.known_interfaces import KnownInterfaces
-from codegen.hfsm.python_code import analyze_library
 from visualhfsm.editing.places import Place
 
 from .proxies import typed_proxy

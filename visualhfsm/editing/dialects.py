@@ -8,8 +8,8 @@ from xml.etree.ElementTree import Element, ParseError
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
-from codegen.hfsm.dialects import Dialect, dialect_of
-from codegen.hfsm.xml_tree import XmlElement
+from codegen.hfsm.formats.dialects import Dialect, dialect_of
+from codegen.hfsm.formats.xml_tree import XmlElement
 
 __all__ = ["NATIVE", "dialect_of_file"]
 

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from codegen.hfsm.xml_tree import MAX_SIZE
+from codegen.hfsm.formats.xml_tree import MAX_SIZE
 
 from .errors import EditError
 

@@ -10,12 +10,12 @@ import ast
 from pathlib import Path
 
 from ...diagnostics import Diagnostics
-from ..code_pieces import is_foreign
-from ..code_text import CodeError
+from ..code.names import RESERVED
+from ..code.pieces import is_foreign
+from ..code.python import analyze_library
+from ..code.text import CodeError
 from ..document import Document
 from ..known_interfaces import KnownInterfaces
-from ..names import RESERVED
-from ..python_code import analyze_library
 from .accesses import accesses, defined_names
 from .arguments import check_arguments
 from .attributes import check_attributes

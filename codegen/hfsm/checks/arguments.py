@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 
 from ...diagnostics import Note
+from ..code.values import INPUT_TYPES, ValueTextError, parse_value
 from ..document import NO_CHILD, Argument, Document, Parameter, State
-from ..values import INPUT_TYPES, ValueTextError, parse_value
 from .report import Report
 
 __all__ = ["check_arguments"]

@@ -6,8 +6,8 @@ import ast
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..code.names import identifier
 from ..extension import extension_path
-from ..names import identifier
 
 __all__ = ["Extension", "extension_of"]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location
-from ..code_text import Code, CodeError, parse, split
+from ..code.text import Code, CodeError, parse, split
 from ..document import Automaton, Document, State, Text, Transition
 from .assignments import assignments_of
 from .report import Node, Report

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from typing import Final
 
-from ..names import RESERVED
+from ..code.names import RESERVED
 from .assignments import own_nodes
 from .pieces import AutomatonCode, Piece
 from .report import Report

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
 from typing import Final
 
-from ..dialects import ROOT_TAGS
 from ..document import NO_CHILD
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.dialects import ROOT_TAGS
+from ..formats.xml_tree import XmlComment, XmlElement
 from .chart import Chart, ChartAutomaton, ChartState, Edge
 from .code import CodeReader
 from .data import is_name

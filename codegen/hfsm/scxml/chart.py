@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.xml_tree import XmlComment, XmlElement
 from .own_elements import native_element, with_comments
 from .problems import Problems
 from .qualified import QualifiedTree

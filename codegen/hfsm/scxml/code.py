@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Final
 
-from ..xml_tree import XmlElement
+from ..formats.xml_tree import XmlElement
 from .data import expression_of, is_name
 from .problems import Problems
 from .qualified import QualifiedTree

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from codegen.diagnostics import did_you_mean
 
-from ..xml_tree import XmlElement
+from ..formats.xml_tree import XmlElement
 from .chart import Chart, ChartAutomaton, ChartState
 from .problems import Problems
 

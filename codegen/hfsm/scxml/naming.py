@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..document import Document
-from ..xml_tree import XmlElement
+from ..formats.xml_tree import XmlElement
 from .own_elements import with_comments
 from .placement import PlacedState, PlacedTransition, Placement
 from .vocabulary import delay_text, encode_event, identifier, is_first_words

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from itertools import count
 
-from ..dialects.elements import MAX_ID
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.dialects.elements import MAX_ID
+from ..formats.xml_tree import XmlComment, XmlElement
 from .chart import ChartAutomaton, ChartState
 
 __all__ = ["Placed", "give_ids", "id_of", "in_order"]

@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from ..xml_text import INDENT, attributes_text, escaped
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.xml_text import INDENT, attributes_text, escaped
+from ..formats.xml_tree import XmlComment, XmlElement
 from .vocabulary import INDEX, OWN_PREFIX, decode_name, decode_tag, encode_name, encode_tag
 
 __all__ = ["is_plain_leaf", "native_element", "own_lines", "set_leaf", "with_comments"]

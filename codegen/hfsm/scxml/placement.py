@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from ..document import NO_CHILD, Automaton, Document, State, Transition
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.xml_tree import XmlComment, XmlElement
 from .own_elements import with_comments
 from .vocabulary import delay_text
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
-from ..xml_tree import XmlElement
+from ..formats.xml_tree import XmlElement
 
 __all__ = ["Problems"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum, auto
 
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.xml_tree import XmlComment, XmlElement
 from .vocabulary import OWN_NAMESPACE, SCXML_NAMESPACE, decode_tag
 
 __all__ = ["Owner", "QualifiedTree", "local_name"]

@@ -14,9 +14,9 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location
 
-from ..dialects.native import NativeReader
 from ..document import Automaton, Comment, Document, State, Text, Transition
-from ..xml_tree import MAX_SIZE, XmlElement, parse_xml
+from ..formats.dialects.native import NativeReader
+from ..formats.xml_tree import MAX_SIZE, XmlElement, parse_xml
 from .assembly import Assembly
 from .chart import Chart, ChartAutomaton
 from .code import CodeReader

@@ -8,7 +8,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
-from ..code_pieces import is_foreign
+from ..code.pieces import is_foreign
 from ..document import Automaton, Document, Node
 from .data import assignments, is_expression
 from .placement import Placement

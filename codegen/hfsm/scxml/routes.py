@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.xml_tree import XmlComment, XmlElement
 from .chart import Chart, ChartAutomaton, ChartState, Edge
 from .code import CodeReader
 from .entries import Entries, Goal

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from ..document import Text
-from ..xml_tree import XmlComment, XmlElement
+from ..formats.xml_tree import XmlComment, XmlElement
 from .own_elements import is_plain_leaf, with_comments
 from .placement import PlacedAutomaton, PlacedState, PlacedTransition
 from .vocabulary import delay_text, milliseconds_text

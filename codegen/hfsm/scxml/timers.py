@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from ..xml_tree import XmlElement
+from ..formats.xml_tree import XmlElement
 from .chart import Chart, ChartState
 from .problems import Problems
 from .qualified import QualifiedTree

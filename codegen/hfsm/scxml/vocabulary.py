@@ -6,7 +6,7 @@ import re
 from decimal import Decimal
 from typing import Final
 
-from ..xml_text import is_writable
+from ..formats.xml_text import is_writable
 
 __all__ = [
     "INDEX",

@@ -12,11 +12,11 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location
 
-from ..code_pieces import is_foreign
+from ..code.pieces import is_foreign
 from ..document import Comment, Document, Text
-from ..writer import write_document
-from ..xml_text import INDENT, attributes_text, escaped
-from ..xml_tree import XmlComment, XmlElement, parse_xml
+from ..formats.writer import write_document
+from ..formats.xml_text import INDENT, attributes_text, escaped
+from ..formats.xml_tree import XmlComment, XmlElement, parse_xml
 from .data import assignments, is_expression, plain_parameters
 from .naming import Names, Timer, native_order
 from .own_elements import own_lines, with_comments

@@ -1,0 +1,73 @@
+"""Turn what people call things into names that Python takes."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import unicodedata
+from collections.abc import Collection
+from typing import Final
+
+from ..document import Document
+
+__all__ = ["RESERVED", "camel_case", "component_name", "identifier", "reserved_names", "unique"]
+
+RESERVED: Final = frozenset(
+    {"Any", "Automaton", "Component", "Proxy", "State", "Transition", "libraries", "main", "self"}
+)
+"""Names that every generated component needs for itself; `reserved_names` tells those of one document."""
+
+_LONGEST_NAME: Final = 100
+
+
+def reserved_names(document: Document) -> frozenset[str]:
+    """Return the names that the component of a document needs for itself.
+
+    Those of the language's later parts are taken only where the document uses them, so that older ones may go
+    on calling something `Event`.
+    """
+    names = set(RESERVED)
+    if any(
+        transition.type == "event" for automaton in document.automata for transition in automaton.transitions
+    ):
+        names.add("Event")
+    if document.parameters:
+        names.add("Parameter")
+    if any(automaton.inputs for automaton in document.automata):
+        names |= {"Input", "Mapping", "bool", "float", "int", "object", "str"}
+    return frozenset(names)
+
+
+def identifier(name: str, fallback: str) -> str:
+    """Return a name as a Python identifier: `go to wall` as `go_to_wall`; `fallback` when nothing is left."""
+    normal = unicodedata.normalize("NFKC", name)
+    usable = "".join(character if f"a{character}".isidentifier() else " " for character in normal)
+    joined = re.sub(r"_{2,}", "_", "_".join(usable.split())).strip("_")
+    if not joined:
+        return fallback
+    if not joined.isidentifier() or keyword.iskeyword(joined):
+        return f"{fallback}_{joined}" if joined[0].isdigit() else f"{joined}_"
+    return joined
+
+
+def component_name(stem: str) -> str:
+    """Return the name of a document's component, of ASCII letters alone: it is part of an identity."""
+    plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
+    return identifier(plain, "component")[:_LONGEST_NAME].rstrip("_")
+
+
+def camel_case(name: str) -> str:
+    """Return an identifier as the name of a class: `follow_ball` as `FollowBall`."""
+    words = [word for word in name.split("_") if word]
+    camel = "".join(word[0].upper() + word[1:] for word in words)
+    return f"{camel}Component" if camel in RESERVED or keyword.iskeyword(camel) else camel
+
+
+def unique(wanted: str, number: int, taken: Collection[str]) -> str:
+    """Return a name that is not taken: `wanted`, `wanted_<number>`, and so on."""
+    if wanted not in taken:
+        return wanted
+    candidate = f"{wanted}_{number}"
+    while candidate in taken:
+        candidate += "_"
+    return candidate

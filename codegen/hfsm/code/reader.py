@@ -1,0 +1,69 @@
+"""Read the code of a document, and tell what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
+
+from ...diagnostics import Diagnostics, Location, Note
+from ..document import Document, Text
+from .language import looks_like_cpp
+from .pieces import Piece, is_foreign, pieces_of
+from .python2 import is_python, mend
+from .text import CodeError, ForeignCodeError
+
+__all__ = ["CodeReader", "first_foreign", "report_foreign"]
+
+_T = TypeVar("_T")
+_PYTHON2 = Note("this is Python 2: `visualhfsm convert --mend-python2` mends it")
+
+
+def first_foreign(document: Document, path: Path) -> Piece | None:
+    """Return the first piece of another language in a document that says to be in one, or None without code.
+
+    `path` is where the document lies.
+    """
+    pieces = list(pieces_of(document, path)) if is_foreign(document) else []
+    return next((piece for piece in pieces if looks_like_cpp(piece.text.text)), pieces[0] if pieces else None)
+
+
+def report_foreign(piece: Piece, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
+    """Report that a document is in another language, by the first piece of it."""
+    message = f"{language} in {piece.what}: it is kept, but only Python runs here"
+    place = Location(piece.path, piece.text.line, max(1, piece.text.column))
+    diagnostics.error("E525", message, place, notes)
+
+
+class CodeReader:
+    """Analyze pieces of code; `report` then tells what is wrong with them.
+
+    Where some are C++ that is told once, by the first of them, instead of what Python says of each.
+    """
+
+    def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
+        self._path = path
+        self._diagnostics = diagnostics
+        self._errors: list[tuple[Piece, CodeError]] = []
+
+    def read(self, analyze: Callable[[Text], _T], what: str, text: Text, source: Path | None) -> _T | None:
+        """Return what `analyze` makes of a piece, or None after an error; `source` is an imported file."""
+        try:
+            return analyze(text)
+        except CodeError as error:
+            self._errors.append((Piece(what, text, source or self._path), error))
+            return None
+
+    def report(self) -> None:
+        """Report the errors that were found."""
+        for piece, error in self._errors:
+            if isinstance(error, ForeignCodeError):
+                text = replace(piece.text, line=error.line, column=error.column)
+                report_foreign(piece._replace(text=text), "C++", self._diagnostics, Note(str(error)))
+                return
+        for piece, error in self._errors:
+            place = Location(piece.path, error.line, max(1, error.column))
+            code = piece.text.text
+            notes = [_PYTHON2] if not is_python(code) and mend(code) is not None else []
+            self._diagnostics.error("E520", str(error), place, notes)

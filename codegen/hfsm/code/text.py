@@ -1,0 +1,166 @@
+"""Take the code that people typed into a document out of its indentation, and parse it.
+
+A piece of code becomes the body of a function in the generated component. Its lines stand there as they were
+typed, moved to the right; the inside of a multi-line string is not touched.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import tokenize
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Final
+
+from ..document import Text
+from .language import looks_like_cpp
+
+__all__ = [
+    "INDENT",
+    "Code",
+    "CodeError",
+    "ForeignCodeError",
+    "compile_source",
+    "parse",
+    "split",
+    "without_warnings",
+]
+
+INDENT: Final = " " * 4
+
+_ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
+
+
+class CodeError(Exception):
+    """A piece of code cannot be used; `line` and `column` are those of the document."""
+
+    def __init__(self, message: str, line: int, column: int = 1) -> None:
+        super().__init__(message)
+        self.line = line
+        self.column = column
+
+
+class ForeignCodeError(CodeError):
+    """A piece of code is C++, not Python."""
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A piece of code as it will stand in the component.
+
+    `lines` are its lines without the indentation that all share and without empty lines around them; `line`
+    is where the first stands in the document, `start` the column of its first character, and `removed` how
+    much was taken off the left of the others; `fixed` holds the indices of lines that must not be indented,
+    because they begin inside a string. `bound` are the names that it assigns in its own scope and `used` all
+    names in it.
+    """
+
+    lines: tuple[str, ...]
+    line: int
+    fixed: frozenset[int] = frozenset()
+    start: int = 1
+    removed: int = 0
+    bound: frozenset[str] = frozenset()
+    used: frozenset[str] = frozenset()
+    has_statements: bool = True
+    is_expression: bool = False
+
+    def error(self, message: str, line: int = 1, column: int = 1) -> CodeError:
+        """Return an error at a line and column of the code, both from 1."""
+        line = min(max(1, line), len(self.lines))
+        left = self.start - 1 if line == 1 else self.removed
+        return CodeError(message, self.line + line - 1, left + max(1, column))
+
+    def indented(self, level: int) -> list[str]:
+        """Return the lines moved right by a number of levels."""
+        prefix = INDENT * level
+        return [
+            line if index in self.fixed or not line.strip() else prefix + line
+            for index, line in enumerate(self.lines)
+        ]
+
+
+def split(text: Text) -> Code | None:
+    """Return the lines of a text without what all share on their left, or None when all are blank."""
+    lines = text.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    first = next((index for index, line in enumerate(lines) if line.strip()), None)
+    if first is None:
+        return None
+    last = next(index for index in reversed(range(len(lines))) if lines[index].strip())
+    lines = lines[first : last + 1]
+    line = text.line + first
+    indentation = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
+    fixed = _string_lines(lines, indented=bool(indentation))
+    if indentation:
+        for index, content in enumerate(lines):
+            if index in fixed or not content.strip():
+                continue
+            lines[index] = content.removeprefix(indentation)
+    removed = len(indentation)
+    start = text.column + removed if first == 0 else removed + 1
+    return Code(tuple(lines), line, fixed, start, removed)
+
+
+def _string_lines(lines: list[str], *, indented: bool) -> frozenset[int]:
+    """Return the indices of the lines that begin inside a string."""
+    source = "\n".join((["if True:"] if indented else []) + lines) + "\n"
+    offset = 2 if indented else 1
+    fixed: set[int] = set()
+    open_format_strings: list[int] = []
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            kind = tokenize.tok_name[token.type]
+            start = token.start[0]
+            if kind == "FSTRING_START":
+                open_format_strings.append(start)
+            elif kind == "FSTRING_END":
+                start = open_format_strings.pop()
+            if kind in ("STRING", "FSTRING_END"):
+                fixed.update(range(start + 1 - offset, token.end[0] + 1 - offset))
+    except (tokenize.TokenError, SyntaxError):
+        pass  # the parser says what is wrong, and where
+    return frozenset(fixed)
+
+
+def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
+    """Return the tree of the code in `lines`, which begin with `header` lines of ours."""
+    source = "\n".join(lines)
+    try:
+        with without_warnings():
+            return ast.parse(source)
+    except (SyntaxError, ValueError) as error:
+        line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
+        reason = error.msg if isinstance(error, SyntaxError) else str(error)
+        hint = (
+            "; `<` and `>` were escaped twice when the document was saved" if _ESCAPED.search(source) else ""
+        )
+        problem = code.error(f"not valid Python: {reason}{hint}", line - header, column)
+        if not hint and looks_like_cpp("\n".join(code.lines)):
+            problem = ForeignCodeError(str(problem), problem.line, problem.column)
+        raise problem from error
+    except (RecursionError, MemoryError) as error:
+        raise code.error("the code is nested too deeply") from error
+
+
+def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -> None:
+    """Raise CodeError for what the parser lets pass and the compiler does not, such as a stray `break`."""
+    try:
+        with without_warnings():
+            compile(source, "<document>", "exec", dont_inherit=True)
+    except SyntaxError as error:
+        line, column = (error.lineno or 1) - header, (error.offset or 1) - columns
+        raise code.error(f"not valid Python: {error.msg}", line, column) from error
+    except (RecursionError, MemoryError) as error:
+        raise code.error("the code is nested too deeply") from error
+
+
+@contextmanager
+def without_warnings() -> Iterator[None]:
+    """Let doubtful code pass, such as an escape sequence that Python does not know."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

@@ -1,0 +1,303 @@
+"""Read the dialect of VisualStates, since 2017: states inside states, in five variants.
+
+A state that holds states owns an automaton here; the outermost state stands for the component. A state that
+is entered again restarts its automaton. Functions and variables belonged to the component, to a state or to
+a namespace: here they belong to the automaton that the state owns, and all are reached through `self`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Final
+
+from codegen.diagnostics import Diagnostics
+
+from ...document import (
+    DEFAULT_PERIOD,
+    NO_CHILD,
+    Automaton,
+    Comment,
+    Document,
+    Element,
+    Extra,
+    State,
+    Text,
+    Transition,
+)
+from ..xml_tree import XmlComment, XmlElement
+from .elements import ElementReader
+from .native import DOCUMENT_TAGS, STATE_TAGS, TRANSITION_TAGS
+from .parts import NOTHING, Parts, kept_element, node_fields, text_of
+from .visualstates_config import read_interfaces, read_libraries, read_parameters
+from .visualstates_levels import Level, levels_of, states_in
+
+__all__ = ["PSEUDO_STATE", "VisualStatesReader"]
+
+PSEUDO_STATE: Final = "pseudostate"
+"""Holds what the outermost state has: it is no state of any automaton."""
+
+_CODE: Final = ("functions", "variables")
+_STATE_LEAVES: Final = ("posx", "posy", "name", "code", "timestep", *_CODE)
+_STATE: Final = {"timestep": "", "functions": "", "variables": "", "namespace": ""}
+_TRANSITION: Final = {
+    "type": "",
+    "originid": "origin",
+    "destinationid": "destiny",
+    "code": "transcode",
+    "time": "trans",
+    "condition": "trans",
+}
+_DOCUMENT: Final = {"functions": "", "variables": "", "global_namespace": "", "configs": ""}
+_TRIGGERS: Final = {"0": "time", "1": "condition"}
+
+
+class VisualStatesReader(ElementReader):
+    """Makes a document of a tree of XML by VisualStates; what it does not understand it reports."""
+
+    strict = False
+
+    def __init__(self, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None) -> None:
+        super().__init__(path, diagnostics, remarks)
+        self._parts: dict[XmlElement, Parts] = {}
+        self._namespaces: dict[XmlElement, Parts] = {}
+        self._ids: dict[XmlElement, int] = {}
+        self._owned: dict[XmlElement, int] = {}
+        self._moved: set[XmlElement] = set()
+        """Functions and variables that stand in an automaton, and nowhere else."""
+
+    def document(self, root: XmlElement) -> Document:
+        """Return the document; worth nothing if the reader has `failed` afterwards."""
+        parts = self.parts(
+            root,
+            nodes=("state",),
+            leaves=_CODE,
+            containers=("config", "configs", "libraries", "global_namespace"),
+            taken=DOCUMENT_TAGS,
+        )
+        levels, self._ids = levels_of(self, parts.all("state"))
+        self._owned = {level.owner: level.id for level in levels if level.owner is not None}
+        for level in levels:
+            for state in (*level.states, level.owner):
+                if state is not None and state not in self._parts:
+                    self._read(state)
+        shared_element = parts.first("global_namespace")
+        shared = self._namespace(shared_element)
+        # Before any state is made, for what is moved is no longer kept with the state.
+        code = {level: self._code_of(level, (parts, shared)) for level in levels}
+        outgoing = self._outgoing(levels)
+        self._ids |= self.ids(
+            [each for level in levels for each, _ in outgoing[level]],
+            lambda transition: transition.attributes.get("id"),
+        )
+        automata = tuple(self._automaton(level, outgoing[level], code[level], parts) for level in levels)
+        owners = [self._namespaces[level.owner] for level in levels if level.owner is not None]
+        libraries, libraries_extras = read_libraries(self, parts.first("libraries"))
+        interfaces, config_extras = read_interfaces(self, parts.first("config"), parts.first("configs"))
+        fields = node_fields(
+            root, parts, native={**_DOCUMENT, "configs": "" if parts.first("config") else "config"}
+        )
+        fields["extras"] += self._kept_code(parts) + self._kept_namespace(shared_element)
+        if levels[0].owner is not None:
+            fields["extras"] += (self._pseudo_state(levels[0].owner),)
+        return Document(
+            parameters=read_parameters(self, [shared, *owners]),
+            automata=automata,
+            libraries=libraries,
+            interfaces=interfaces,
+            libraries_extras=libraries_extras,
+            config_extras=config_extras,
+            **fields,
+        )
+
+    def _read(self, state: XmlElement) -> None:
+        self._parts[state] = self.parts(
+            state,
+            nodes=("state", "transition"),
+            leaves=_STATE_LEAVES,
+            containers=("namespace",),
+            taken=STATE_TAGS | {"state", "transition"},
+        )
+        self._namespaces[state] = self._namespace(self._parts[state].first("namespace"))
+
+    def _namespace(self, element: XmlElement | None) -> Parts:
+        """Return what a namespace holds; what is unknown in it is kept with it."""
+        return NOTHING if element is None else self.parts(element, leaves=_CODE, containers=("parameters",))
+
+    def _code_of(self, level: Level, shared: tuple[Parts, ...]) -> tuple[Text, ...]:
+        """Return the functions and the variables of an automaton; the root has the `shared` ones, too."""
+        around = list(shared) if level.is_root else []
+        if level.owner is not None:
+            around += [self._parts[level.owner], self._namespaces[level.owner]]
+        inside = [self._parts[state] for state in level.states if state not in self._owned]
+        return tuple(self._code(tag, around, inside) for tag in _CODE)
+
+    def _automaton(
+        self,
+        level: Level,
+        transitions: list[tuple[XmlElement, XmlElement]],
+        code: tuple[Text, ...],
+        root: Parts,
+    ) -> Automaton:
+        owner = level.owner
+        owned = NOTHING if owner is None else self._parts[owner]
+        functions, variables = code
+        period = text_of(owned.first("timestep"), default=DEFAULT_PERIOD)
+        before = root if owner is None else owned
+        return Automaton(
+            id=level.id,
+            father=level.father,
+            states=tuple(self._state(state, period, before.comments_before(state)) for state in level.states),
+            transitions=tuple(self._transition(each, source) for each, source in transitions),
+            iteration_time=period,
+            variables=variables,
+            functions=functions,
+            comments=() if owner is None else root.comments_before(owner),
+            line=0 if owner is None else owner.line,
+            column=0 if owner is None else owner.column,
+        )
+
+    def _code(self, tag: str, around: Iterable[Parts], inside: Iterable[Parts]) -> Text:
+        """Return the functions or variables of an automaton: those of the states around and inside it.
+
+        What is the only one, and around it, is moved; all others are copied, and stay known where they were.
+        """
+        outer = [found for parts in around if (found := parts.first(tag)) is not None]
+        inner = [found for parts in inside if (found := parts.first(tag)) is not None]
+        pieces = [piece for piece in outer + inner if piece.text.strip()]
+        if not pieces:
+            return text_of(outer[-1]) if outer else Text()
+        if len(pieces) == 1 and pieces[0] in outer:
+            self._moved.add(pieces[0])
+        texts = [piece.text for piece in pieces]
+        joined = "".join(text if text.endswith("\n") else f"{text}\n" for text in texts[:-1])
+        return Text(joined + texts[-1], pieces[0].text_line, pieces[0].text_column)
+
+    def _state(self, element: XmlElement, period: Text, comments: tuple[Comment, ...]) -> State:
+        parts = self._parts[element]
+        owned = self._owned.get(element, NO_CHILD)
+        fields = node_fields(element, parts, "id", "initial", comments=comments, native=_STATE)
+        timestep = parts.first("timestep")
+        if timestep is not None and owned == NO_CHILD:
+            if timestep.text.strip() != period.text.strip():
+                message = "the `timestep` of a state that holds none is kept, and not used"
+                self.remark(timestep, message)
+            fields["extras"] += (kept_element(timestep),)
+        fields["extras"] += self._kept_code(parts)
+        namespace = self._kept_namespace(parts.first("namespace"))
+        if namespace and owned == NO_CHILD:
+            self.remark(element, "the namespace of a state that holds none is kept, and not used")
+        fields["extras"] += namespace
+        return State(
+            id=self._ids[element],
+            name=text_of(parts.first("name")).text,
+            initial=self.parse_flag(element, "initial", element.attributes.get("initial")),
+            x=self.number(parts.first("posx")),
+            y=self.number(parts.first("posy")),
+            children=() if owned == NO_CHILD else (owned,),
+            history=Text() if owned == NO_CHILD else Text("restart", element.line, element.column),
+            code=text_of(parts.first("code")),
+            **fields,
+        )
+
+    def _outgoing(self, levels: list[Level]) -> dict[Level, list[tuple[XmlElement, XmlElement]]]:
+        """Return the transitions of each automaton, each with the state in which it stands.
+
+        They stand in the state that they leave; one that stands around that is found, too.
+        """
+        owned = {level.owner: level for level in levels}
+        found: dict[Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
+        if levels[0].owner is not None:
+            outermost = levels[0].owner
+            found[levels[0]] += [(each, outermost) for each in self._parts[outermost].all("transition")]
+        for level in levels:
+            own = {self._ids[state] for state in level.states}
+            for state in level.states:
+                below = {self._ids[inner] for inner in states_in(state)}
+                for each in self._parts[state].all("transition"):
+                    origin = self._origin(each, state)
+                    home = owned[state] if origin in below - own else level
+                    found[home].append((each, state))
+        return found
+
+    def _origin(self, transition: XmlElement, state: XmlElement) -> int:
+        """Return the id that a transition says it leaves, or that of the state in which it stands."""
+        written = next((each for each in transition.elements() if each.tag == "originid"), None)
+        if written is None or not written.text.strip():
+            return self._ids.get(state, 0)
+        digits = written.text.strip()
+        return int(digits) if digits.isascii() and digits.isdigit() and len(digits) <= 10 else -1
+
+    def _transition(self, element: XmlElement, state: XmlElement) -> Transition:
+        tags = {each.tag: each.text.strip() for each in element.elements()}
+        written = tags.get("type") or ("0" if "time" in tags else "1")
+        kind = _TRIGGERS.get(written, written)
+        trigger_tag = kind if kind in _TRIGGERS.values() else "condition"
+        leaves = ("posx", "posy", "name", "type", "originid", "destinationid", "code", trigger_tag)
+        parts = self.parts(element, leaves=leaves, taken=TRANSITION_TAGS)
+        origin = parts.first("originid")
+        return Transition(
+            id=self._ids[element],
+            name=text_of(parts.first("name")).text,
+            x=self.number(parts.first("posx")),
+            y=self.number(parts.first("posy")),
+            origin=self._ids.get(state, 0)
+            if origin is None or not origin.text.strip()
+            else self.parse_id(origin, "originid", origin.text),
+            destination=self.reference(element, parts.first("destinationid"), "destinationid"),
+            type=kind,
+            trigger=text_of(parts.first(trigger_tag)),
+            code=text_of(parts.first("code")),
+            **node_fields(
+                element,
+                parts,
+                "id",
+                comments=self._parts[state].comments_before(element),
+                native=_TRANSITION,
+            ),
+        )
+
+    def _kept_code(self, parts: Parts) -> tuple[Extra, ...]:
+        """Return the functions and variables that are to be kept where they stand."""
+        found = [found for tag in _CODE if (found := parts.first(tag)) is not None]
+        return tuple(kept_element(each) for each in found if not self._is_left_out(each))
+
+    def _kept_namespace(self, element: XmlElement | None) -> tuple[Extra, ...]:
+        """Return a namespace without what stands elsewhere, if anything is left of it."""
+        if element is None:
+            return ()
+        children = _without(element, lambda child: self._is_left_out(child) or _is_empty_list(child))
+        return (Element(element.tag, (), "", children),) if children else ()
+
+    def _is_left_out(self, element: XmlElement) -> bool:
+        return element.tag in _CODE and (not element.text.strip() or element in self._moved)
+
+    def _pseudo_state(self, element: XmlElement) -> Element:
+        """Return what the outermost state has, for it is no state of any automaton."""
+        children = _without(
+            element,
+            lambda child: (
+                child.tag in ("state", "transition", "namespace", "timestep") or self._is_left_out(child)
+            ),
+        )
+        parts = self._parts[element]
+        children += parts.lost_details(_STATE) + self._kept_namespace(parts.first("namespace"))
+        return Element(PSEUDO_STATE, tuple(element.attributes.items()), "", children)
+
+
+def _is_empty_list(element: XmlElement) -> bool:
+    return element.tag == "parameters" and not element.children and not element.attributes
+
+
+def _without(element: XmlElement, left_out: Callable[[XmlElement], bool]) -> tuple[Extra, ...]:
+    """Return what an element holds without some elements and the comments before them."""
+    kept: list[Extra] = []
+    comments: list[Extra] = []
+    for child in element.children:
+        if isinstance(child, XmlComment):
+            comments.append(Comment(child.text))
+            continue
+        if not left_out(child):
+            kept += [*comments, kept_element(child)]
+        comments.clear()
+    return (*kept, *comments)

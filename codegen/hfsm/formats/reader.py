@@ -1,0 +1,77 @@
+"""Read an automaton document in any of its dialects into the model.
+
+The reader reports what keeps the file from being understood; whether a component can be generated from it is
+for `codegen.hfsm.checks` to say.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from ...diagnostics import Diagnostics, Location
+from ..code.language import CPP, language_of
+from ..document import Comment, Document, Text
+from .dialects import ROOT_TAGS, reader_of
+from .xml_tree import MAX_SIZE, parse_xml
+
+__all__ = ["looks_like_document", "parse_document", "read_document"]
+
+_HEAD: Final = 4096
+_ROOT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")
+
+
+def looks_like_document(file: Path) -> bool:
+    """Return whether a file seems to be a document; one that cannot be read is for its reader."""
+    try:
+        with file.open("rb") as stream:
+            return _ROOT.search(stream.read(_HEAD)) is not None
+    except OSError:
+        return True
+
+
+def read_document(
+    path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None
+) -> Document | None:
+    """Return the document in a file, or None after errors were reported.
+
+    `remarks` gets notes about what is kept without being used.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_SIZE + 1)
+    except OSError as error:
+        diagnostics.error("E500", f"cannot be read: {error.strerror or error}", Location(path))
+        return None
+    return parse_document(content, path, diagnostics, remarks)
+
+
+def parse_document(
+    content: bytes | str, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None
+) -> Document | None:
+    """Return the document in `content`, or None after errors were reported; `path` is for the messages.
+
+    A document that does not say its language and whose code is C++ is marked so.
+    """
+    if isinstance(content, str):
+        content = content.encode()
+    tree = parse_xml(content, path, diagnostics)
+    if tree is None:
+        return None
+    root, comments = tree
+    if root.tag not in ROOT_TAGS:
+        place = Location(path, root.line, root.column, len(root.tag) + 1)
+        message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
+        diagnostics.error("E504", message, place)
+        return None
+    reader = reader_of(root, path, diagnostics, remarks)
+    document = reader.document(root)
+    if reader.failed:
+        return None
+    reader.tell_remarks()
+    document = replace(document, comments=tuple(Comment(text) for text in comments))
+    if document.language.is_blank and language_of(document) == CPP:
+        document = replace(document, language=Text(CPP))
+    return document

@@ -1,0 +1,181 @@
+"""Parse XML from anywhere into a tree whose elements and texts know their line and column."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+from xml.sax import SAXParseException
+from xml.sax.handler import ContentHandler, property_lexical_handler
+from xml.sax.xmlreader import AttributesImpl, InputSource, Locator
+
+from defusedxml.common import DefusedXmlException
+from defusedxml.expatreader import DefusedExpatParser
+
+from ...diagnostics import Diagnostics, Location
+
+__all__ = ["MAX_SIZE", "XmlComment", "XmlElement", "parse_xml"]
+
+MAX_SIZE: Final = 16 << 20
+"""Largest document in bytes."""
+
+_MAX_DEPTH: Final = 64
+_MAX_ELEMENTS: Final = 500_000
+
+
+@dataclass(slots=True, eq=False)
+class XmlComment:
+    """A comment, and the character data behind it."""
+
+    text: str
+    tail: str = ""
+
+
+@dataclass(slots=True, eq=False)
+class XmlElement:
+    """An element; `text` is all character data directly inside it, `children` are elements and comments.
+
+    `head` is the part of the text before the first child, `tail` the text behind the element itself.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    column: int
+    text: str = ""
+    text_line: int = 0
+    text_column: int = 0
+    children: list[XmlElement | XmlComment] = field(default_factory=list)
+    head: str = ""
+    tail: str = ""
+
+    def elements(self) -> Iterator[XmlElement]:
+        """Yield the elements inside this one, without those inside them."""
+        return (child for child in self.children if isinstance(child, XmlElement))
+
+
+class _LimitExceededError(Exception):
+    """The document is larger than any that a person makes."""
+
+
+def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> tuple[XmlElement, list[str]] | None:
+    """Return the root element and the comments before it, or None after an error was reported."""
+    if len(content) > MAX_SIZE:
+        diagnostics.error("E501", f"the file is larger than {MAX_SIZE >> 20} MiB", Location(path))
+        return None
+    diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
+    parser = _PositionedParser()
+    builder = _TreeBuilder(parser)
+    parser.setContentHandler(builder)
+    parser.setProperty(property_lexical_handler, builder)
+    source = InputSource()
+    source.setByteStream(io.BytesIO(content))
+    try:
+        parser.parse(source)
+    except SAXParseException as error:
+        place = Location(path, error.getLineNumber() or 1, (error.getColumnNumber() or 0) + 1)
+        diagnostics.error("E502", f"malformed XML: {builder.problem(error.getMessage())}", place)
+        return None
+    except DefusedXmlException as error:
+        what = f"{type(error).__name__}: a document type or an entity of its own has no place in a document"
+        line, column = builder.position()
+        diagnostics.error("E503", what, Location(path, line, column))
+        return None
+    except (_LimitExceededError, LookupError, ValueError) as error:  # an encoding that expat does not know
+        line, column = builder.position()
+        diagnostics.error("E502", f"unreadable XML: {error}", Location(path, line, column))
+        return None
+    assert builder.root is not None, "expat refuses a document without a root element"
+    for line, column in builder.instructions:
+        message = "a processing instruction is not kept on saving"
+        diagnostics.warning("W501", message, Location(path, line, column))
+    return builder.root, builder.comments
+
+
+class _PositionedParser(DefusedExpatParser):
+    """A parser that hands character data over piece by piece, so that the place of the first is known."""
+
+    def __init__(self) -> None:
+        super().__init__(forbid_dtd=True, forbid_entities=True, forbid_external=True)
+
+    def reset(self) -> None:
+        super().reset()
+        self._parser.buffer_text = False  # type: ignore[attr-defined]  # absent from the stub
+
+
+class _TreeBuilder(ContentHandler):
+    def __init__(self, locator: Locator) -> None:
+        super().__init__()
+        self.root: XmlElement | None = None
+        self.comments: list[str] = []
+        self._locator = locator
+        self.instructions: list[tuple[int, int]] = []
+        self._open: list[XmlElement] = []
+        self._texts: list[list[str]] = []
+        self._children_at: list[list[int]] = []
+        """For each open element how many pieces of text stood before each of its children."""
+        self._elements = 0
+
+    def position(self) -> tuple[int, int]:
+        """Return line and column of what is being read, both from 1."""
+        return int(self._locator.getLineNumber() or 0), int(self._locator.getColumnNumber() or 0) + 1
+
+    def problem(self, told: str) -> str:
+        """Return what expat has told, in words that fit where it only says that there is no element."""
+        if told != "no element found":
+            return told
+        if not self._open:
+            return "there is nothing in it"
+        element = self._open[-1]
+        return f"it ends before the element `{element.tag}` of line {element.line} does"
+
+    def startElement(self, name: str, attrs: AttributesImpl) -> None:
+        line, column = self.position()
+        element = XmlElement(name, dict(attrs.items()), line, column, text_line=line, text_column=column)
+        self._elements += 1
+        if self._elements > _MAX_ELEMENTS:
+            raise _LimitExceededError(f"more than {_MAX_ELEMENTS} elements")
+        if len(self._open) >= _MAX_DEPTH:
+            raise _LimitExceededError(f"elements nested deeper than {_MAX_DEPTH}")
+        if self._open:
+            self._add_child(element)
+        else:
+            self.root = element
+        self._open.append(element)
+        self._texts.append([])
+        self._children_at.append([])
+
+    def endElement(self, name: str) -> None:  # noqa: ARG002 - the signature of SAX
+        element, texts, places = self._open.pop(), self._texts.pop(), self._children_at.pop()
+        element.text = element.head = "".join(texts)
+        if places:
+            element.head = "".join(texts[: places[0]])
+            for child, start, end in zip(element.children, places, [*places[1:], len(texts)], strict=True):
+                child.tail = "".join(texts[start:end])
+
+    def characters(self, content: str) -> None:
+        if not self._texts[-1]:
+            element = self._open[-1]
+            element.text_line, element.text_column = self.position()
+        self._texts[-1].append(content)
+
+    def comment(self, content: str) -> None:
+        if self._open:
+            self._add_child(XmlComment(content))
+        else:
+            self.comments.append(content)
+
+    def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
+        self.instructions.append(self.position())
+
+    def _add_child(self, child: XmlElement | XmlComment) -> None:
+        self._open[-1].children.append(child)
+        self._children_at[-1].append(len(self._texts[-1]))
+
+    # The other events of SAX's lexical handler say nothing that the tree keeps.
+    def startCDATA(self) -> None: ...
+    def endCDATA(self) -> None: ...
+    def startDTD(self, name: str, public_id: str | None, system_id: str | None) -> None: ...
+    def endDTD(self) -> None: ...

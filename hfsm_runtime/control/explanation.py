@@ -1,0 +1,213 @@
+"""Explain why an automaton is where it is: what keeps each transition out of its state from firing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from ..automaton import Transition
+from ..observer import Watcher
+from ..timeline import Timeline
+from ..tree import ChangeKind, Run, Tree
+
+__all__ = ["Explanation", "GuardLog", "Reason", "explain"]
+
+_SECOND: Final = 1e9
+_LONGEST_CONDITION: Final = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why a transition out of the current state has not fired.
+
+    `order` is its place among them, from 1. `value` is that of its guard when it was last asked since the
+    state was entered, at the component time `asked_at` in ns (None: never); `asked` tells whether that was in
+    the last cycle. `remaining` is the active time in ns until it fires by time, None when it does not.
+    """
+
+    transition: Transition
+    order: int
+    asked: bool
+    value: bool
+    asked_at: int | None
+    remaining: int | None
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """Why an automaton is where it is; `summary` says the same in sentences."""
+
+    run: Run
+    state: int
+    ghost: bool
+    entered_by: int
+    reasons: tuple[Reason, ...]
+    summary: str
+
+
+@dataclass(slots=True)
+class _Asked:
+    """The guards of one automaton that were asked since it entered its state: value and time in ns."""
+
+    guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
+    last_cycle: int = -1
+
+
+class GuardLog(Watcher):
+    """Remember when which guard was asked; one of the observers of a tree."""
+
+    def __init__(self) -> None:
+        self._asked: dict[Run, _Asked] = {}
+
+    def of(self, run: Run) -> tuple[dict[int, tuple[bool, int]], int]:
+        """Return value and time in ns of each guard by its transition, and the time of the last cycle."""
+        asked = self._asked.get(run) or _Asked()
+        return dict(asked.guards), asked.last_cycle
+
+    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
+        """Remember what a guard said."""
+        self._asked.setdefault(run, _Asked()).guards[transition.id] = value, at
+
+    def cycle_ended(self, run: Run, at: int) -> None:
+        """Remember when a cycle was."""
+        self._asked.setdefault(run, _Asked()).last_cycle = at
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        """Forget what guards of a state said that was left."""
+        if kind is ChangeKind.ENTERED:
+            self.forget(run)
+
+    def forget(self, run: Run) -> None:
+        """Forget all guards of an automaton."""
+        self._asked.pop(run, None)
+
+    def clear(self) -> None:
+        """Forget all guards."""
+        self._asked.clear()
+
+
+def explain(tree: Tree, run: Run, guards: GuardLog, timeline: Timeline) -> Explanation:
+    """Say of each transition out of the current state of an automaton why it has not fired."""
+    with tree.lock:
+        now = timeline.now()
+        asked, last_cycle = guards.of(run)
+        ghost = run.parent is not None and not run.active
+        outgoing = run.automaton.outgoing(run.current)
+        reasons = []
+        for order, transition in enumerate(outgoing, 1):
+            value, at = asked.get(transition.id, (False, None))
+            left = None if transition.delay is None else max(0, transition.delay - run.active_time(now))
+            text = _reason(run, transition, order, value=value, asked_at=at, remaining=left, now=now)
+            in_last = at is not None and at >= last_cycle
+            reasons.append(Reason(transition, order, in_last, value, at, left, text))
+        summary = _summary(run, tuple(reasons), ghost=ghost, paused=timeline.paused, now=now)
+        return Explanation(run, run.current.id, ghost, run.last_transition, tuple(reasons), summary)
+
+
+def _reason(
+    run: Run,
+    transition: Transition,
+    order: int,
+    *,
+    value: bool,
+    asked_at: int | None,
+    remaining: int | None,
+    now: int,
+) -> str:
+    if run.current.final:
+        return "the state is final: no transition is tried"
+    if run.forced is transition:
+        return "it is forced, and fires in the next cycle"
+    if run.owed:
+        return "it is not tried before the entry code of the state has run to its end"
+    if remaining:
+        return f"its time comes after {_seconds(remaining)} more in the state"
+    if asked_at is not None:
+        return _asked(transition, value=value, ago=now - asked_at)
+    if remaining == 0 and transition.guard is None:
+        return "its time has come: it fires in the next cycle"
+    first = _fired_before(run, order)
+    if first is not None:
+        return f"it was not asked: {name_of(run, first)}, which comes first, fired"
+    if transition.event:
+        return f"no event {transition.event} has come since the state was entered"
+    if transition.finished:
+        return _unfinished(run)
+    return "its guard has not been asked since the state was entered"
+
+
+def _asked(transition: Transition, *, value: bool, ago: int) -> str:
+    condition = transition.condition
+    if len(condition) > _LONGEST_CONDITION:
+        condition = condition[: _LONGEST_CONDITION - 3] + "..."
+    guard = f"its guard `{condition}`" if condition else "its guard"
+    when = f"when it was asked {_seconds(ago)} ago"
+    if transition.delay is not None:
+        when = f"though its time has come, {when}"
+    elif transition.event:
+        when = f"when {transition.event} came {_seconds(ago)} ago"
+    return f"{guard} was {'true' if value else 'false'} {when}"
+
+
+def _unfinished(run: Run) -> str:
+    if not run.below:
+        return "the state owns no automaton that could finish: it never fires"
+    waits = [
+        f"{child.automaton.name} is in {child.current.name}" for child in run.below if not child.finished
+    ]
+    if not waits:
+        return "all automata of the state have finished: it fires in the next cycle"
+    return f"not all automata of the state have finished: {', '.join(waits)}"
+
+
+def _fired_before(run: Run, order: int) -> Transition | None:
+    """Return the transition that led back into this state and is tried before another one."""
+    for transition in run.automaton.outgoing(run.current)[: order - 1]:
+        if transition.id == run.last_transition and transition.destination == run.current.id:
+            return transition
+    return None
+
+
+def _summary(run: Run, reasons: tuple[Reason, ...], *, ghost: bool, paused: bool, now: int) -> str:
+    parts = []
+    if paused:
+        parts.append("The component is paused.")
+    name, state = run.automaton.name, run.current.name
+    by = next((t for t in run.automaton.transitions if t.id == run.last_transition), None)
+    entered = f", entered by {name_of(run, by)}" if by is not None else ""
+    spent = _seconds(run.active_time(now))
+    if run.entered is None:
+        parts.append(f"{name} has not run yet: {_above(run)}.")
+    elif ghost:
+        parts.append(f"{name} is a ghost in {state}: {_above(run)}. It has been active there for {spent}.")
+    elif run.finished:
+        parts.append(f"{name} has finished in {state}{entered}.")
+    else:
+        parts.append(f"{name} has been in {state} for {spent}{entered}.")
+    if not reasons and not run.current.final:
+        parts.append("No transition leaves the state.")
+    parts += [f"{reason.order}. {name_of(run, reason.transition)}: {reason.text}." for reason in reasons]
+    return " ".join(parts)
+
+
+def _above(run: Run) -> str:
+    """Say which automaton above is in another state."""
+    child = run
+    while child.parent is not None and child.owner is not None:
+        if child.parent.active or child.parent.parent is None:
+            above, needed = child.parent, child.owner.name
+            if above.current.id == child.owner.id:
+                return f"{above.automaton.name} has not completed the entry of {needed}"
+            return f"{above.automaton.name} is in {above.current.name}, not in {needed}"
+        child = child.parent
+    return "the component has not started"
+
+
+def name_of(run: Run, transition: Transition) -> str:
+    """Return the name of a transition, or that of the state it leads to."""
+    return transition.name or f"the transition to {run.automaton.state(transition.destination).name}"
+
+
+def _seconds(nanoseconds: int) -> str:
+    return f"{nanoseconds / _SECOND:.2f} s"

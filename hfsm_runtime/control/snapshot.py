@@ -1,0 +1,180 @@
+"""What a component is and does, in the words of `interfaces/hfsm.idl`."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from interfaces.hfsm import (
+    AutomatonSnapshot,
+    AutomatonStructure,
+    Breakpoint,
+    ComponentSnapshot,
+    ComponentStatus,
+    ComponentStructure,
+    ErrorReport,
+    Explanation,
+    GuardSnapshot,
+    ParameterStructure,
+    StateStructure,
+    TimerSnapshot,
+    TransitionExplanation,
+    TransitionKind,
+    TransitionStructure,
+)
+
+from ..automaton import Transition
+from ..component import parameter_values, parameters_of
+from ..runtime import Runtime, Status
+from ..tree import Run
+from ..variables import short_repr, variables_of
+from . import breakpoints, explanation
+
+__all__ = ["breakpoint_report", "explanation_report", "structure_of", "take_snapshot"]
+
+_STATUS: Final = {
+    Status.RUNNING: ComponentStatus.Running,
+    Status.PAUSED: ComponentStatus.Paused,
+    Status.HALTED: ComponentStatus.Halted,
+}
+
+
+def structure_of(runtime: Runtime) -> ComponentStructure:
+    """Return the automata of a component, the root first, each before its children."""
+    return ComponentStructure(
+        name=runtime.name,
+        document=runtime.component._hfsm_document,
+        generation=runtime.generation,
+        parameters=[
+            ParameterStructure(name=name, type=type(p.default).__name__, description=p.description)
+            for name, p in parameters_of(runtime.component).items()
+        ],
+        automata=[_structure(run) for run in runtime.tree.runs],
+    )
+
+
+def take_snapshot(runtime: Runtime) -> ComponentSnapshot:
+    """Return what a component is doing."""
+    with runtime.tree.lock:
+        now, generation = runtime.timeline.now(), runtime.generation
+        automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
+    for automaton, snapshot in automata:
+        snapshot.variables = variables_of(automaton)  # user code, so without the lock
+    return ComponentSnapshot(
+        time=now / 1e9,
+        status=_STATUS[runtime.status],
+        generation=generation,
+        automata=[snapshot for _, snapshot in automata],
+        parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
+        stoppedAt=[breakpoint_report(one) for one in runtime.breakpoints.stopped_at],
+        errors=[
+            ErrorReport(
+                time=record.time / 1e9,
+                automaton=record.automaton,
+                state=record.state,
+                location=record.location,
+                message=record.message,
+            )
+            for record in runtime.errors
+        ],
+    )
+
+
+def breakpoint_report(found: breakpoints.Breakpoint) -> Breakpoint:
+    """Return a breakpoint as the monitor tells it."""
+    return Breakpoint(
+        automaton=found.automaton,
+        state=found.state,
+        transition=found.transition,
+        condition=found.condition,
+    )
+
+
+def explanation_report(found: explanation.Explanation) -> Explanation:
+    """Return an explanation as the monitor tells it."""
+    return Explanation(
+        automaton=found.run.automaton.id,
+        state=found.state,
+        ghost=found.ghost,
+        enteredBy=found.entered_by,
+        transitions=[
+            TransitionExplanation(
+                transition=reason.transition.id,
+                order=reason.order,
+                asked=reason.asked,
+                value=reason.value,
+                askedAt=-1.0 if reason.asked_at is None else reason.asked_at / 1e9,
+                remaining=-1.0 if reason.remaining is None else reason.remaining / 1e9,
+                reason=reason.text,
+            )
+            for reason in found.reasons
+        ],
+        summary=found.summary,
+    )
+
+
+def _structure(run: Run) -> AutomatonStructure:
+    automaton = run.automaton
+    return AutomatonStructure(
+        id=automaton.id,
+        name=automaton.name,
+        parent=run.parent.automaton.id if run.parent else 0,
+        owner=run.owner.id if run.owner else 0,
+        period=automaton.period,
+        source=automaton.source,
+        states=[
+            StateStructure(
+                id=state.id,
+                name=state.name,
+                initial=state.initial,
+                final=state.final,
+                children=[child.id for child in state.children],
+                restart=state.restart,
+            )
+            for state in automaton.states
+        ],
+        transitions=[
+            TransitionStructure(
+                id=transition.id,
+                name=transition.name,
+                origin=transition.origin,
+                destination=transition.destination,
+                kind=_kind(transition),
+                seconds=transition.seconds or 0.0,
+                event=transition.event,
+                condition=transition.condition,
+                order=automaton.outgoing(automaton.state(transition.origin)).index(transition) + 1,
+            )
+            for transition in automaton.transitions
+        ],
+    )
+
+
+def _kind(transition: Transition) -> TransitionKind:
+    if transition.seconds is not None:
+        return TransitionKind.OnTime
+    if transition.event:
+        return TransitionKind.OnEvent
+    return TransitionKind.OnFinished if transition.finished else TransitionKind.OnCondition
+
+
+def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
+    waited = run.active_time(now)
+    return AutomatonSnapshot(
+        id=run.automaton.id,
+        state=run.current.id,
+        ghost=run.parent is not None and not run.active,  # the root is none, not even before it starts
+        finished=run.finished,
+        lastTransition=run.last_transition,
+        enteredAt=(run.entered or 0) / 1e9,
+        timers=[
+            TimerSnapshot(transition=transition.id, remaining=max(0, transition.delay - waited) / 1e9)
+            for transition in run.automaton.outgoing(run.current)
+            if transition.delay is not None
+        ],
+        guards=[GuardSnapshot(transition=key, value=value) for key, value in dict(run.guards).items()],
+        variables={},
+        cycles=run.cycles,
+        overruns=run.overruns,
+        lastCycle=run.last_cycle,
+        longestCycle=run.longest_cycle,
+    )
