@@ -45,7 +45,9 @@ Guard = Callable[[int, int, Transition], bool]
 
 def state(id: int, name: str = "", *, children: Iterable[int] = (), entry: str = "", **others: Any) -> State:
     """Return a state, called by its id unless it has a name; `code` and `exit` are strings, too."""
-    texts = {key: Text(others.pop(key)) for key in ("code", "exit", "history") if key in others}
+    texts: dict[str, Any] = {
+        key: Text(others.pop(key)) for key in ("code", "exit", "history") if key in others
+    }
     return State(id=id, name=name or f"s{id}", children=tuple(children), entry=Text(entry), **texts, **others)
 
 
