@@ -16,10 +16,13 @@ import {store} from "./store.js";
 
 const hasDocument = () => Boolean(page.document);
 const drawable = () => Boolean(page.automaton) && !page.automaton.imported;
+const isRootless = () => hasDocument() && !page.automaton;
 const anySelected = () => page.states.size + page.transitions.size > 0;
 const anyStates = (count = 1) => page.states.size >= count;
 const oneState = () => Boolean(page.state);
 const oneTransition = () => Boolean(page.transition);
+/** Whether things of an automaton have the same number, in a document that is not sound. */
+const sharesNumbers = ({states, transitions}) => [states, transitions].some((all) => new Set(all.map(({id}) => id)).size < all.length);
 const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
 const files = () => import("./files.js");
@@ -45,7 +48,10 @@ const distribute = (along) => () => commands.applyHere("distributeStates", {stat
 const LIST = [
   {id: "up", label: "Up", icon: "up", keys: ["Backspace"], enabled: () => page.path.length > 1, run: () => page.up(), hint: "to the automaton above"},
 
-  {id: "newState", label: "State", icon: "state", keys: ["S"], enabled: drawable, run: ({canvas}) => canvas.useTool(StateTool), hint: "new"},
+  {id: "newState", label: "State", icon: "state", keys: ["S"], enabled: () => drawable() || isRootless(), run: async ({canvas}) => {
+    if (isRootless()) await commands.apply("addRoot");
+    canvas.useTool(StateTool);
+  }, hint: "new"},
   {id: "newTransition", label: "Transition", icon: "transition", keys: ["T"], enabled: drawable, run: ({canvas}) => canvas.useTool(TransitionTool), hint: "new"},
 
   {id: "new", label: "New", icon: "file", keys: ["Alt+N"], scope: "typing", run: async () => (await files()).openNew()},
@@ -110,6 +116,8 @@ const LIST = [
   ...["Left", "Center", "Right", "Top", "Middle", "Bottom"].map((to) => ({id: `align${to}`, label: `Align ${to.toLowerCase()}`, icon: `align${to}`, enabled: () => drawable() && anyStates(2), run: align(to.toLowerCase())})),
   {id: "distributeX", label: "Distribute horizontally", icon: "distributeX", enabled: () => drawable() && anyStates(3), run: distribute("x")},
   {id: "distributeY", label: "Distribute vertically", icon: "distributeY", enabled: () => drawable() && anyStates(3), run: distribute("y")},
+
+  {id: "repairNumbers", label: "Repair numbers", icon: "properties", enabled: () => hasDocument() && [...page.document.automata.values()].some(sharesNumbers), run: () => commands.apply("repairNumbers"), hint: "of states and transitions that share one"},
 
   {id: "search", label: "Search", icon: "search", keys: ["Ctrl+F"], enabled: hasDocument, run: ({app}) => app.showBottom("hfsm-search"), hint: "names and code"},
   {id: "problems", label: "Problems", icon: "problems", keys: ["Ctrl+M"], scope: "typing", enabled: hasDocument, run: ({app}) => app.showBottom("hfsm-problems")},

@@ -6,7 +6,7 @@ import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./a
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 
-const GROUND = [["newState", "newTransition", "paste"], ["selectAll", "layout", "fit"], ["up"]];
+const GROUND = [["newState", "newTransition", "paste"], ["selectAll", "layout", "layoutAll", "fit"], ["repairNumbers", "export", "compare", "up"]];
 
 let element;
 
@@ -18,7 +18,7 @@ export function showMenu({x, y, point}, context) {
   hideMenu();
   const here = {...context, point};
   const title = selectionTitle();
-  const groups = title ? selectionActions() : GROUND;
+  const groups = (title ? selectionActions() : GROUND).map((ids) => ids.filter((id) => id !== "repairNumbers" || isEnabled(id, here)));
   element = document.createElement("div");
   element.className = "menu";
   element.setAttribute("role", "menu");

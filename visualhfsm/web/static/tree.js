@@ -17,6 +17,7 @@ class Tree extends PageElement {
 
   #folded = new Set();
   #focused = "";
+  #revealed = "";
 
   /** @returns {Row[]} what is seen, from top to bottom */
   #rows() {
@@ -77,6 +78,9 @@ class Tree extends PageElement {
   }
 
   updated() {
+    const key = this.rows?.find(isSelected)?.key;
+    if (key === this.#revealed) return; // scrolling makes the browser lay out everything at once
+    this.#revealed = key;
     this.querySelector('[aria-selected="true"]')?.scrollIntoView({block: "nearest"});
   }
 
