@@ -57,7 +57,7 @@ _Record = Annotated[
         "--record",
         metavar="MCAP",
         dir_okay=False,
-        help="Record the run to a file, for `visualhfsm replay` and for Foxglove.",
+        help="Record the run to a new file, for `visualhfsm replay` and for Foxglove.",
     ),
 ]
 _RecordImages = Annotated[

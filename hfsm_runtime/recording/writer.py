@@ -43,8 +43,9 @@ class Entry(NamedTuple):
 
 
 class RecordingWriter:
-    """An MCAP file that is being written, for the time of a `with` block. Raises RecordingFailedError.
+    """An MCAP file that is being written, until it is closed. Raises RecordingFailedError.
 
+    A file that exists is never overwritten: it may be the only record of a run of the robot.
     Messages that come faster than they can be written are dropped when too many wait, and a `Gap` stands in
     their place. When the file cannot be written any more, that is logged once and the rest is dropped.
     """
@@ -70,7 +71,11 @@ class RecordingWriter:
         except ImportError as error:
             raise RecordingFailedError("recordings need the package mcap: pip install mcap") from error
         try:
-            self._file: IO[bytes] = path.open("wb")
+            self._file: IO[bytes] = path.open("wb" if _is_device(path) else "xb")
+        except FileExistsError:
+            raise RecordingFailedError(
+                f"the recording {path} exists, and is not overwritten: choose another name, or delete it"
+            ) from None
         except OSError as error:
             raise RecordingFailedError(f"the recording {path} cannot be written: {error.strerror}") from error
         try:
@@ -177,3 +182,8 @@ class RecordingWriter:
         end: Any = getattr(self._writer, "_Writer__finalize_chunk")  # noqa: B009
         end()
         self._file.flush()
+
+
+def _is_device(path: Path) -> bool:
+    """Return whether writing to a path destroys nothing, as with a pipe."""
+    return path.exists() and not path.is_file()

@@ -117,6 +117,14 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
     assert messages(path) == [("/readings", 1001, {"context": "automaton 1", "kind": "now", "value": 1.5})]
 
 
+def test_a_file_that_exists_is_not_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_text("the only record")
+    with pytest.raises(RecordingFailedError, match=r"run\.mcap exists, and is not overwritten: choose another"):
+        RecordingWriter(path, STATE, {}, 0)
+    assert path.read_text() == "the only record"
+
+
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(RecordingFailedError, match="No such file"):
         RecordingWriter(tmp_path / "no" / "run.mcap", STATE, {}, 0)
