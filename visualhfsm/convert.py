@@ -70,11 +70,14 @@ def convert(
         _print(text)
         return
     try:
-        apply(compare_with_disk([GeneratedFile(path, text)]))
+        changes = compare_with_disk([GeneratedFile(path, text)])
+        apply(changes)
     except FilesNotWrittenError as error:
         raise VisualHfsmError(str(error)) from error
     except OSError as error:
         raise VisualHfsmError(f"{path}: cannot be written: {error.strerror or error}") from error
+    if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
+        typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
 
 
 def _print(text: str) -> None:

@@ -67,6 +67,7 @@ def test_an_old_document_is_written_in_the_format_of_today(folder: Path) -> None
     done = convert("old.xml", "new.xml")
     assert done.exit_code == 0, done.stderr
     assert done.stdout == ""
+    assert done.stderr.splitlines()[-1] == "wrote new.xml"
     assert files_in(folder) == {"old.xml": OLD, "new.xml": NEW}
 
 

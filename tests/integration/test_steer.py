@@ -105,6 +105,17 @@ def test_pause_step_and_resume(shell: Shell) -> None:
     eventually(lambda: shell.variable(2, "corner") > before + 10)
 
 
+def test_a_step_of_a_ghost_tells_that_nothing_ran(shell: Shell) -> None:
+    shell("force", "walker", "enough")
+    eventually(lambda: shell.current() == "dance")
+    shell("pause", "walker")
+    before = shell.runtime.run(2).cycles
+    result = shell.result("step", "walker", "follow")
+    assert result.stderr == "nothing ran: follow is a ghost\n"
+    assert "walker paused at" in result.stdout
+    assert shell.runtime.run(2).cycles == before
+
+
 def test_step_needs_a_pause(shell: Shell) -> None:
     with pytest.raises(VisualHfsmError, match="walker is running, not paused: visualhfsm pause walker"):
         shell("step", "walker")

@@ -47,13 +47,22 @@ def print_json(value: object) -> None:
 
 
 def run_steps(target: Target, automaton: str, count: int) -> None:
-    """Run cycles of an automaton, or of all; raises VisualHfsmError unless the component is paused."""
+    """Run cycles of an automaton, or of all; raises VisualHfsmError unless the component is paused.
+
+    Tells on stderr when nothing runs, since the automaton is a ghost or has finished.
+    """
     number = target.addresses.automaton(automaton).automaton if automaton else 0
-    status = target.monitor.getSnapshot().status
+    snapshot = target.monitor.getSnapshot()
+    status = snapshot.status
     if status is not ComponentStatus.Paused:
         raise VisualHfsmError(
             f"{target.name} is {status.name.lower()}, not paused: visualhfsm pause {target.name}"
         )
+    for chosen in snapshot.automata:
+        if chosen.id == number and (chosen.ghost or chosen.finished):
+            why = "is a ghost" if chosen.ghost else "has finished"
+            typer.echo(f"nothing ran: {target.addresses.named(number)} {why}", err=True)
+            return
     for _ in range(count):
         target.monitor.step(number)
 
