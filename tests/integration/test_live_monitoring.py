@@ -126,6 +126,12 @@ def on_page(robot: ServedRobot, go: Callable[[Page], Awaitable[None]]) -> None:
     asyncio.run(run())
 
 
+def state_names(opened: Page) -> set[str]:
+    """Return the names of the states that the page knows of."""
+    automata = opened.pushes.of(Structure)[-1].value.structure.automata
+    return {state.name for automaton in automata for state in automaton.states}
+
+
 def test_components_come_and_go(robot: ServedRobot, component: Component) -> None:
     async def go(opened: Page) -> None:
         with start(robot, component):
@@ -266,7 +272,12 @@ def test_a_reload_keeps_the_state_and_tells_the_new_structure(robot: ServedRobot
     on_page(robot, go)
 
 
-def test_a_lost_component_is_silent_since_then_and_recovers(robot: ServedRobot, component: Component) -> None:
+def test_a_lost_component_is_silent_since_then_and_recovers(
+    robot: ServedRobot, component: Component, tmp_path: Path
+) -> None:
+    (tmp_path / "later").mkdir()
+    later = load(compile_to(tmp_path / "later", walker().replace(">rest<", ">sleep<"), "walker"))
+
     async def go(opened: Page) -> None:
         with start(robot, component):
             await opened.attach()
@@ -275,12 +286,15 @@ def test_a_lost_component_is_silent_since_then_and_recovers(robot: ServedRobot, 
             lambda: next((push for push in opened.pushes.of(Stale) if push.since), None)
         )
         assert stale.since >= last.at - 1
-        with start(robot, component):
+        with start(robot, later):
             await opened.pushes.next(Stale, lambda push: push.since == 0)
             again = await opened.snapshot()
             assert again.component.time < last.component.time + 1
             await opened.pushes.until(
                 lambda: next((push for push in opened.pushes.of(Structure) if push.value.run == 2), None)
+            )
+            await opened.pushes.until(
+                lambda: state_names(opened) == {"walk", "stand", "step", "sleep"} or None
             )
 
     on_page(robot, go)

@@ -10,6 +10,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
 
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.processes import free_endpoint
@@ -67,7 +71,7 @@ def test_the_structure_is_that_of_the_recorded_document(run: RecordedRun) -> Non
 
 def test_changes_are_where_they_happened(run: RecordedRun) -> None:
     (change,) = run.history.timeline().changes
-    assert change[0] == pytest.approx(0.2, abs=0.02)
+    assert 0.2 <= change[0] < 0.5  # a busy machine is late
     assert change[1:] == (1, 1, 2, 1)
 
 
@@ -78,7 +82,7 @@ def test_each_moment_shows_states_ghosts_timers_and_variables(run: RecordedRun) 
     (timer,) = root.timers
     assert timer.transition == 1
     assert early.time > 0.05
-    assert timer.remaining == pytest.approx(0.2 - early.time, abs=0.02)
+    assert timer.remaining == pytest.approx(root.enteredAt + 0.2 - early.time, abs=0.002)
     root, child = at(run.history, 9.0).component.automata
     assert (root.state, root.lastTransition, child.ghost) == (2, 1, True)
     assert root.timers == []
@@ -110,12 +114,10 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, content: bytes) -> None
         open_recording(path)
 
 
-def test_a_chunk_that_would_unpack_to_too_much_is_not(tmp_path: Path, file: Path) -> None:
-    import zstandard
-    from mcap.data_stream import RecordBuilder
-    from mcap.records import Chunk
-    from mcap.stream_reader import StreamReader
-
+def test_a_chunk_that_would_unpack_to_too_much_is_not(
+    tmp_path: Path, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unpacked: list[object] = []
     bomb = zstandard.compress(bytes(200 << 20))
     with file.open("rb") as stream:
         records = list(StreamReader(stream, emit_chunks=True).records)
@@ -127,8 +129,10 @@ def test_a_chunk_that_would_unpack_to_too_much_is_not(tmp_path: Path, file: Path
             record.write(builder)
     path = tmp_path / "bomb.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + builder.end())
+    monkeypatch.setattr(zstandard, "decompress", lambda *arguments: unpacked.append(arguments))
     with pytest.raises(VisualHfsmError, match="tells of no state"):
         open_recording(path)
+    assert not unpacked
 
 
 def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) -> None:

@@ -205,3 +205,21 @@ def test_what_runs_aside_is_generated_anew_where_it_runs(tmp_path: Path) -> None
             assert "print('edited')" in component.read_text()
 
     asyncio.run(go())
+
+
+def test_saving_what_runs_aside_leaves_it_there_until_the_next_run(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Told()
+        beside = tmp_path / "walk.py"
+        async with running(pushes) as service:
+            saved = source(tmp_path / "walk.xml", text("print('at', __file__)"))
+            await service.run(edited(saved, "print('edited at', __file__)"), [])
+            component = Path((await pushes.line("edited at /")).text.removeprefix("edited at "))
+            await service.generate(saved)
+            assert not beside.exists()
+            assert "print('at', __file__)" in component.read_text()
+            await service.run(saved, [])
+            assert (await pushes.line(f"at {beside}")).stream == "out"
+            assert not component.exists()
+
+    asyncio.run(go())

@@ -64,12 +64,11 @@ def test_old_moments_go_when_memory_is_full() -> None:
 
 
 def test_moments_closer_than_the_interval_are_left_out_unless_a_state_changes() -> None:
-    made = History(interval=1.0)
+    made = History(interval=3.0)
     for hundredth in range(0, 1250, 5):
         made.add(live(hundredth / 100))
-    assert time_at(made, 9.99) == 9.0
-    assert time_at(made, 10.04) == 10.0
-    assert time_at(made, 8.01) == 8.0  # the child changed
+    assert [time_at(made, time) for time in (2.9, 3.1, 7.9)] == [0.0, 3.0, 6.0]
+    assert [time_at(made, time) for time in (8.1, 9.9, 10.1)] == [8.0, 8.0, 10.0]  # states changed at both
 
 
 def test_a_component_that_is_paused_adds_nothing() -> None:

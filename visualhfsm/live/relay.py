@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, HfsmMonitorPrx
+from interfaces.hfsm import Breakpoint, ComponentSnapshot, HfsmMonitorPrx
 from visualhfsm.watch.discovery import MONITOR_PREFIX
 from visualhfsm.watch.fact import Fact
 from zenoh_ice import Communicator, Sample
@@ -92,23 +92,23 @@ class Relay:
         self._update_silence()
         if self._silent:
             return
-        if self._renewed:
+        if self._is_outdated():
             self._renewed = False
             self._structure.forget()
             self._breakpoints.forget()
         structure, breakpoints = self._structure.poll(), self._breakpoints.poll()
-        if structure is not None and not self._is_outdated(structure):
+        if structure is not None:
             told = LiveStructure(structure, self._run, breakpoints or [], self._robot.cameras())
             if told != self._told_structure:
                 self._told_structure = told
                 self._told(told)
 
-    def _is_outdated(self, structure: ComponentStructure) -> bool:
-        newest = self._history.newest
-        if newest is None or newest.component.generation <= structure.generation:
-            return False
-        self._structure.forget()
-        return True
+    def _is_outdated(self) -> bool:
+        """Return whether the structure that is known is that of before a new start or a reload."""
+        known, newest = self._structure.value, self._history.newest
+        return self._renewed or (
+            known is not None and newest is not None and known.generation != newest.component.generation
+        )
 
     def _update_silence(self) -> None:
         present = self.identity in self._communicator.identities()
@@ -126,8 +126,6 @@ class Relay:
         if before is not None and snapshot.time < before.component.time:
             self._run += 1
             self._history = History()
-            self._renewed = True
-        elif before is not None and snapshot.generation != before.component.generation:
             self._renewed = True
         live = LiveSnapshot(sample.wall_time, snapshot, self._robot.read())
         self._history.add(live)
