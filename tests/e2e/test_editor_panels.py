@@ -90,6 +90,7 @@ def test_the_cursor_stays_where_it_is_when_the_code_changes_elsewhere(
     shown: EditorPage, running: Editor
 ) -> None:
     code = edit(shown, "wait")
+    shown.press("Home", "Control+ArrowRight")
     with running.window() as other:
         command = {
             "command": "setStateCode",
@@ -100,8 +101,8 @@ def test_the_cursor_stays_where_it_is_when_the_code_changes_elsewhere(
         }
         other.ask("do", tab=1, command=command)
         expect(code).to_contain_text("first = 1")
-    shown.type("0")
-    expect(code.locator(".cm-line")).to_have_text(["first = 1", "count += 10"])
+    shown.type("s")
+    expect(code.locator(".cm-line")).to_have_text(["first = 1", "counts += 1"])
 
 
 def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: EditorPage, path: Path) -> None:

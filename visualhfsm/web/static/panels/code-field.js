@@ -90,7 +90,6 @@ export class CodeField extends LitElement {
         undo: () => this.#step("undo"),
         redo: () => this.#step("redo"),
         save: () => page.dispatchEvent(new Event("save")),
-        leave: () => page.dispatchEvent(new Event("focus-canvas")),
         problems: () => this.#problems(),
       });
       this.ready = true;

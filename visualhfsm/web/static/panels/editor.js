@@ -68,7 +68,7 @@ const shared = [
 /**
  * @typedef {{text: string, place: import("./places.js").Place, tab: number, label: string, hint: string, wraps: boolean,
  *   python: boolean, readonly: boolean}} Content
- * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void, leave: () => void,
+ * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known}} Actions what the editor tells and asks
  */
 
@@ -125,7 +125,7 @@ export class Editor {
 
   /** @param {Content} content */
   #stateOf({text, place, tab, label, hint, wraps, python: isPython, readonly}) {
-    const {typed, undo, redo, save, leave, problems} = this.#actions;
+    const {typed, undo, redo, save, problems} = this.#actions;
     const run = (action) => () => {
       action();
       return true;
@@ -141,7 +141,6 @@ export class Editor {
           {key: "Mod-Shift-z", run: run(redo), preventDefault: true},
         ])),
         keymap.of([...completionKeymap, ...closeBracketsKeymap, ...searchKeymap, ...foldKeymap, ...lintKeymap, indentWithTab, ...standardKeys]),
-        Prec.lowest(keymap.of([{key: "Escape", run: run(leave)}])),
         shared,
         isPython ? [python(), assistance({tab, place, problems})] : [],
         EditorView.contentAttributes.of({tabindex: "0", "aria-label": label, "aria-description": "Escape goes back to the drawing"}),
