@@ -144,7 +144,7 @@ class _Automaton:
             variables={}, cycles=0, overruns=0, lastCycle=0.0, longestCycle=0.0,
         )  # fmt: skip
         self.timers: dict[int, float] = {}
-        """Seconds left, by transition, at the time `timed_at`."""
+        """Seconds left, by transition, at the component time `timed_at` in ns."""
         self.timed_at = 0
         self.guards: dict[int, bool] = {}
         self.began = 0
@@ -228,8 +228,7 @@ class _Run:
             case _Variables(values=values, gone=gone):
                 kept = {name: text for name, text in snapshot.variables.items() if name not in gone}
                 snapshot.variables = kept | {name: _shown(value) for name, value in values.items()}
-            case _Timers(remaining=remaining):
-                automaton.timed_at = self._now
+            case _Timers(remaining=remaining):  # they follow a change, and are of its time
                 automaton.timers = self._timers(snapshot, remaining)
             case _Failure(message=text, location=location):
                 report = ErrorReport(self._now / 1e9, snapshot.id, snapshot.state, location, text)
