@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, WebSocketRoute, expect
+from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, chromium, editor_page
 from tests.support.editor import Editor, editor
@@ -113,28 +112,14 @@ def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: Ed
 
 
 def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: EditorPage, path: Path) -> None:
-    connections: list[WebSocketRoute] = []
-    away = threading.Event()
-
-    def connect(connection: WebSocketRoute) -> None:
-        connections.append(connection)
-        if away.is_set():
-            connection.close()
-        else:
-            connection.connect_to_server()
-
-    shown.page.route_web_socket(re.compile("/ws$"), connect)
-    shown.page.reload()
-    shown.state("wait").wait_for()
     code = edit(shown, "wait")
-    away.set()
-    connections[-1].close()
+    shown.connections.cut()
     expect(shown.page.get_by_role("alert").filter(has_text="The server is away")).to_be_visible()
     shown.type("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
     expect(shown.page.locator(".notice.error")).to_contain_text("The server is away")
-    away.clear()
+    shown.connections.restore()
     shown.button("Try now").click()
     expect(shown.page.locator("hfsm-status")).to_contain_text("Edit the code of “wait”")
     assert saved(shown, path).automata[0].states[0].code.text == "count += 1\nspeed = 1"

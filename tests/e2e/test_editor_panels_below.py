@@ -134,9 +134,10 @@ def test_a_click_in_the_history_goes_back_to_that_point(shown: EditorPage) -> No
         ["Do not end in “wait”", "End in “wait”", "Edit the code of “wait”", "As it was opened"]
     )
     rows.nth(2).click()
-    expect(rows.nth(0)).to_contain_text("undone")
+    expect(rows.nth(2)).to_contain_text("now")
     assert undo_names(shown) == ["Edit the code of “wait”"]
     rows.nth(0).click()
+    expect(rows.nth(0)).to_contain_text("now")
     assert len(undo_names(shown)) == 3
     rows.nth(3).click()
     expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_have_text("count += 1")
