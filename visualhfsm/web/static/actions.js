@@ -11,6 +11,7 @@
 import {outgoing} from "./canvas/scene.js";
 import {StateTool, TransitionTool} from "./canvas/tools.js";
 import * as commands from "./commands.js";
+import {monitorActions, monitoredSelection} from "./monitor/actions.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
 
@@ -72,6 +73,8 @@ const LIST = [
   {id: "run", label: "Run", icon: "run", keys: ["F5"], scope: "typing", enabled: hasDocument, run: ({app}) => app.run()},
   {id: "stopRun", label: "Stop", icon: "stop", keys: ["Shift+F5"], scope: "typing", enabled: ({app}) => app.isRunning(page.tab), run: () => commands.askTab("stopRun")},
 
+  ...monitorActions,
+
   {id: "undo", label: "Undo", icon: "undo", keys: ["Ctrl+Z"], enabled: () => Boolean(page.document?.undo.length), run: () => commands.askTab("undo")},
   {id: "redo", label: "Redo", icon: "redo", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], enabled: () => Boolean(page.document?.redo.length), run: () => commands.askTab("redo")},
 
@@ -100,12 +103,12 @@ const LIST = [
   {id: "moveRight", label: "Move right", icon: "", keys: ["ArrowRight"], scope: "canvas", run: nudge(10, 0)},
   {id: "moveUp", label: "Move up", icon: "", keys: ["ArrowUp"], scope: "canvas", run: nudge(0, -10)},
   {id: "moveDown", label: "Move down", icon: "", keys: ["ArrowDown"], scope: "canvas", run: nudge(0, 10)},
-  {id: "goLeft", label: "Select what is to the left", icon: "", keys: ["Alt+ArrowLeft"], scope: "canvas", run: ({canvas}) => canvas.goTo([-1, 0])},
-  {id: "goRight", label: "Select what is to the right", icon: "", keys: ["Alt+ArrowRight"], scope: "canvas", run: ({canvas}) => canvas.goTo([1, 0])},
-  {id: "goUp", label: "Select what is above", icon: "", keys: ["Alt+ArrowUp"], scope: "canvas", run: ({canvas}) => canvas.goTo([0, -1])},
-  {id: "goDown", label: "Select what is below", icon: "", keys: ["Alt+ArrowDown"], scope: "canvas", run: ({canvas}) => canvas.goTo([0, 1])},
-  {id: "goNext", label: "Select the next", icon: "", keys: ["."], scope: "canvas", run: ({canvas}) => canvas.goOn(1)},
-  {id: "goBack", label: "Select the previous", icon: "", keys: [","], scope: "canvas", run: ({canvas}) => canvas.goOn(-1)},
+  {id: "goLeft", label: "Select what is to the left", icon: "", keys: ["Alt+ArrowLeft"], scope: "canvas", run: ({canvas}) => canvas.order.goTo([-1, 0])},
+  {id: "goRight", label: "Select what is to the right", icon: "", keys: ["Alt+ArrowRight"], scope: "canvas", run: ({canvas}) => canvas.order.goTo([1, 0])},
+  {id: "goUp", label: "Select what is above", icon: "", keys: ["Alt+ArrowUp"], scope: "canvas", run: ({canvas}) => canvas.order.goTo([0, -1])},
+  {id: "goDown", label: "Select what is below", icon: "", keys: ["Alt+ArrowDown"], scope: "canvas", run: ({canvas}) => canvas.order.goTo([0, 1])},
+  {id: "goNext", label: "Select the next", icon: "", keys: ["."], scope: "canvas", run: ({canvas}) => canvas.order.goOn(1)},
+  {id: "goBack", label: "Select the previous", icon: "", keys: [","], scope: "canvas", run: ({canvas}) => canvas.order.goOn(-1)},
 
   {id: "fit", label: "Fit", icon: "fit", keys: ["F"], enabled: hasDocument, run: ({canvas}) => canvas.fit(), hint: "everything into the window"},
   {id: "fitSelection", label: "Fit the selection", icon: "fit", keys: ["Shift+F"], enabled: hasDocument, run: ({canvas}) => canvas.fitSelection()},
@@ -152,6 +155,12 @@ export function selectionTitle() {
 
 /** The actions on what is selected, in groups; the first are the most usual. @returns {string[][]} */
 export function selectionActions() {
+  const drawing = drawingActions();
+  const [usual, ...more] = drawing;
+  return usual ? [usual, ...monitoredSelection(), ...more] : drawing;
+}
+
+function drawingActions() {
   if (page.state) return [["openChild", "editCode", "rename", "markInitial", "delete"], ["editEntry", "editExit", "toggleFinal", "addChild", "toggleHistory", "loop"], ["copy", "cut", "duplicate"]];
   if (page.transition) return [["editCode", "rename", "delete"], ["tryEarlier", "tryLater", "resetHandle"]];
   if (page.states.size > 1) return [["copy", "cut", "delete"], ["alignLeft", "alignCenter", "alignRight", "alignTop", "alignMiddle", "alignBottom", "distributeX", "distributeY", "duplicate"]];

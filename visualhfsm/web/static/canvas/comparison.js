@@ -133,14 +133,14 @@ class Comparison {
   }
 }
 
-function describe({kind, place, before = "", after = ""}) {
+function describe({kind, place, part = "", before = "", after = ""}) {
   const automaton = page.document.automata.get(place.automaton);
   const list = {state: automaton?.states, transition: automaton?.transitions}[place.kind];
   const name = list?.find((each) => each.id === place.id)?.name ?? (kind === "removed" ? before : place.id) ?? "";
   const what = `${place.kind} ${place.kind === "automaton" ? (automaton ? page.title(automaton) : place.automaton) : name}`;
-  const part = place.part ?? "";
   if (kind === "moved") return `${what} moved`;
-  if (kind !== "changed") return `${what} ${kind}${place.name ? `: ${part} ${place.name}` : ""}`;
+  if (kind !== "changed") return `${what} ${kind}${place.name ? `: ${place.part} ${place.name}` : ""}`;
   const short = (text) => (text.length > 60 ? `${text.slice(0, 60)}…` : text).replaceAll("\n", "⏎");
+  if (!before && !after) return `${what}: ${part}`;
   return `${what}: ${part} was “${short(before)}”, is “${short(after)}”`;
 }

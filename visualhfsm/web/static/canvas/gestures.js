@@ -74,8 +74,10 @@ export class Band {
 
 /** Move the selected states and handles; the other handles at these states follow. */
 export class Move {
-  constructor(canvas, event) {
+  /** @param {() => void} click what to do when nothing was moved after all */
+  constructor(canvas, event, click) {
     this.canvas = canvas;
+    this.click = click;
     this.start = canvas.point(event);
     [this.x, this.y] = [event.clientX, event.clientY];
     this.began = false;
@@ -116,7 +118,8 @@ export class Move {
   }
 
   async end() {
-    if (!this.began || (!this.dx && !this.dy)) return;
+    if (!this.began) this.click();
+    if (!this.dx && !this.dy) return;
     await moveSelected(this.dx, this.dy);
     this.canvas.redraw(); // also when it was refused: then things go back
   }

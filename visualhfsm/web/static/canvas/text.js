@@ -4,6 +4,8 @@ import {RADIUS} from "./geometry.js";
 
 const FAMILY = '"Inter", system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans", Arial, sans-serif';
 const SIZES = [13, 12, 11, 10];
+/** Sizes and numbers of lines, the best first: a single line may be a little smaller than several. */
+const FITS = [[13, 1], [12, 1], ...SIZES.flatMap((size) => [1, 2, 3].map((count) => [size, count]))];
 const LINE = 1.16;
 const MARGIN = 5; // between a name and its state's rim
 const RING_MARGIN = 10;
@@ -61,11 +63,9 @@ function fit(name, radius) {
   const text = name.trim().replace(/\s+/g, " ");
   if (!text) return {lines: [], size: SIZES[0]};
   const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu).filter(Boolean);
-  for (const size of SIZES) {
-    for (let count = 1; count <= 3; count++) {
-      const lines = broken(words, size, count, radius);
-      if (lines) return {lines, size};
-    }
+  for (const [size, count] of FITS) {
+    const lines = broken(words, size, count, radius);
+    if (lines) return {lines, size};
   }
   const size = SIZES.at(-1);
   const rest = [];

@@ -1,0 +1,93 @@
+/** The order of focus in the drawing: one thing is reached by Tab, the others from there. */
+
+import {page} from "../page.js";
+import {neighbor} from "./tools.js";
+
+export class Order {
+  #current = ""; // key of what Tab reaches
+  #focusable;
+
+  constructor(canvas) {
+    this.canvas = canvas;
+    canvas.svg.addEventListener("focusin", (event) => this.#focused(event));
+  }
+
+  /** Begin anew, as for another automaton. */
+  forget() {
+    this.#current = "";
+  }
+
+  /** Select one thing. @param {string} key @param {boolean} add to what is selected, or take away from that */
+  select(key, add = false) {
+    const id = idOf(key);
+    const kind = key.startsWith("s") ? "states" : "transitions";
+    const chosen = add ? {states: new Set(page.states), transitions: new Set(page.transitions)} : {[kind]: new Set()};
+    if (add && chosen[kind].has(id)) chosen[kind].delete(id);
+    else chosen[kind].add(id);
+    this.#current = key;
+    page.select(chosen);
+  }
+
+  /** Let Tab reach what is selected, and keep the focus when what had it is gone. */
+  keep() {
+    const {canvas} = this;
+    const {scene} = canvas;
+    const key = canvas.selectedKeys().find((each) => scene.view(each)) ?? this.#current;
+    const view = scene.view(key || "s") ?? scene.states.values().next().value;
+    const former = this.#focusable;
+    if (former !== view?.group) {
+      former?.setAttribute("tabindex", "-1");
+      view?.group.setAttribute("tabindex", "0");
+    }
+    this.#focusable = view?.group;
+    if (!view) return;
+    this.#current = view.group.dataset.key;
+    if (former && !former.isConnected && document.activeElement === document.body) view.group.focus({preventScroll: true});
+  }
+
+  /** Focus what is selected, or else what Tab reaches. */
+  focusSelected() {
+    const {canvas} = this;
+    const key = canvas.selectedKeys()[0] ?? this.#current;
+    (canvas.scene.view(key || "s")?.group ?? canvas.svg).focus({preventScroll: true});
+  }
+
+  /** Select the nearest thing in a direction. @param {[number, number]} direction */
+  goTo(direction) {
+    const things = [...this.canvas.scene.places].map(([key, {x, y}]) => ({key, x, y}));
+    const from = things.find(({key}) => key === this.#here);
+    const next = from ? neighbor(things, from, direction) : things[0];
+    if (next) this.#focus(next.key);
+  }
+
+  /** Select the next thing in the order of reading: each state, then the transitions out of it. */
+  goOn(step) {
+    const {states = [], transitions = []} = page.automaton ?? {};
+    const known = new Set(states.map((each) => each.id));
+    const keys = [
+      ...states.flatMap(({id}) => [`s${id}`, ...transitions.filter(({origin}) => origin === id).map((each) => `t${each.id}`)]),
+      ...transitions.filter(({origin}) => !known.has(origin)).map((each) => `t${each.id}`),
+    ];
+    if (keys.length) this.#focus(keys.at((keys.indexOf(this.#here) + step) % keys.length));
+  }
+
+  get #here() {
+    return this.canvas.selectedKeys()[0] ?? this.#current;
+  }
+
+  #focus(key) {
+    this.select(key);
+    this.canvas.viewport.reveal(this.canvas.scene.places.get(key));
+    this.canvas.scene.view(key).group.focus({preventScroll: true});
+  }
+
+  #focused(event) {
+    const key = event.target.dataset?.key;
+    if (!key) return;
+    this.#current = key;
+    if (!this.canvas.pointer.isBusy && !this.canvas.selectedKeys().includes(key)) this.select(key);
+  }
+}
+
+/** The id of a thing by its key; those that share one differ by what follows it. */
+export const idOf = (key) => Number.parseInt(key.slice(1), 10);

@@ -1,0 +1,164 @@
+/** What the pointer does on the canvas: begins gestures, opens things, zooms, and shows tips and the menu. */
+
+import {addState} from "../commands.js";
+import {page} from "../page.js";
+import {Band, Link, Move, Pan, resetHandle} from "./gestures.js";
+import {idOf} from "./order.js";
+
+const WHEEL = 600; // pixels of a wheel for a zoom by e
+const LINE = 16; // pixels of a line, for wheels that count those
+
+const keyOf = (element) => element.closest?.("[data-key]")?.dataset.key;
+
+export class Pointer {
+  #gesture;
+  #pressed; // what it was last pressed on
+  #spaceHeld = false;
+  #whenDone;
+
+  constructor(canvas) {
+    this.canvas = canvas;
+    const {svg} = canvas;
+    svg.addEventListener("pointerdown", (event) => this.#down(event));
+    svg.addEventListener("pointermove", (event) => (this.#gesture ?? canvas.tool)?.move(event));
+    svg.addEventListener("pointerup", () => this.#up());
+    svg.addEventListener("pointercancel", () => canvas.cancel());
+    svg.addEventListener("pointerover", (event) => this.#showTip(event));
+    svg.addEventListener("dblclick", (event) => this.#doubleClick(event));
+    svg.addEventListener("contextmenu", (event) => this.#menu(event));
+    svg.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
+    canvas.addEventListener("keydown", (event) => this.#key(event));
+    canvas.addEventListener("keyup", (event) => event.key === " " && (this.#spaceHeld = false));
+  }
+
+  /** Whether something is being dragged. */
+  get isBusy() {
+    return Boolean(this.#gesture);
+  }
+
+  /** Do something when nothing is dragged any more. */
+  whenDone(action) {
+    this.#whenDone = action;
+  }
+
+  /** Let what is dragged be where it was; returns whether there was anything. */
+  cancel() {
+    const gesture = this.#gesture;
+    gesture?.cancel();
+    this.#finish();
+    return Boolean(gesture);
+  }
+
+  #finish() {
+    this.#gesture = undefined;
+    const action = this.#whenDone;
+    this.#whenDone = undefined;
+    action?.();
+  }
+
+  #key(event) {
+    const {canvas} = this;
+    if (event.key === " ") this.#spaceHeld = true;
+    if (!canvas.tool || event.ctrlKey || event.metaKey || event.target === canvas.rename.input || !canvas.tool.key(event)) return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  #down(event) {
+    if (this.#gesture) return;
+    const {canvas} = this;
+    canvas.rename.commit();
+    this.#pressed = event.target;
+    const pans = event.button === 1 || (event.button === 0 && this.#spaceHeld);
+    if (event.button !== 0 && !pans) return;
+    if (canvas.tool && !pans) {
+      event.preventDefault();
+      canvas.tool.click(event);
+      return;
+    }
+    const group = event.target.closest?.("[data-key]");
+    if (pans) {
+      event.preventDefault();
+      this.#gesture = new Pan(canvas, event);
+    } else if (group) {
+      this.#gesture = this.#grab(event, group.dataset.key);
+    } else {
+      canvas.svg.focus({preventScroll: true});
+      this.#gesture = new Band(canvas, event);
+    }
+    // The group itself, or a double click would be told to the whole drawing.
+    if (this.#gesture) (group ?? canvas.svg).setPointerCapture(event.pointerId);
+  }
+
+  #grab(event, key) {
+    const {canvas} = this;
+    if (event.target.classList.contains("rim") && !event.shiftKey && !canvas.readOnly) {
+      canvas.order.select(key);
+      return new Link(canvas, idOf(key));
+    }
+    const selected = canvas.selectedKeys().includes(key);
+    if (!selected || event.shiftKey) canvas.order.select(key, event.shiftKey);
+    return canvas.readOnly ? undefined : new Move(canvas, event, () => selected && !event.shiftKey && canvas.order.select(key));
+  }
+
+  #up() {
+    const gesture = this.#gesture;
+    this.#finish();
+    gesture?.end();
+  }
+
+  #doubleClick(event) {
+    const {canvas} = this;
+    const target = this.#pressed; // that of the event is what has captured the pointer
+    const key = keyOf(target);
+    if (!key) {
+      if (!canvas.readOnly && page.automaton && !page.automaton.imported) this.#addState(canvas.point(event));
+      return;
+    }
+    const [kind, id] = [key.startsWith("s") ? "state" : "transition", idOf(key)];
+    const state = kind === "state" ? page.automaton.states.find((each) => each.id === id) : undefined;
+    if (target.closest(".label, .name")) canvas.beginRename(kind, id);
+    else if (target.closest(".handle") && !canvas.readOnly) resetHandle(id);
+    else if (state?.children.length) page.open(state.children[0]);
+    else page.edit({kind, automaton: page.automaton.id, id, part: state ? "code" : "trigger"});
+  }
+
+  async #addState({x, y}) {
+    const id = await addState({x: Math.round(x), y: Math.round(y)});
+    if (id !== undefined) this.canvas.beginRename("state", id);
+  }
+
+  #menu(event) {
+    event.preventDefault();
+    const {canvas} = this;
+    const key = keyOf(event.target);
+    if (key && !canvas.selectedKeys().includes(key)) canvas.order.select(key);
+    else if (!key) page.select({});
+    const detail = {x: event.clientX, y: event.clientY, point: canvas.point(event)};
+    canvas.dispatchEvent(new CustomEvent("hfsm-menu", {bubbles: true, detail}));
+  }
+
+  #wheel(event) {
+    event.preventDefault();
+    const {viewport} = this.canvas;
+    const unit = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE : 1;
+    if (event.shiftKey) {
+      viewport.pan(-(event.deltaX || event.deltaY) * unit, 0);
+      return;
+    }
+    const {left, top} = this.canvas.getBoundingClientRect();
+    const factor = Math.exp((-event.deltaY * unit) / (event.ctrlKey ? WHEEL / 4 : WHEEL)); // a pinch comes with Ctrl
+    viewport.zoom(factor, event.clientX - left, event.clientY - top);
+  }
+
+  /** Only what the pointer is on has a tip, or screen readers would say everything twice. */
+  #showTip(event) {
+    const {tip, scene} = this.canvas;
+    const group = event.target.closest?.("[data-key]") ?? null;
+    if (tip.parentNode === group) return;
+    tip.remove();
+    if (!group) return;
+    tip.textContent = scene.view(group.dataset.key)?.tip ?? "";
+    group.append(tip);
+  }
+}
