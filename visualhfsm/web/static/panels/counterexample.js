@@ -11,42 +11,41 @@ import {icon} from "../icons.js";
 import {page} from "../page.js";
 
 /**
- * Buttons and the list of steps; shows the chosen step on the canvas.
+ * Buttons and the list of steps.
  *
- * @param {import("../store.js").OpenDocument} document
  * @param {Counterexample} counterexample
  * @param {number} index
  * @param {(index: number | null) => void} choose null ends it
  */
-export function counterexamplePlayer(document, counterexample, index, choose) {
+export function counterexamplePlayer(counterexample, index, choose) {
   const {steps, repeats} = counterexample;
   const last = steps.length - 1;
-  const go = (to) => {
-    choose(to);
-    show(document, steps, to);
-  };
-  if (!page.highlight) queueMicrotask(() => show(document, steps, index));
   const press = (event) => {
     const to = {ArrowRight: index + 1, ArrowLeft: index - 1, Home: 0, End: last}[event.key];
     if (event.key === "Escape") choose(null);
     else if (to === undefined) return;
-    else go(Math.min(last, Math.max(0, to)));
+    else choose(Math.min(last, Math.max(0, to)));
     event.preventDefault();
     event.stopPropagation();
   };
   return html`<div class="player" role="group" aria-label="Steps until it is violated" @keydown=${press}>
     <div class="player-tools">
-      <button type="button" class="action bare" aria-label="Previous step" title="Previous step (←)" ?disabled=${index <= 0} @click=${() => go(index - 1)}>${icon("collapse")}</button>
-      <button type="button" class="action bare next" aria-label="Next step" title="Next step (→)" ?disabled=${index >= last} @click=${() => go(index + 1)}>${icon("collapse")}</button>
+      <button type="button" class="action bare" aria-label="Previous step" title="Previous step (←)" ?disabled=${index <= 0} @click=${() => choose(index - 1)}>${icon("collapse")}</button>
+      <button type="button" class="action bare next" aria-label="Next step" title="Next step (→)" ?disabled=${index >= last} @click=${() => choose(index + 1)}>${icon("collapse")}</button>
       <span role="status">Step ${index + 1} of ${steps.length}, at ${(steps[index].timeMs / 1000).toFixed(3)} s: ${steps[index].text}</span><span class="room"></span>
       <button type="button" class="action bare" aria-label="Stop playing" title="Stop playing" @click=${() => choose(null)}>${icon("close")}</button></div>
-    <ol class="steps">${steps.map((step, number) => html`<li><button type="button" class="step ${number > index ? "later" : ""}" aria-current=${number === index ? "step" : nothing} @click=${() => go(number)}>
+    <ol class="steps">${steps.map((step, number) => html`<li><button type="button" class="step ${number > index ? "later" : ""}" aria-current=${number === index ? "step" : nothing} @click=${() => choose(number)}>
       <span class="time">${(step.timeMs / 1000).toFixed(3)} s</span> ${step.text}</button></li>`)}
       ${repeats === undefined || repeats === null ? nothing : html`<li class="faint">and so on${repeats < steps.length ? ` from step ${repeats + 1}` : ""}</li>`}</ol></div>`;
 }
 
-/** Fill the states that are current after a step, and open the automaton in which it happens. */
-function show(document, steps, index) {
+/**
+ * Fill the states that are current after a step, and open the automaton in which it happens.
+ *
+ * @param {import("../store.js").OpenDocument} document
+ * @param {Step[]} steps
+ */
+export function showStep(document, steps, index) {
   const current = new Map();
   const ghosts = new Set();
   for (const {kind, automaton, state} of steps.slice(0, index + 1)) {
@@ -63,5 +62,12 @@ function show(document, steps, index) {
   }
   page.highlight = highlight;
   if (document.automata.has(automaton) && page.automaton?.id !== automaton) page.open(automaton);
+  page.dispatchEvent(new Event("highlight"));
+}
+
+/** Mark nothing on the canvas any more. */
+export function showNoStep() {
+  if (!page.highlight) return;
+  page.highlight = undefined;
   page.dispatchEvent(new Event("highlight"));
 }

@@ -3,7 +3,7 @@
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
-import {counterexamplePlayer} from "./counterexample.js";
+import {counterexamplePlayer, showNoStep, showStep} from "./counterexample.js";
 import {placeOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
@@ -31,6 +31,11 @@ export class Problems extends PageElement {
     this.#play(null);
   }
 
+  willUpdate() {
+    const {played} = this;
+    if (played && !page.document?.problems.some((each) => keyOf(each) === played.key)) this.#play(null);
+  }
+
   focusFirst() {
     this.querySelector("button.row")?.focus();
   }
@@ -53,7 +58,7 @@ export class Problems extends PageElement {
   #row(document, problem) {
     const place = placeOf(problem);
     const words = problem.file ? [problem.file, problem.line && `line ${problem.line}`] : [...wordsFor(document, place), problem.line > 0 && `line ${problem.line}`];
-    const key = `${problem.code} ${JSON.stringify(place)} ${problem.line} ${problem.message}`;
+    const key = keyOf(problem);
     const isPlayed = this.played?.key === key;
     const {steps = []} = problem.counterexample ?? {};
     const notes = (problem.notes ?? []).filter((each) => !steps.length || !each.includes("\n"));
@@ -63,8 +68,8 @@ export class Problems extends PageElement {
         <span class="message">${problem.message}</span><span class="code-name">${problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span></button>
       ${notes.length ? html`<ul class="notes">${notes.map((each) => html`<li>${each}</li>`)}</ul>` : nothing}
-      ${steps.length ? (isPlayed ? counterexamplePlayer(document, problem.counterexample, this.played.step, (step) => this.#play(step === null ? null : {key, step}))
-        : html`<button type="button" class="play" @click=${() => this.#play({key, step: 0})}>Play the ${steps.length} steps on the canvas</button>`) : nothing}</li>`;
+      ${steps.length ? (isPlayed ? counterexamplePlayer(problem.counterexample, this.played.step, (step) => this.#play(step === null ? null : {key, step}, steps))
+        : html`<button type="button" class="play" @click=${() => this.#play({key, step: 0}, steps)}>Play the ${steps.length} steps on the canvas</button>`) : nothing}</li>`;
   }
 
   #toggle(severity) {
@@ -76,13 +81,14 @@ export class Problems extends PageElement {
     page.jump(place, problem.file ? {} : {line: problem.line || 1, column: problem.column || 1});
   }
 
-  #play(played) {
+  #play(played, steps = []) {
     this.played = played;
-    if (!played && page.highlight) {
-      page.highlight = undefined;
-      page.dispatchEvent(new Event("highlight"));
-    }
+    if (played) showStep(page.document, steps, played.step);
+    else showNoStep();
   }
 }
+
+/** What tells a problem from others, also when the checks have run again. */
+const keyOf = (problem) => `${problem.code} ${JSON.stringify(placeOf(problem))} ${problem.line} ${problem.message}`;
 
 customElements.define("hfsm-problems", Problems);
