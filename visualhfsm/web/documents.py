@@ -11,7 +11,7 @@ from visualhfsm.editing.fragments import parse
 from visualhfsm.editing.session import Choice, DocumentSession
 from visualhfsm.editing.templates import make_template
 
-from .paths import DOCUMENT_SUFFIX
+from .paths import DOCUMENT_SUFFIX, RECORDING_SUFFIX
 from .refusals import MissingError, UnsavedError, WouldOverwriteError
 from .workspace import Workspace
 
@@ -121,7 +121,7 @@ class Documents:
         return {"tab": tab.id}
 
     async def list_files(self, text: str) -> dict[str, Any]:
-        """List the documents and directories in a directory; hidden ones are left out."""
+        """List the documents, recordings and directories in a directory; hidden ones are left out."""
         root = self._workspace.root
         directory = root.directory_of(text)
 
@@ -131,13 +131,13 @@ class Documents:
                 if path.name.startswith(".") or not root.contains(path):
                     continue
                 status = path.stat()
-                is_directory = stat.S_ISDIR(status.st_mode)
-                if is_directory or (stat.S_ISREG(status.st_mode) and path.suffix.lower() == DOCUMENT_SUFFIX):
+                kind = _kind_of(path, status.st_mode)
+                if kind:
                     found.append(
                         {
                             "name": path.name,
                             "path": root.name(path),
-                            "kind": "directory" if is_directory else "document",
+                            "kind": kind,
                             "size": status.st_size,
                             "changedAt": status.st_mtime,
                         }
@@ -151,3 +151,11 @@ class Documents:
             "parent": None if is_root else root.name(directory.parent).removeprefix("."),
             "entries": await self._workspace.workers.do(entries),
         }
+
+
+def _kind_of(path: Path, mode: int) -> str:
+    """Return what the page may open: `directory`, `document` or `recording`; empty for all else."""
+    if stat.S_ISDIR(mode):
+        return "directory"
+    kinds = {DOCUMENT_SUFFIX: "document", RECORDING_SUFFIX: "recording"}
+    return kinds.get(path.suffix.lower(), "") if stat.S_ISREG(mode) else ""

@@ -11,6 +11,7 @@ from visualhfsm.errors import VisualHfsmError
 __all__ = ["ForbiddenPathError", "Root"]
 
 DOCUMENT_SUFFIX: Final = ".xml"
+RECORDING_SUFFIX: Final = ".mcap"
 
 _LONGEST: Final = 4096  # characters, as Linux has it
 

@@ -12,6 +12,8 @@ import {icon} from "./icons.js";
 import {listenForKeys} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
+import {monitor} from "./monitor/monitor.js";
+import {listenForStop} from "./monitor/stop.js";
 import "./panels/output-log.js";
 import {resizer, restoreSizes} from "./resizer.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
@@ -26,6 +28,7 @@ const LAZY = {
   "hfsm-output": "./panels/output.js",
   "hfsm-history": "./panels/history.js",
   "hfsm-monitor-toolbar": "./monitor/toolbar.js",
+  "hfsm-monitor-bar": "./monitor/bar.js",
   "hfsm-monitor-panel": "./monitor/panel.js",
   "hfsm-monitor-timeline": "./monitor/timeline.js",
   "hfsm-start": "./start.js",
@@ -72,6 +75,9 @@ export class HfsmApp extends PageElement {
     this.listen(this, "dragover", (event) => event.preventDefault());
     this.listen(this, "drop", (event) => this.#drop(event));
     this.listen(window, "beforeunload", (event) => store.workspace.tabs.some((each) => each.dirty) && !store.online && event.preventDefault());
+    this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
+    this.listen(monitor, "mode", () => this.#monitored());
+    listenForStop();
     store.connect();
   }
 
@@ -99,14 +105,38 @@ export class HfsmApp extends PageElement {
     return ["generating", "starting", "running", "stopping"].includes(this.runs.get(tab)?.status);
   }
 
-  async generate() {
+  /** Write the component; returns undefined when that was not possible. */
+  async generate({quiet = false} = {}) {
     const done = await askTab("generate");
-    if (done) notify(`Generated ${done.path ?? done.file ?? "the component"}.`);
+    if (done && !quiet) notify(`Generated ${done.path ?? done.file ?? "the component"}.`);
+    return done;
   }
 
+  /** Start the component of the shown tab, and follow it. */
   async run() {
+    const {tab} = page;
     this.showBottom("hfsm-output");
-    await askTab("run");
+    if ((await askTab("run")) !== undefined) monitor.expect(tab);
+  }
+
+  /** Show which components run. */
+  async showRunning() {
+    const toolbar = await this.#showMonitor("hfsm-monitor-toolbar");
+    await toolbar?.updateComplete;
+    toolbar?.toggle(true);
+  }
+
+  /** Follow a component that runs, and show its document. */
+  async follow(component) {
+    const writable = [...this.runs.keys()].some((tab) => this.isRunning(tab) && monitor.isOf(component, tab));
+    if (!(await monitor.attach(component, {writable}))) return;
+    if (monitor.tab) page.show(monitor.tab);
+    else await this.openFollowed();
+  }
+
+  /** Open the document of the component that is followed. */
+  async openFollowed() {
+    (await import("./monitor/documents.js")).openFollowed();
   }
 
   toggleTheme() {
@@ -135,6 +165,7 @@ export class HfsmApp extends PageElement {
         ${actionButton("help", this.context, {label: false})}
       </header>
       ${this.#banner()}
+      ${monitor.component ? this.elements.get("hfsm-monitor-bar") ?? nothing : nothing}
       <div class="work ${starting ? "starting" : ""}">
         <nav class="left" aria-label="Tree of automata" ?hidden=${starting}><hfsm-tree></hfsm-tree>
           ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}</nav>
@@ -148,6 +179,7 @@ export class HfsmApp extends PageElement {
             ${this.side ? html`${resizer({name: "Width of the panel", variable: "--side", along: "x", sign: -1, smallest: 260, largest: 1200})}
               <section class="side" aria-label="Panel beside the canvas">${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}<div class="content">${this.elements.get(this.side)}</div></section>` : nothing}
           </div>
+          ${monitor.component && !starting && this.bottom !== "hfsm-monitor-timeline" ? this.strip ?? nothing : nothing}
           ${this.bottom && !starting ? html`${resizer({name: "Height of the panel", variable: "--bottom", along: "y", sign: -1, smallest: 90, largest: 700})}
             <section class="bottom" aria-label="Panel below the canvas">${this.#panelTabs(BOTTOM, this.bottom, (tag) => this.showBottom(tag))}<div class="content">${this.elements.get(this.bottom)}</div></section>` : nothing}
           ${starting && store.online ? this.#start() : nothing}
@@ -229,8 +261,26 @@ export class HfsmApp extends PageElement {
 
   #told(run) {
     this.runs.set(run.tab, run);
-    if (run.status === "running") this.#load("hfsm-monitor-toolbar").then(() => this.requestUpdate());
     if (run.status === "ended" && run.exitCode) notify(`The component ended with exit code ${run.exitCode}. ${run.message ?? ""}`, "error");
+  }
+
+  /** Load an element of the monitor, and draw the page with it. */
+  async #showMonitor(tag) {
+    const element = await this.#load(tag);
+    this.requestUpdate();
+    return element;
+  }
+
+  /** What is shown while a component is followed comes with the first one. */
+  async #monitored() {
+    this.requestUpdate();
+    if (!monitor.component || this.strip) return;
+    this.strip = document.createElement("hfsm-monitor-timeline");
+    this.strip.compact = true;
+    const [overlay, whyNot] = await Promise.all([import("./monitor/overlay.js"), import("./monitor/why-not.js"), this.#load("hfsm-monitor-bar"), this.#load("hfsm-monitor-timeline")]);
+    overlay.showOn(this.canvas);
+    whyNot.explainUnderPointer(this.canvas);
+    this.requestUpdate();
   }
 
   async #drop(event) {

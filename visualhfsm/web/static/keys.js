@@ -1,6 +1,7 @@
 /** Keys: which action each one does. The table itself stands with the actions. */
 
 import {actions, perform} from "./actions.js";
+import {MONITOR_KEYS} from "./monitor/actions.js";
 
 /** By how a key is written, such as `Ctrl+Shift+Z`. */
 const byKey = new Map();
@@ -59,6 +60,7 @@ export function keyTable() {
     View: ["fit", "fitSelection", "zoomIn", "zoomOut", "search", "problems", "output", "historyList", "theme", "help"],
     Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
     "Data and run": ["interfaces", "timing", "variables", "functions", "component", "generate", "run", "stopRun"],
+    "Follow and steer": MONITOR_KEYS,
   };
   return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));
 }

@@ -22,7 +22,7 @@ class Page extends EventTarget {
    * What is marked on the canvas though nothing runs, such as a step of a counterexample: of each automaton
    * what its states and transitions show. The event `highlight` says that it is another.
    *
-   * @type {Map<number, Map<string, import("./canvas/scene.js").Live>> | undefined}
+   * @type {Map<number, Map<string, import("./canvas/live-marks.js").Live>> | undefined}
    */
   highlight = undefined;
   /** @type {Map<number, Spot>} */

@@ -6,6 +6,7 @@ import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./a
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
+import {monitor} from "./monitor/monitor.js";
 import {page} from "./page.js";
 import {countOf} from "./problems.js";
 import {store} from "./store.js";
@@ -80,8 +81,13 @@ class ActionBar extends PageElement {
     ["Figures", ["newState", "newTransition"]],
     ["Files", ["open", "save", "saveAs"]],
     ["Automaton data", ["interfaces", "timing", "variables", "functions", "component"]],
-    ["Generate and run", ["generate", "run", "stopRun"]],
+    ["Generate and run", ["generate", "run", "stopRun", "attach"]],
   ];
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(monitor, "mode", () => this.requestUpdate());
+  }
 
   render() {
     const title = selectionTitle();

@@ -7,6 +7,7 @@
 
 import {bounds, handles} from "./geometry.js";
 import {placeLabels} from "./labels.js";
+import {markState, markTransition} from "./live-marks.js";
 import {StateView} from "./state-view.js";
 import {make, set} from "./svg.js";
 import {TransitionView} from "./transition-view.js";
@@ -15,9 +16,6 @@ import {TransitionView} from "./transition-view.js";
  * @typedef {import("./geometry.js").Point} Point
  * @typedef {{imported: (state: object) => boolean, problem: (kind: "state" | "transition", id: number) => {severity: string, message: string} | undefined,
  *   marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
- * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, fired?: number, note?: string}} Live
- *   of a state `status` and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains) and
- *   `fired` (0..1, 1 just now)
  */
 
 export class Scene {
@@ -157,25 +155,11 @@ export class Scene {
 
   #live;
 
-  /** Show what a running component does. @param {Map<string, Live> | undefined} live by key; undefined for nothing */
+  /** Show what a running component does. @param {Map<string, import("./live-marks.js").Live> | undefined} live by key; undefined for nothing */
   showLive(live) {
     if (!live && !this.#live) return;
-    for (const [key, view] of this.states) {
-      const {status, trail = 0, note} = live?.get(key) ?? {};
-      const {classList} = view.group;
-      classList.toggle("active", status === "active");
-      classList.toggle("ghost", status === "ghost");
-      view.group.setAttribute("aria-label", [view.words, status, note].filter(Boolean).join(", "));
-      set(view.glow, "opacity", trail && status !== "active" ? trail.toFixed(2) : undefined);
-      classList.toggle("trail", trail > 0);
-    }
-    for (const [key, view] of this.transitions) {
-      const {timer, fired = 0} = live?.get(key) ?? {};
-      set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
-      view.group.classList.toggle("waiting", timer > 0);
-      view.group.classList.toggle("fired", fired > 0);
-      set(view.glow, "opacity", fired ? fired.toFixed(2) : undefined);
-    }
+    for (const [key, view] of this.states) markState(view, live?.get(key));
+    for (const [key, view] of this.transitions) markTransition(view, live?.get(key));
     this.#live = live;
   }
 

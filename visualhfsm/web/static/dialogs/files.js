@@ -7,10 +7,10 @@ import {store} from "../store.js";
 import {showDialog} from "./dialog.js";
 
 /**
- * @param {{title: string, verb: string, suggestion?: string}} options with a `suggestion` a new name may be typed
+ * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording"}} options with a `suggestion` a new name may be typed
  * @returns {Promise<string | undefined>} a path
  */
-export async function chooseFile({title, verb, suggestion}) {
+export async function chooseFile({title, verb, suggestion, kind = "document"}) {
   const saving = suggestion !== undefined;
   const [, folder = "", name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
   const state = {directory: folder, parent: null, entries: [], error: "", name, chosen: 0};
@@ -27,7 +27,7 @@ export async function chooseFile({title, verb, suggestion}) {
     return undefined;
   };
 
-  const rows = () => [...(state.parent === null ? [] : [{name: "..", path: state.parent, kind: "directory"}]), ...state.entries];
+  const rows = () => [...(state.parent === null ? [] : [{name: "..", path: state.parent, kind: "directory"}]), ...state.entries.filter((each) => each.kind === "directory" || each.kind === kind)];
   const path = () => (state.directory ? `${state.directory}/` : "") + (/\.xml$/i.test(state.name) ? state.name : `${state.name}.xml`);
 
   const take = (row, close) => {
@@ -62,7 +62,7 @@ export async function chooseFile({title, verb, suggestion}) {
       draw = redraw;
       return html`<p class="folder">${state.directory || store.greeting.root || "."}</p>
         ${state.error ? html`<p role="alert">${state.error}</p>` : nothing}
-        <div class="files" role="listbox" tabindex="0" aria-label="Documents and folders" aria-activedescendant="file-${state.chosen}" ?autofocus=${!saving} @keydown=${(event) => key(event, close)}>
+        <div class="files" role="listbox" tabindex="0" aria-label=${kind === "recording" ? "Recordings and folders" : "Documents and folders"} aria-activedescendant="file-${state.chosen}" ?autofocus=${!saving} @keydown=${(event) => key(event, close)}>
           ${rows().map((row, index) => html`<div role="option" id="file-${index}" aria-selected=${index === state.chosen}
               @click=${() => { state.chosen = index; if (saving && row.kind !== "directory") state.name = row.name; redraw(); }} @dblclick=${() => take(row, close)}>
             ${icon(row.kind === "directory" ? "folder" : "file")}<span>${row.name}</span>${row.changedAt ? html`<span class="when">${new Date(row.changedAt * 1000).toLocaleString([], {dateStyle: "medium", timeStyle: "short"})}</span>` : nothing}</div>`)}

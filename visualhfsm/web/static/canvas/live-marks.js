@@ -1,0 +1,64 @@
+/** Marks on states and transitions that say what a running component does. */
+
+import {RADIUS} from "./geometry.js";
+import {make, set} from "./svg.js";
+
+/**
+ * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?: boolean, finished?: boolean,
+ *   breakpoint?: "set" | "conditional" | "hit", note?: string}} Live
+ *   of a state `status`, `finished` and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains),
+ *   `remaining` (s), `guard` (its last value) and `fired` (0..1, 1 just now)
+ */
+
+const DIAGONAL = RADIUS * Math.SQRT1_2;
+const FINISHED = `M-8 ${14 - RADIUS}l5 5L7 ${9 - RADIUS}`;
+const BREAKPOINTS = {set: "breakpoint", conditional: "breakpoint with a condition", hit: "paused at this breakpoint"};
+
+/** @param {import("./state-view.js").StateView} view @param {Live} [live] */
+export function markState(view, {status, trail = 0, finished = false, breakpoint, note} = {}) {
+  const {group} = view;
+  const {classList} = group;
+  classList.toggle("active", status === "active");
+  classList.toggle("ghost", status === "ghost");
+  classList.toggle("finished", finished);
+  classList.toggle("trail", trail > 0 && !status);
+  set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
+  markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));
+  markBreakpoint(group, breakpoint, -DIAGONAL, -DIAGONAL, 7);
+  say(group, [view.words, status, note, BREAKPOINTS[breakpoint]]);
+}
+
+/** @param {import("./transition-view.js").TransitionView} view @param {Live} [live] */
+export function markTransition(view, {timer = 0, remaining, fired = 0, guard, breakpoint} = {}) {
+  const {group} = view;
+  const {classList} = group;
+  set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
+  set(view.glow, "opacity", fired ? fired.toFixed(2) : undefined);
+  classList.toggle("waiting", timer > 0);
+  classList.toggle("fired", fired > 0);
+  classList.toggle("guard-true", guard === true);
+  classList.toggle("guard-false", guard === false);
+  markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
+  say(group, [view.words, timer > 0 && remaining !== undefined && `in ${Math.ceil(remaining)} s`, fired > 0 && "fired last",
+    guard !== undefined && `condition ${guard ? "true" : "false"}`, BREAKPOINTS[breakpoint]]);
+}
+
+function markBreakpoint(group, kind, x, y, r) {
+  const sign = markWith(group, "breakpoint-sign", Boolean(kind), () => make("g", {class: "breakpoint-sign", transform: `translate(${x},${y})`},
+    make("circle", {class: "halo", r: r + 5}), make("circle", {class: "dot", r}), make("path", {class: "if", d: `M${-r / 2} -1.500H${r / 2}M${-r / 2} 1.500H${r / 2}`})));
+  sign?.classList.toggle("conditional", kind === "conditional");
+  sign?.classList.toggle("hit", kind === "hit");
+}
+
+/** Have an element with a class among the children of a group, or not. */
+function markWith(group, name, wanted, build) {
+  let found = [...group.children].find((each) => each.classList.contains(name));
+  if (wanted && !found) group.append((found = build()));
+  else if (!wanted && found) found = found.remove();
+  return found;
+}
+
+function say(group, parts) {
+  const words = parts.filter(Boolean).join(", ");
+  if (group.getAttribute("aria-label") !== words) group.setAttribute("aria-label", words);
+}

@@ -1,0 +1,60 @@
+/** What a person can do with the component that is followed; part of the table of all actions. */
+
+import {page} from "../page.js";
+import {notify} from "../notices.js";
+import {monitor} from "./monitor.js";
+import {STOP_KEY, stopRobot} from "./stop.js";
+
+const attached = () => Boolean(monitor.component);
+const steers = () => monitor.steers;
+const paused = () => monitor.newest?.component.status !== 0;
+/** Whether the selection belongs to the component. */
+const here = () => attached() && page.tab === monitor.tab;
+const selected = () => page.state ?? page.transition;
+const kind = () => (page.state ? "state" : "transition");
+
+const dialogs = () => import("./dialogs.js");
+
+/** The action with which the shown automaton's selected thing has or has not a breakpoint. */
+function toggleBreakpoint() {
+  const [automaton, id] = [page.automaton.id, selected().id];
+  const known = monitor.breakpoint(automaton, kind(), id);
+  return monitor.setBreakpoint(automaton, kind(), id, known ? undefined : "");
+}
+
+/** Write the component anew and go on in it. */
+async function reload(context) {
+  if (!(await context.app.generate({quiet: true}))) return;
+  const report = await monitor.steer("reload");
+  if (!report) return;
+  const {notKept, held} = report;
+  if (notKept.length) (await dialogs()).showNotKept(notKept);
+  else notify(`Reloaded. States, timers and variables were kept; no cycle began for ${Math.round(held * 1000)} ms.`);
+}
+
+/** @type {import("../actions.js").Action[]} */
+export const monitorActions = [
+  {id: "attach", label: "Follow a component", icon: "link", keys: ["Alt+A"], scope: "typing", run: ({app}) => app.showRunning(), hint: "that runs anywhere in the realm"},
+  {id: "detach", label: "Follow no longer", icon: "unlink", keys: ["Alt+Shift+A"], scope: "typing", enabled: attached, run: () => monitor.detach(), hint: "it runs on"},
+  {id: "openRecording", label: "Open a recording", icon: "film", keys: ["Alt+R"], scope: "typing", run: async () => (await import("./recordings.js")).openRecording()},
+  {id: "pauseResume", label: "Pause or resume", icon: "pause", keys: ["F8"], scope: "typing", enabled: steers, run: () => monitor.steer(paused() ? "resume" : "pause")},
+  {id: "stepOne", label: "Step", icon: "step", keys: ["F10"], scope: "typing", enabled: () => steers() && paused() && here(), run: () => monitor.steer("step", {automaton: page.automaton.id}), hint: "one cycle of the shown automaton"},
+  {id: "stepAll", label: "Step all", icon: "stepAll", keys: ["Ctrl+F10"], scope: "typing", enabled: () => steers() && paused(), run: () => monitor.steer("step", {automaton: 0}), hint: "one cycle of each automaton"},
+  {id: "reload", label: "Reload", icon: "reload", keys: ["F9"], scope: "typing", enabled: () => steers() && here(), run: reload, hint: "goes on in the changed document, in the same states"},
+  {id: "sendEvent", label: "Send an event", icon: "events", keys: ["Alt+E"], scope: "typing", enabled: steers, run: async () => (await dialogs()).askEvent()},
+  {id: "steering", label: "Steer, or only watch", icon: "lock", keys: ["Alt+U"], scope: "typing", enabled: () => attached() && !monitor.recording, run: () => monitor.allowSteering(!monitor.writable)},
+  {id: "follow", label: "Keep what is active in view", icon: "target", keys: ["G"], enabled: attached, run: () => monitor.setFollows(!monitor.follows), hint: "opens sub-automata as they become active"},
+  {id: "livePanel", label: "Live values", icon: "variables", keys: ["Alt+L"], scope: "typing", enabled: attached, run: ({app}) => app.showSide("hfsm-monitor-panel"), hint: "variables, plots, cameras, the robot"},
+  {id: "backToLive", label: "Back to now", icon: "live", keys: ["Alt+End"], scope: "typing", enabled: () => Boolean(monitor.looking) && !monitor.recording, run: () => monitor.lookAt(undefined)},
+  {id: "whyNot", label: "Why not?", icon: "help", keys: ["W"], enabled: () => here() && monitor.isLive, run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas), hint: "what keeps transitions from firing"},
+  {id: "breakpoint", label: "Breakpoint", icon: "breakpoint", keys: ["B"], enabled: () => steers() && here() && Boolean(selected()), run: toggleBreakpoint, hint: "on or off"},
+  {id: "breakpointIf", label: "Breakpoint with a condition", icon: "breakpointIf", keys: ["Shift+B"], enabled: () => steers() && here() && Boolean(selected()), run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected())},
+  {id: "force", label: "Force the transition", icon: "force", keys: ["Alt+Enter"], scope: "canvas", enabled: () => steers() && here() && Boolean(page.transition), run: () => monitor.steer("force", {automaton: page.automaton.id, transition: page.transition.id}), hint: "fires at the next cycle, whatever its condition says"},
+  {id: "stopRobot", label: "STOP", icon: "stop", keys: [STOP_KEY], scope: "typing", enabled: attached, run: stopRobot, hint: "stops the robot and the component at once, also while only watching"},
+];
+
+/** What can be done with the selected state or transition while it is followed. @returns {string[][]} */
+export const monitoredSelection = () => (here() && selected() ? [["whyNot", "breakpoint", "breakpointIf", ...(page.transition ? ["force"] : [])]] : []);
+
+/** The groups of the list of keys. */
+export const MONITOR_KEYS = ["attach", "detach", "openRecording", "pauseResume", "stepOne", "stepAll", "reload", "sendEvent", "steering", "breakpoint", "breakpointIf", "force", "whyNot", "follow", "livePanel", "backToLive", "stopRobot"];

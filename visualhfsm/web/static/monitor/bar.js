@@ -1,0 +1,70 @@
+/** The line below the header while a component is followed: what it is doing, and how to steer it. */
+
+import {html, nothing} from "lit";
+
+import {actions, isEnabled, perform} from "../actions.js";
+import {icon} from "../icons.js";
+import {spoken} from "../keys.js";
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
+import {monitor, STATUS} from "./monitor.js";
+import {STOP_KEY} from "./stop.js";
+
+class MonitorBar extends MonitorElement {
+  static properties = {context: {attribute: false}};
+  static watches = {page: ["tab", "automaton"], store: ["connection"]};
+
+  render() {
+    if (!monitor.component) return nothing;
+    const {status, word} = statusOf();
+    const {recording, writable, looking} = monitor;
+    const paused = monitor.newest && monitor.newest.component.status !== 0;
+    return html`<div class="live-bar" role="region" aria-label="Followed component">
+      <span class="live-status ${status}" role="status"><span class="sign" aria-hidden="true"></span>${word}</span>
+      <strong class="component" title=${monitor.component}>${monitor.component.replace(/^recording:/, "")}</strong>
+      <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
+      ${this.#elsewhere()}
+      ${recording ? nothing : html`<div role="group" aria-label="Steer">
+        ${this.#button("pauseResume", paused ? "run" : "pause", paused ? "Resume" : "Pause")}
+        ${["stepOne", "stepAll", "reload", "sendEvent"].map((id) => this.#button(id))}</div>
+        <button type="button" class="switch" role="switch" aria-checked=${writable} title="Whether this window may steer the component (Alt+U)" @click=${() => perform("steering", this.context)}>
+          <span class="knob" aria-hidden="true"></span>${writable ? "Steering" : "Only watching"}</button>`}
+      <span class="room"></span>
+      ${looking && !recording ? html`<button type="button" class="button" @click=${() => perform("backToLive", this.context)}>Back to now</button>` : nothing}
+      <button type="button" class="action bare" aria-pressed=${monitor.follows} aria-label="Keep what is active in view" title="Keep what is active in view (G)" @click=${() => perform("follow", this.context)}>${icon("target")}</button>
+      ${this.#button("livePanel")}${this.#button("detach")}
+      ${recording ? nothing : html`<button type="button" class="stop-button" aria-keyshortcuts="Control+Shift+Space" title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
+        @click=${() => perform("stopRobot", this.context)}>STOP</button>`}</div>`;
+  }
+
+  #button(id, image = actions.get(id).icon, label = actions.get(id).label) {
+    const {hint, keys = []} = actions.get(id);
+    return html`<button type="button" class="action bare" data-action=${id} aria-label=${label} title="${label}${hint ? `: ${hint}` : ""} (${spoken(keys[0])})"
+      ?disabled=${!isEnabled(id, this.context)} @click=${() => perform(id, this.context)}>${icon(image)}</button>`;
+  }
+
+  /** Where the document is that this is about, unless it is the one that is shown. */
+  #elsewhere() {
+    const {tab} = monitor;
+    if (tab && tab === page.tab) return nothing;
+    if (tab) return html`<button type="button" class="link" @click=${() => page.show(tab)}>Show ${monitor.structure?.document ?? "its document"}</button>`;
+    if (!monitor.structure) return nothing;
+    return html`<button type="button" class="link" @click=${() => this.context.app.openFollowed()}>Open ${monitor.structure.document || "its document"}</button>`;
+  }
+}
+
+/** @returns {{status: string, word: string}} how it is shown, and in words */
+export function statusOf() {
+  const {since, newest, recording, looking} = monitor;
+  if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
+  if (!store.online) return {status: "stale", word: "The server is away"};
+  if (since) return {status: "stale", word: `Silent since ${clockTime(since)}`};
+  if (looking) return {status: "past", word: "Looking back"};
+  if (!newest) return {status: "waiting", word: "Waiting"};
+  const {status, stoppedAt} = newest.component;
+  const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
+  return {status: STATUS[status].toLowerCase(), word};
+}
+
+customElements.define("hfsm-monitor-bar", MonitorBar);

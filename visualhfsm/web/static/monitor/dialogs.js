@@ -1,0 +1,63 @@
+/** What is asked for while a component is steered. */
+
+import {html, nothing} from "lit";
+
+import {showDialog} from "../dialogs/dialog.js";
+import {notify} from "../notices.js";
+import {page} from "../page.js";
+import {monitor} from "./monitor.js";
+import {valueIn} from "./values.js";
+
+const onEnter = (act) => (event) => {
+  if (event.key !== "Enter") return;
+  event.preventDefault();
+  act();
+};
+
+/** Ask which event to send, and send it. */
+export async function askEvent() {
+  const known = new Set();
+  for (const {transitions} of monitor.structure?.automata ?? []) for (const {event} of transitions) if (event) known.add(event);
+  const state = {name: [...known][0] ?? "", data: ""};
+  const sent = await showDialog({
+    title: "Send an event",
+    content: (close) => html`<div @keydown=${onEnter(() => close(true))}>
+      <div class="field"><label for="event-name">Event</label><input id="event-name" list="event-names" autofocus .value=${state.name} @input=${({target}) => (state.name = target.value)}>
+        <datalist id="event-names">${[...known].map((name) => html`<option value=${name}></option>`)}</datalist></div>
+      <div class="field"><label for="event-data">Data, such as 3, "red" or [1, 2]; may be empty</label><input id="event-data" class="mono" .value=${state.data} @input=${({target}) => (state.data = target.value)}></div></div>`,
+    footer: (close) => html`<button type="button" class="button" @click=${() => close()}>Cancel</button><button type="button" class="button primary" @click=${() => close(true)}>Send</button>`,
+  });
+  if (!sent || !state.name.trim()) return;
+  const data = state.data.trim() ? valueIn(state.data) : null;
+  if (data === undefined) {
+    notify(`${state.data} is no value: write a number, "a text", True, or a list of those.`, "error");
+    return;
+  }
+  if ((await monitor.steer("send", {name: state.name.trim(), data})) !== undefined) notify(`Sent ${state.name.trim()}.`);
+}
+
+/** Ask when a breakpoint is to count. */
+export async function askCondition(automaton, kind, {id, name}) {
+  const known = monitor.breakpoint(automaton, kind, id);
+  const variables = Object.keys(monitor.now(automaton)?.variables ?? {});
+  const state = {condition: known?.condition ?? ""};
+  const chosen = await showDialog({
+    title: `Breakpoint at ${name || kind}`,
+    content: (close) => html`<p>The component pauses when ${kind === "state" ? "the state has been entered, before its code runs" : "the transition has fired"}, if this is true in ${page.title()}; always when it is empty.</p>
+      <div class="field"><label for="break-condition">Condition, in Python${variables.length ? html`; variables are ${variables.slice(0, 8).join(", ")}` : nothing}</label>
+        <input id="break-condition" class="mono" autofocus spellcheck="false" .value=${state.condition} @keydown=${onEnter(() => close("set"))} @input=${({target}) => (state.condition = target.value)}></div>`,
+    footer: (close) => html`<button type="button" class="button" @click=${() => close()}>Cancel</button>
+      ${known ? html`<button type="button" class="button danger" @click=${() => close("remove")}>Remove</button>` : nothing}
+      <button type="button" class="button primary" @click=${() => close("set")}>Set</button>`,
+  });
+  if (chosen) await monitor.setBreakpoint(automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
+}
+
+/** Tell what a reload could not keep. @param {string[]} notKept */
+export function showNotKept(notKept) {
+  return showDialog({
+    title: "Reloaded",
+    content: () => html`<p>The component goes on in the changed document. This could not be kept:</p><ul class="not-kept">${notKept.map((each) => html`<li>${each}</li>`)}</ul>`,
+    footer: (close) => html`<button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,
+  });
+}

@@ -1,0 +1,39 @@
+/** Find the document of a component that was started elsewhere. */
+
+import {openPath} from "../files.js";
+import {notify} from "../notices.js";
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {monitor} from "./monitor.js";
+
+const DEPTH = 3; // directories below the root that are looked through
+const MOST = 60;
+
+/** Open the document of the component that is followed, if the server reaches a file of its name. */
+export async function openFollowed() {
+  const name = monitor.structure?.document.replace(/^.*\//, "") || `${monitor.component}.xml`;
+  if (monitor.tab) {
+    page.show(monitor.tab);
+    return;
+  }
+  const path = await find(name);
+  if (path) await openPath(path);
+  else notify(`No ${name} lies below ${store.greeting.root ?? "the root"}: open the document of ${monitor.component} to see its states.`, "error");
+}
+
+async function find(name) {
+  let level = [""];
+  let looked = 0;
+  for (let depth = 0; depth <= DEPTH && level.length; depth += 1) {
+    const next = [];
+    for (const directory of level) {
+      if ((looked += 1) > MOST) return undefined;
+      const {entries} = await store.request("listFiles", {directory}).catch(() => ({entries: []}));
+      const found = entries.find((each) => each.kind === "document" && each.name === name);
+      if (found) return found.path;
+      next.push(...entries.filter((each) => each.kind === "directory").map((each) => each.path));
+    }
+    level = next;
+  }
+  return undefined;
+}

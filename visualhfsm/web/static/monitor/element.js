@@ -1,0 +1,54 @@
+/** What the elements of the monitor have in common. */
+
+import {PageElement} from "../element.js";
+import {monitor} from "./monitor.js";
+
+const PACE = 100; // ms between two moments that numbers and lists show; the canvas waits for nothing
+
+/** Drawn again at the events of the monitor that `kinds` names. */
+export class MonitorElement extends PageElement {
+  static watches = {page: [], store: []};
+  static kinds = ["shown", "mode", "structure"];
+
+  #drawn = 0;
+  #waiting = 0;
+
+  connectedCallback() {
+    super.connectedCallback();
+    for (const kind of this.constructor.kinds) this.listen(monitor, kind, kind === "shown" ? () => this.#later() : () => this.requestUpdate());
+    this.requestUpdate();
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    clearTimeout(this.#waiting);
+    this.#waiting = 0;
+  }
+
+  updated(changed) {
+    super.updated(changed);
+    this.#drawn = performance.now();
+  }
+
+  #later() {
+    if (this.#waiting) return;
+    const wait = this.#drawn + PACE - performance.now();
+    if (wait <= 0) this.requestUpdate();
+    else {
+      this.#waiting = setTimeout(() => {
+        this.#waiting = 0;
+        this.requestUpdate();
+      }, wait);
+    }
+  }
+}
+
+/** Component time as people read it. @param {number} seconds */
+export function spokenSeconds(seconds) {
+  if (!Number.isFinite(seconds)) return "–";
+  const minutes = Math.floor(seconds / 60);
+  return minutes ? `${minutes}:${(seconds - minutes * 60).toFixed(1).padStart(4, "0")} min` : `${seconds.toFixed(1)} s`;
+}
+
+/** A time of the wall's clock. @param {number} seconds since 1970 */
+export const clockTime = (seconds) => new Date(seconds * 1000).toLocaleTimeString();

@@ -1,0 +1,32 @@
+/** Errors of the component's code; each leads to where it was raised. */
+
+import {html, nothing} from "lit";
+
+import {page} from "../page.js";
+import {outputLog} from "../panels/output-log.js";
+import {MonitorElement, spokenSeconds} from "./element.js";
+import {monitor} from "./monitor.js";
+
+class LiveErrors extends MonitorElement {
+  render() {
+    const errors = monitor.snapshot?.component.errors ?? [];
+    const health = monitor.snapshot?.robot.health?.events ?? [];
+    if (!errors.length && !health.length) return html`<p class="empty">No errors, neither of the component nor of the robot.</p>`;
+    return html`<div class="live-values">
+      ${errors.length ? html`<h3>Component</h3><ul class="rows" aria-label="Errors of the component">${errors.toReversed().map((each) => html`<li><button type="button" class="row" @click=${() => jump(each)}>
+        <span class="severity-sign error" role="img" aria-label="error"></span><span class="message">${each.message}</span>
+        <span class="where">${monitor.automaton(each.automaton)?.name ?? each.automaton}, ${monitor.stateName(each.automaton, each.state)}, ${spokenSeconds(each.time)}${each.location ? html`<br>${each.location}` : nothing}</span></button></li>`)}</ul>` : nothing}
+      ${health.length ? html`<h3>Robot</h3><ul class="rows" aria-label="Events of the robot">${health.toReversed().map((each) => html`<li class="row">
+        <span class="severity-sign ${["note", "warning", "error"][each.level]}" role="img" aria-label=${["note", "warning", "error"][each.level]}></span><span class="message">${each.message}</span><span class="where">${each.source}, ${spokenSeconds(each.time)}</span></li>`)}</ul>` : nothing}</div>`;
+  }
+}
+
+/** Show the code that failed: its very line where the output told it, else the code of the state. */
+function jump({automaton, state, location}) {
+  if (monitor.tab) page.show(monitor.tab);
+  const told = location && outputLog.of(monitor.tab).findLast((each) => each.place && each.text.includes(location));
+  if (told) page.jump(told.place, {line: told.line || 1});
+  else page.jump({kind: "state", automaton, id: state, part: "code"});
+}
+
+customElements.define("hfsm-live-errors", LiveErrors);

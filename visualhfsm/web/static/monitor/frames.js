@@ -1,0 +1,42 @@
+/** Pictures from the server, the newest each time that the last one was drawn. */
+
+const AGAIN = 1500; // ms until a lost connection is tried anew
+
+/**
+ * Receive frames until `close` is called.
+ *
+ * @param {string} path of the websocket
+ * @param {{draw: (frame: ArrayBuffer) => Promise<void> | void, lost: (reason: string) => void}} handlers the next frame is asked for when `draw` is done
+ * @returns {{close: () => void}}
+ */
+export function receiveFrames(path, {draw, lost}) {
+  let socket;
+  let timer = 0;
+  let closed = false;
+  const open = () => {
+    socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}`);
+    socket.binaryType = "arraybuffer";
+    const mine = socket;
+    mine.addEventListener("message", async ({data}) => {
+      try {
+        await draw(data);
+      } catch (error) {
+        lost(error.message);
+      }
+      if (mine.readyState === WebSocket.OPEN) mine.send("drawn");
+    });
+    mine.addEventListener("close", ({reason}) => {
+      if (closed) return;
+      lost(reason);
+      timer = setTimeout(open, AGAIN);
+    });
+  };
+  open();
+  return {
+    close() {
+      closed = true;
+      clearTimeout(timer);
+      socket.close();
+    },
+  };
+}

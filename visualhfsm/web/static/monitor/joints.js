@@ -1,0 +1,41 @@
+/** The angles of the joints within their limits, and how the robot's server is. */
+
+import {html, nothing} from "lit";
+
+import {MonitorElement} from "./element.js";
+import {monitor} from "./monitor.js";
+
+const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
+const NEAR = 0.05; // part of the range from a limit
+
+class Joints extends MonitorElement {
+  render() {
+    const {joints = {}, health} = monitor.snapshot?.robot ?? {};
+    const names = Object.keys(joints);
+    return html`<div class="live-values">
+      ${health ? this.#health(health) : nothing}
+      ${names.length ? html`<table class="joints" aria-label="Joints"><tbody>${names.map((name) => this.#row(name, joints[name]))}</tbody></table>`
+        : html`<p class="empty">${monitor.recording ? "This recording does not hold the joints." : "No robot tells its joints in this realm."}</p>`}</div>`;
+  }
+
+  #row(name, angle) {
+    const {lower, upper} = monitor.limits.get(name) ?? {};
+    const part = upper > lower ? (angle - lower) / (upper - lower) : undefined;
+    const near = part !== undefined && (part < NEAR || part > 1 - NEAR);
+    return html`<tr><th scope="row">${name}</th><td>${part === undefined ? nothing : html`<svg class="joint-bar" viewBox="0 0 200 12" preserveAspectRatio="none" role="img" aria-label="between ${degrees(lower)} and ${degrees(upper)}">
+        <rect class="track" y="4.500" width="200" height="3" rx="1.500"></rect>${lower < 0 && upper > 0 ? html`` : nothing}<rect class="place ${near ? "near" : ""}" x=${Math.min(196, Math.max(0, part * 200 - 2))} width="4" height="12" rx="2"></rect></svg>`}</td>
+      <td class="number ${near ? "near" : ""}" title=${near ? "near its limit" : ""}>${degrees(angle)}</td></tr>`;
+  }
+
+  #health({realTimeFactor, lag, torsoTilt, fallen, cameraRates, limitedCommands, velocityTimeouts}) {
+    const rates = Object.entries(cameraRates ?? {});
+    const facts = [
+      ["Real time factor", realTimeFactor.toFixed(2)], ["Lag", `${(lag * 1000).toFixed(0)} ms`], ["Tilt of the torso", degrees(torsoTilt)],
+      ["Commands limited", limitedCommands], ["Velocities timed out", velocityTimeouts],
+      ...rates.map(([name, rate]) => [name, `${rate.toFixed(0)} images/s`]),
+    ];
+    return html`${fallen ? html`<p class="fallen" role="alert">The robot has fallen.</p>` : nothing}<dl class="health">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>`;
+  }
+}
+
+customElements.define("hfsm-joints", Joints);

@@ -1,0 +1,341 @@
+/**
+ * What the page knows of the component that it follows, and how it steers it.
+ *
+ * One component, or one recording, is followed at a time. `snapshot` is what is shown: the newest moment, or one of
+ * the past while somebody looks back.
+ *
+ * @typedef {{id: number, state: number, ghost: boolean, finished: boolean, lastTransition: number, enteredAt: number,
+ *   timers: {transition: number, remaining: number}[], guards: {transition: number, value: boolean}[],
+ *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number}} AutomatonNow
+ * @typedef {{time: number, status: number, generation: number, automata: AutomatonNow[], parameters: Record<string, string>,
+ *   stoppedAt: Breakpoint[], errors: {time: number, automaton: number, state: number, location: string, message: string}[]}} ComponentNow
+ * @typedef {{automaton: number, state: number, transition: number, condition: string}} Breakpoint
+ * @typedef {{at: number, component: ComponentNow, robot: {joints: Record<string, number>, pan: number | null, tilt: number | null, health: object | null}}} Snapshot
+ */
+
+import {notify, notifyError} from "../notices.js";
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {Past} from "./past.js";
+
+/** `ComponentStatus` of interfaces/hfsm.idl. */
+export const STATUS = ["Running", "Paused", "Halted"];
+/** `TransitionKind` of interfaces/hfsm.idl. */
+export const ON_TIME = 1;
+
+/** What the component of a document without a file is called. */
+const UNTITLED = "untitled";
+
+/** What a file is called without its directories and its extension. */
+export const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
+
+/**
+ * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
+ * one or breakpoints are; `snapshot` at each new moment of the component; `shown` when `snapshot` is another one.
+ */
+class Monitor extends EventTarget {
+  /** Name of the followed component or recording, "" for none. */
+  component = "";
+  /** @type {{name: string, document: string, parameters: object[], automata: object[]} | undefined} */
+  structure = undefined;
+  /** @type {Breakpoint[]} */
+  breakpoints = [];
+  cameras = [];
+  /** Limits of the joints by name. @type {Map<string, {name: string, lower: number, upper: number}>} */
+  limits = new Map();
+  /** The newest moment. @type {Snapshot | undefined} */
+  newest = undefined;
+  /** A moment of the past that is looked at instead. @type {Snapshot | undefined} */
+  looking = undefined;
+  past = new Past();
+  /** Since when nothing is heard of it, s since 1970; 0 while it speaks. */
+  since = 0;
+  /** Whether it may be steered, beside being stopped. */
+  writable = false;
+  /** The recording that is looked at. @type {{file: string, complete: boolean} | undefined} */
+  recording = undefined;
+  /** Whether the canvas shows the automaton that is active deepest. */
+  follows = false;
+
+  #expected = ""; // a component that was just started here
+  #tab = 0; // that it was started from
+  #transitions = new Map();
+  #automata = new Map();
+
+  constructor() {
+    super();
+    store.addEventListener("snapshot", ({detail}) => detail.component === this.component && this.#take(detail.value));
+    store.addEventListener("structure", ({detail}) => detail.component === this.component && this.#learn(detail.value));
+    store.addEventListener("stale", ({detail}) => detail.component === this.component && this.#lose(detail.since));
+    store.addEventListener("workspace", () => this.#look());
+    store.addEventListener("connection", () => this.#reconnect());
+    store.addEventListener("run", ({detail}) => detail.tab === this.#tab && detail.status === "ended" && (this.#expected = ""));
+  }
+
+  get snapshot() {
+    return this.looking ?? this.newest;
+  }
+
+  get isLive() {
+    return Boolean(this.component) && !this.recording && !this.looking;
+  }
+
+  /** Whether it can be steered now. */
+  get steers() {
+    return this.isLive && this.writable && !this.since && store.online;
+  }
+
+  /** The components that run in the realm. @returns {string[]} */
+  get running() {
+    return (store.workspace.running ?? []).map((each) => each.component);
+  }
+
+  /** The tab of the document of the component; 0 when it is not open. */
+  get tab() {
+    const {tabs} = store.workspace;
+    const wanted = this.structure?.document || this.component;
+    const fits = (each) => stemOf(each.path || each.title) === stemOf(wanted);
+    return (tabs.find((each) => each.tab === this.#tab && fits(each)) ?? tabs.find(fits))?.tab ?? 0;
+  }
+
+  /** Whether a component is that of a tab. */
+  isOf(component, tab) {
+    const found = store.workspace.tabs.find((each) => each.tab === tab);
+    return Boolean(found) && component === (found.path ? stemOf(found.path) : UNTITLED);
+  }
+
+  /** An automaton as it is shown now. @returns {AutomatonNow | undefined} */
+  now(id) {
+    return this.snapshot?.component.automata.find((each) => each.id === id);
+  }
+
+  /** An automaton of the structure. */
+  automaton(id) {
+    return this.#automata.get(id);
+  }
+
+  /** A transition of the structure. */
+  transition(automaton, id) {
+    return this.#transitions.get(`${automaton}/${id}`);
+  }
+
+  /** The name of a state. */
+  stateName(automaton, id) {
+    return this.#automata.get(automaton)?.states.find((each) => each.id === id)?.name ?? `state ${id}`;
+  }
+
+  /** Follow the component of a tab as soon as it runs: it is being started. */
+  expect(tab) {
+    const found = store.workspace.tabs.find((each) => each.tab === tab);
+    this.#tab = tab;
+    this.#expected = found?.path ? stemOf(found.path) : UNTITLED;
+    if (this.component === this.#expected) {
+      this.writable = true;
+      this.lookAt(undefined);
+    }
+    this.#look();
+  }
+
+  /** Follow a component; one that was not started here is only watched until it is told otherwise. */
+  async attach(component, {writable = false} = {}) {
+    if (this.component === component && !this.recording) return true;
+    await this.detach();
+    let found;
+    try {
+      found = await store.request("attach", {component});
+    } catch (error) {
+      notifyError(error);
+      return false;
+    }
+    this.component = component;
+    this.writable = writable;
+    this.#begin(found);
+    return true;
+  }
+
+  /** Look at a recording in the same views. */
+  async openRecording(path) {
+    let found;
+    try {
+      found = await store.request("recording", {path});
+    } catch (error) {
+      notifyError(error);
+      return;
+    }
+    await this.detach();
+    this.component = found.component;
+    this.writable = false;
+    this.recording = {file: path, complete: found.complete};
+    this.#begin(found);
+    this.looking = found.snapshot;
+    await this.#openRecorded(found);
+    if (!found.complete) notify("The recording is long: only its beginning was read.");
+    this.#emit("mode", "shown");
+  }
+
+  /** Follow nothing. */
+  async detach() {
+    const {component} = this;
+    if (!component) return;
+    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: [], since: 0, writable: false, recording: undefined, past: new Past()});
+    this.#learn(undefined);
+    this.#emit("mode", "shown");
+    if (store.online) await store.request("detach", {component}).catch(() => {}); // it is gone already
+  }
+
+  allowSteering(allowed) {
+    this.writable = allowed && !this.recording;
+    this.#emit("mode");
+  }
+
+  setFollows(follows) {
+    this.follows = follows;
+    this.#emit("mode", "shown");
+  }
+
+  /** Show a moment of the past, or with undefined what happens now. @param {Snapshot | undefined} snapshot */
+  lookAt(snapshot) {
+    const differs = Boolean(this.looking) !== Boolean(snapshot);
+    this.looking = snapshot;
+    if (differs) this.#emit("mode");
+    this.#emit("shown");
+  }
+
+  /**
+   * Ask something of the component, or have it do something.
+   *
+   * @returns {Promise<any>} what it gives; rejected with a RequestError
+   */
+  control(action, args = {}) {
+    return store.request("control", {component: this.component, action, arguments: args});
+  }
+
+  /** The same for an action of a person, who is told when it is refused. @returns {Promise<any>} undefined then */
+  async steer(action, args = {}) {
+    if (!this.steers) return undefined;
+    try {
+      return (await this.control(action, args)) ?? null;
+    } catch (error) {
+      notifyError(error);
+      return undefined;
+    }
+  }
+
+  /** The breakpoint of a state or transition. @param {"state" | "transition"} kind */
+  breakpoint(automaton, kind, id) {
+    return this.breakpoints.find((each) => each.automaton === automaton && each[kind] === id);
+  }
+
+  /** Put a breakpoint, with a condition or with "" for always, or take it away with undefined. */
+  async setBreakpoint(automaton, kind, id, condition) {
+    const rest = this.breakpoints.filter((each) => !(each.automaton === automaton && each[kind] === id));
+    const breakpoints = condition === undefined ? rest : [...rest, {automaton, state: 0, transition: 0, condition, [kind]: id}];
+    if ((await this.steer("setBreakpoints", {breakpoints})) === undefined) return;
+    this.breakpoints = breakpoints;
+    this.#emit("structure", "shown");
+  }
+
+  #begin({structure, snapshot, timeline, since = 0, facts}) {
+    this.since = since ?? 0;
+    this.past = new Past(timeline);
+    this.limits = new Map((facts?.limits ?? []).map((each) => [each.name, each]));
+    this.cameras = facts?.cameras ?? [];
+    this.newest = undefined;
+    this.looking = undefined;
+    if (structure) this.#learn(structure);
+    if (snapshot) this.newest = snapshot;
+    this.#emit("mode", "shown");
+  }
+
+  #learn(value) {
+    this.structure = value?.structure;
+    this.breakpoints = value?.breakpoints ?? [];
+    if (value?.cameras?.length) this.cameras = value.cameras;
+    this.#automata = new Map((this.structure?.automata ?? []).map((each) => [each.id, each]));
+    this.#transitions = new Map();
+    for (const {id, transitions} of this.#automata.values()) for (const each of transitions) this.#transitions.set(`${id}/${each.id}`, each);
+    this.#emit("structure", "shown");
+  }
+
+  #take(value) {
+    const restarted = this.newest && value.component.time < this.newest.component.time;
+    if (restarted) this.past = new Past();
+    const wasLost = this.since !== 0;
+    const status = this.newest?.component.status;
+    this.since = 0;
+    this.newest = value;
+    this.past.add(value.component);
+    if (!this.looking) this.#emit("shown");
+    this.#emit("snapshot");
+    if (wasLost || restarted || status !== value.component.status) this.#emit("mode");
+    if (!this.limits.size && Object.keys(value.robot.joints).length) this.#askFacts();
+  }
+
+  #lose(since) {
+    if (since === this.since) return;
+    this.since = since;
+    this.#emit("mode", "shown");
+  }
+
+  #asking = false;
+
+  async #askFacts() {
+    if (this.#asking) return;
+    this.#asking = true;
+    try {
+      const facts = await this.control("facts");
+      this.limits = new Map(facts.limits.map((each) => [each.name, each]));
+      this.cameras = facts.cameras;
+      this.#emit("structure");
+    } catch {
+      // The next moment asks again.
+    } finally {
+      setTimeout(() => (this.#asking = false), 2000);
+    }
+  }
+
+  /** Attach to what was just started, as soon as it is there. */
+  #look() {
+    if (this.#expected && this.running.includes(this.#expected)) {
+      const component = this.#expected;
+      this.#expected = "";
+      this.attach(component, {writable: true});
+    } else if (this.#lost && this.running.includes(this.#lost.component)) {
+      const {component, writable} = this.#lost;
+      this.#lost = undefined;
+      this.component = "";
+      this.attach(component, {writable});
+    }
+    this.#emit("running");
+  }
+
+  #lost; // what was followed when the server went away
+
+  #reconnect() {
+    if (!this.component || this.recording) return;
+    if (!store.online) {
+      this.since ||= Date.now() / 1000;
+      this.#lost = {component: this.component, writable: this.writable};
+      this.#emit("mode", "shown");
+    } else {
+      this.#look();
+    }
+  }
+
+  /** Show the document that a recording holds, unless it is open. */
+  async #openRecorded({document, structure}) {
+    if (this.tab) page.show(this.tab);
+    else if (document) {
+      const name = structure.structure.document || `${structure.structure.name}.xml`;
+      const opened = await store.request("openText", {name: name.replace(/^.*\//, ""), text: document}).catch(notifyError);
+      if (opened) page.show(opened.tab);
+    } else notify("The recording does not hold its document: open it to see the states.");
+  }
+
+  #emit(...kinds) {
+    for (const kind of kinds) this.dispatchEvent(new Event(kind));
+  }
+}
+
+/** What this window follows. */
+export const monitor = new Monitor();

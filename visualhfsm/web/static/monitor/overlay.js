@@ -1,0 +1,87 @@
+/** Draws on the canvas what the followed component does. */
+
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {monitor, ON_TIME} from "./monitor.js";
+
+/** How strongly the states left last still show, the latest first. */
+const TRAIL = [1, 0.7, 0.45, 0.25];
+const FADING = 15; // s of component time after which a state of the trail is not seen any more
+const FLASH = 1.2; // s
+/** How strongly the transition that led to where it is stays marked. */
+const AFTERGLOW = 0.3;
+
+/**
+ * What an automaton does, by the keys of its states and transitions.
+ *
+ * @returns {Map<string, import("../canvas/live-marks.js").Live>}
+ */
+export function liveOf(id) {
+  const live = new Map();
+  const put = (key, what) => live.set(key, {...live.get(key), ...what});
+  const {component} = monitor.snapshot;
+  const now = monitor.now(id);
+  if (now) {
+    const {state, ghost, finished, timers, guards} = now;
+    const [newest, ...older] = monitor.past.latest(id, component.time, 12);
+    const left = [newest, ...older].filter(Boolean).map(({origin, time}) => ({origin, time}));
+    for (const {origin, time} of left) {
+      const seen = [...live.values()].filter((each) => each.trail).length;
+      if (seen === TRAIL.length) break;
+      if (origin === state || live.has(`s${origin}`)) continue;
+      const trail = TRAIL[seen] * Math.max(0, 1 - (component.time - time) / FADING);
+      if (trail > 0.03) put(`s${origin}`, {trail});
+    }
+    put(`s${state}`, {status: ghost ? "ghost" : "active", finished, note: finished ? "finished" : ""});
+    if (newest?.transition) {
+      const age = component.time - newest.time;
+      put(`t${newest.transition}`, {fired: age < FLASH && !ghost ? Math.max(AFTERGLOW, 1 - age / FLASH) : AFTERGLOW});
+    }
+    for (const {transition, remaining} of timers) {
+      const {kind, seconds} = monitor.transition(id, transition) ?? {};
+      const part = kind === ON_TIME && seconds > 0 ? remaining / seconds : 0;
+      put(`t${transition}`, {timer: Math.min(1, Math.max(0.001, part)), remaining});
+    }
+    for (const {transition, value} of guards) put(`t${transition}`, {guard: value});
+  }
+  for (const {automaton, state, transition, condition} of monitor.breakpoints) {
+    if (automaton !== id) continue;
+    const hit = component.stoppedAt.some((each) => each.automaton === id && each.state === state && each.transition === transition);
+    put(state ? `s${state}` : `t${transition}`, {breakpoint: hit ? "hit" : condition ? "conditional" : "set"});
+  }
+  return live;
+}
+
+/** Follows the page and the monitor for as long as the page lives. @param {import("../canvas/canvas.js").HfsmCanvas} canvas */
+export function showOn(canvas) {
+  let shown = false;
+  const draw = () => {
+    if (page.highlight) return;
+    const here = monitor.snapshot && page.tab && page.tab === monitor.tab;
+    canvas.classList.toggle("live", Boolean(here));
+    canvas.classList.toggle("stale", Boolean(here && monitor.since && !monitor.looking));
+    canvas.classList.toggle("past", Boolean(here && monitor.looking));
+    if (!here && !shown) return;
+    shown = Boolean(here);
+    if (here && monitor.follows) followDeepest();
+    canvas.showLive(here && page.automaton ? liveOf(page.automaton.id) : undefined);
+  };
+  for (const kind of ["shown", "mode", "structure"]) monitor.addEventListener(kind, draw);
+  for (const kind of ["tab", "automaton", "highlight"]) page.addEventListener(kind, draw);
+  store.addEventListener("document", draw);
+  draw();
+}
+
+/** Show the automaton that is active deepest below the root, in the order of the document. */
+function followDeepest() {
+  const {automata} = page.document;
+  const active = new Map(monitor.snapshot.component.automata.filter((each) => !each.ghost).map((each) => [each.id, each]));
+  let each = [...automata.values()].find(({father}) => father === 0);
+  for (;;) {
+    const {state} = active.get(each?.id) ?? {};
+    const below = each?.states.find(({id}) => id === state)?.children.find((id) => active.has(id) && automata.get(id)?.states.length);
+    if (below === undefined) break;
+    each = automata.get(below);
+  }
+  if (each && each.id !== page.automaton?.id) page.open(each.id);
+}

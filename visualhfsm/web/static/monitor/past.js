@@ -1,0 +1,66 @@
+/** How the states changed, from the timeline that the server keeps and from what comes since. */
+
+const MOST = 20_000; // changes, and spans, that are kept
+
+/** @typedef {{time: number, automaton: number, origin: number, destination: number, transition: number}} Change */
+
+export class Past {
+  /**
+   * @param {{start: number, end: number, changes: [number, number, number, number, number][],
+   *   spans: [number, number, boolean, number, number][], numbers: string[]}} [timeline] as the server tells it
+   */
+  constructor(timeline) {
+    /** Component times between which there are moments, s. */
+    this.start = timeline?.start ?? Infinity;
+    this.end = timeline?.end ?? 0;
+    /** @type {Change[]} */
+    this.changes = (timeline?.changes ?? []).map(([time, automaton, origin, destination, transition]) => ({time, automaton, origin, destination, transition}));
+    /** When which state was the current one. @type {Map<number, {state: number, ghost: boolean, start: number, end: number}[]>} */
+    this.spans = new Map();
+    for (const [automaton, state, ghost, start, end] of timeline?.spans ?? []) this.#of(automaton).push({state, ghost, start, end});
+    /** Names of all that can be plotted. @type {Set<string>} */
+    this.numbers = new Set(timeline?.numbers ?? []);
+    /** @type {Map<number, {state: number, enteredAt: number}>} */
+    this.#before = new Map();
+  }
+
+  #before;
+
+  /** Take the next moment. @param {import("./monitor.js").ComponentNow} component */
+  add({time, automata}) {
+    if (time < this.end) return;
+    this.start = Math.min(this.start, time);
+    this.end = time;
+    for (const {id, state, ghost, enteredAt, lastTransition} of automata) {
+      const spans = this.#of(id);
+      const last = spans.at(-1);
+      const before = this.#before.get(id) ?? (last && {state: last.state, enteredAt: last.start});
+      const changed = before && (before.state !== state || (this.#before.has(id) && before.enteredAt !== enteredAt));
+      if (changed) this.changes.push({time: enteredAt > 0 && enteredAt <= time ? enteredAt : time, automaton: id, origin: before.state, destination: state, transition: lastTransition});
+      this.#before.set(id, {state, enteredAt});
+      if (last && last.state === state && last.ghost === ghost && !changed) last.end = time;
+      else {
+        if (last) last.end = time;
+        spans.push({state, ghost, start: time, end: time});
+        if (spans.length > MOST) spans.splice(0, MOST / 10);
+      }
+    }
+    if (this.changes.length > MOST) this.changes.splice(0, MOST / 10);
+  }
+
+  /** The latest changes of an automaton at a time, the newest first. @returns {Change[]} */
+  latest(automaton, time, count) {
+    const found = [];
+    for (let index = this.changes.length - 1; index >= 0 && found.length < count; index -= 1) {
+      const change = this.changes[index];
+      if (change.automaton === automaton && change.time <= time + 1e-6) found.push(change);
+    }
+    return found;
+  }
+
+  #of(automaton) {
+    let found = this.spans.get(automaton);
+    if (!found) this.spans.set(automaton, (found = []));
+    return found;
+  }
+}

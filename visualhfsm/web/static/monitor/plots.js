@@ -1,0 +1,114 @@
+/** Any number of plots of anything that is a number. uPlot is loaded with this module. */
+
+import {html, nothing} from "lit";
+
+import {icon} from "../icons.js";
+import {MonitorElement} from "./element.js";
+import {monitor} from "./monitor.js";
+import {Plot} from "./plot.js";
+import {numbersOf} from "./values.js";
+
+const MOST_LINES = 8; // of a plot
+
+class Plots extends MonitorElement {
+  static kinds = ["mode", "structure"];
+  static properties = {span: {state: true}};
+
+  /** @type {Plot[]} */
+  plots = [];
+
+  constructor() {
+    super();
+    this.span = 30;
+    this.names = new Set();
+    this.numbered = 0;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(monitor, "snapshot", () => monitor.newest && this.#learn());
+    this.listen(monitor, "shown", () => this.plots.forEach((plot) => plot.draw()));
+    this.#learn();
+    for (const plot of this.plots) plot.refill();
+  }
+
+  render() {
+    if (!this.plots.length && this.names.size) this.#add(this.#suggestion());
+    return html`<div class="plots">
+      <div class="list-tools"><button type="button" class="tool" @click=${() => this.#add([])}>${icon("add")}Add a plot</button><span class="room"></span>
+        <label>Window <select aria-label="Window" @change=${({target}) => this.#resize(Number(target.value))}>${[10, 30, 60, 300, 1800].map((each) => html`<option value=${each} ?selected=${each === this.span}>${each < 60 ? `${each} s` : `${each / 60} min`}</option>`)}</select></label></div>
+      ${this.plots.map((plot, index) => html`<section class="plot" aria-label="Plot ${index + 1}">
+        <div class="plot-head"><ul aria-label="Numbers of the plot">${plot.names.map((name, line) => html`<li><span class="line-sign line-${line % 8}" aria-hidden="true"></span><span>${this.#titleOf(name)}</span><output class="number" data-name=${name}></output>
+            <button type="button" class="action bare" aria-label="Remove ${this.#titleOf(name)}" title="Remove" @click=${() => this.#choose(plot, plot.names.filter((each) => each !== name))}>${icon("close")}</button></li>`)}</ul>
+          ${plot.names.length < MOST_LINES ? html`<select class="pick" aria-label="Add a number to plot ${index + 1}" @change=${({target}) => { if (target.value) this.#choose(plot, [...plot.names, target.value]); target.value = ""; }}>
+            <option value="">Add…</option>${this.#groups().map(([title, names]) => html`<optgroup label=${title}>${names.filter((name) => !plot.names.includes(name)).map((name) => html`<option value=${name}>${this.#titleOf(name)}</option>`)}</optgroup>`)}</select>` : nothing}
+          <button type="button" class="action bare" aria-label="Remove plot ${index + 1}" title="Remove the plot" @click=${() => this.#remove(plot)}>${icon("delete")}</button></div>
+        ${plot.element}</section>`)}
+      ${this.plots.length ? nothing : html`<p class="empty">There are no numbers to plot yet.</p>`}</div>`;
+  }
+
+  /** What is plotted at first: variables of automata, else the joints of the head. */
+  #suggestion() {
+    const variables = [...this.names].filter((name) => /^\d+\./.test(name));
+    const head = [...this.names].filter((name) => name.startsWith("joint.Head"));
+    return (variables.length ? variables : head.length ? head : [...this.names]).slice(0, 3);
+  }
+
+  #add(names) {
+    const plot = new Plot(this.span, (name) => this.#titleOf(name));
+    this.plots = [...this.plots, plot];
+    this.#choose(plot, names);
+  }
+
+  #choose(plot, names) {
+    plot.choose(names);
+    this.requestUpdate();
+  }
+
+  #remove(plot) {
+    plot.close();
+    this.plots = this.plots.filter((each) => each !== plot);
+    this.requestUpdate();
+  }
+
+  #resize(span) {
+    this.span = span;
+    for (const plot of this.plots) {
+      plot.span = span;
+      plot.refill();
+    }
+  }
+
+  /** Take in which numbers there are, and their newest values. */
+  #learn() {
+    const numbers = monitor.newest ? numbersOf(monitor.newest) : new Map();
+    const before = this.names.size;
+    for (const name of monitor.past.numbers) this.names.add(name);
+    for (const name of numbers.keys()) this.names.add(name);
+    if (this.names.size !== before) this.requestUpdate();
+    for (const plot of this.plots) plot.append(numbers);
+    for (const output of this.querySelectorAll("output[data-name]")) {
+      const value = numbers.get(output.dataset.name);
+      output.textContent = value === undefined ? "" : String(+value.toPrecision(4));
+    }
+  }
+
+  /** @returns {[string, string[]][]} */
+  #groups() {
+    const groups = new Map();
+    for (const name of [...this.names].sort()) {
+      const title = /^\d+[.:]/.test(name) ? monitor.automaton(Number.parseInt(name, 10))?.name ?? "Automaton" : {joint: "Joints (rad)", self: "Parameters", robot: "Robot"}[name.split(".")[0]] ?? "Other";
+      groups.set(title, [...(groups.get(title) ?? []), name]);
+    }
+    return [...groups];
+  }
+
+  #titleOf(name) {
+    const [, id, sign, rest] = /^(\d+)([.:])(.*)$/.exec(name) ?? [];
+    if (!id) return name.replace(/^(joint|self)\./, "");
+    const automaton = monitor.automaton(Number(id))?.name ?? id;
+    return `${automaton} ${sign === ":" ? {lastCycle: "cycle (s)", overruns: "overruns"}[rest] ?? rest : rest}`;
+  }
+}
+
+customElements.define("hfsm-plots", Plots);

@@ -1,0 +1,59 @@
+/** The robot and the balls in 3D, by its encoders. three.js is loaded with this module. */
+
+import {html} from "lit";
+
+import {MonitorElement} from "./element.js";
+import {receiveFrames} from "./frames.js";
+import {RobotScene} from "./robot-scene.js";
+
+class RobotView extends MonitorElement {
+  static kinds = [];
+  static properties = {problem: {state: true}};
+
+  render() {
+    return html`<div class="robot-view"><div class="stage"></div><p class="robot-hint faint" role="status">${this.problem ?? "Drag to turn, wheel to come closer."}</p></div>`;
+  }
+
+  updated(changed) {
+    super.updated(changed);
+    if (!this.frames && this.isConnected) this.#begin();
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    this.frames?.close();
+    this.scene?.close();
+    this.frames = this.scene = undefined;
+  }
+
+  #begin() {
+    const stage = this.querySelector(".stage");
+    try {
+      this.scene = new RobotScene(stage);
+    } catch (error) {
+      this.problem = `This browser cannot draw in 3D: ${error.message}`;
+      this.frames = {close() {}};
+      return;
+    }
+    let first = true;
+    this.frames = receiveFrames("/scene", {
+      draw: async (frame) => {
+        if (!this.scene) return;
+        if (first || new Uint8Array(frame, 0, 1)[0] === 0x7b) { // a brace: the geometry, anew after the connection was lost
+          first = false;
+          this.scene.build(JSON.parse(new TextDecoder().decode(frame)));
+          return;
+        }
+        const known = this.scene.pose(new Float32Array(frame));
+        this.problem = known ? undefined : "No robot tells its joints in this realm.";
+        if (!document.hidden) await this.scene.drawn();
+      },
+      lost: (reason) => {
+        first = true;
+        this.problem = reason || "The server is away.";
+      },
+    });
+  }
+}
+
+customElements.define("hfsm-robot-view", RobotView);

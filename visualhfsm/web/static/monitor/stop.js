@@ -1,0 +1,31 @@
+/** The operator's red button: it asks nothing, waits for nothing, and works in every mode. */
+
+import {notify} from "../notices.js";
+import {monitor} from "./monitor.js";
+
+/** Three keys at once, the largest among them: found blindly, and hit by nobody who types. */
+export const STOP_KEY = "Ctrl+Shift+Space";
+
+/** Stop the robot and the followed component. */
+export async function stopRobot() {
+  if (!monitor.component || monitor.recording) return;
+  try {
+    const {stopped, failed} = await monitor.control("emergencyStop");
+    const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
+    if (stopped.length) notify(`Stopped: ${stopped.join(", ")}.`);
+    else if (!problems.length) notify("There was nothing to stop: neither the robot nor the component is there.", "error");
+    if (problems.length) notify(`Not stopped. ${problems.join("; ")}`, "error");
+  } catch (error) {
+    notify(`STOP did not reach the robot: ${error.message} Use the robot's own button.`, "error");
+  }
+}
+
+/** Listen before everybody else, also while a dialog is open. */
+export function listenForStop() {
+  window.addEventListener("keydown", (event) => {
+    if (event.code !== "Space" || !event.shiftKey || !(event.ctrlKey || event.metaKey) || event.repeat || !monitor.component) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    stopRobot();
+  }, {capture: true});
+}

@@ -1,0 +1,179 @@
+/**
+ * The run from its beginning to now, to look back through: below the canvas the shown automaton and those above it,
+ * as a panel all of them with a list of what happened.
+ */
+
+import {html, nothing} from "lit";
+
+import {icon} from "../icons.js";
+import {page} from "../page.js";
+import {MonitorElement, spokenSeconds} from "./element.js";
+import {drawLanes} from "./lanes.js";
+import {monitor} from "./monitor.js";
+import {scrubbing} from "./scrubbing.js";
+
+const LANE = 17; // px
+const GAP = 3;
+const AXIS = 17;
+const MOST_LANES = 3; // below the canvas
+const LISTED = 200; // changes in the list
+const WINDOW = 60; // s that are shown of a longer run, unless all of it is
+
+class Timeline extends MonitorElement {
+  static properties = {compact: {type: Boolean}, whole: {state: true}};
+  static watches = {page: ["tab", "automaton"], store: ["document"]};
+
+  constructor() {
+    super();
+    this.compact = false;
+    this.whole = false;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(scrubbing, "play", () => this.requestUpdate());
+    this.sizes = new ResizeObserver(() => this.#draw());
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    this.sizes.disconnect();
+  }
+
+  focusFirst() {
+    this.querySelector("[role=slider]")?.focus();
+  }
+
+  render() {
+    if (!monitor.component) return html`<p class="empty">Nothing is followed. Press F5 to run this component, or Alt+A to follow one that runs.</p>`;
+    const lanes = this.#lanes();
+    const height = lanes.length * (LANE + GAP) + AXIS;
+    const {start, end} = monitor.past;
+    const {time} = scrubbing;
+    const live = !monitor.looking;
+    return html`<div class="timeline ${this.compact ? "compact" : ""}">
+      <div class="timeline-tools" role="group" aria-label="Playback">
+        ${this.#button(scrubbing.plays ? "pause" : "run", scrubbing.plays ? "Pause the playback" : "Play from here", () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()))}
+        ${this.#button("previous", "The change before", () => scrubbing.toChange(-1))}
+        ${this.#button("next", "The change after", () => scrubbing.toChange(1))}
+        ${monitor.recording ? nothing : html`<button type="button" class="now ${live ? "live" : ""}" aria-pressed=${live} title="Show what happens now (Alt+End)" @click=${() => scrubbing.to(Infinity)}>Now</button>`}
+        ${this.compact ? nothing : html`<label><span class="faint">Speed</span> <select aria-label="Speed" @change=${({target}) => (scrubbing.speed = Number(target.value))}>${[0.25, 0.5, 1, 2, 5, 10].map((each) => html`<option value=${each} ?selected=${each === scrubbing.speed}>${each}×</option>`)}</select></label>`}
+        <label class="whole"><input type="checkbox" .checked=${this.whole} @change=${({target}) => (this.whole = target.checked)}> All</label>
+      </div>
+      <div class="lanes-area">
+        <ul class="lane-names" aria-label="Automata">${lanes.map(({id, name, drawn}) => html`<li><button type="button" ?disabled=${!drawn} title="Show ${name}" @click=${() => page.open(id)}>${name}</button></li>`)}</ul>
+        <div class="lanes" role="slider" tabindex="0" aria-label="Moment of the run" aria-valuemin=${round(start)} aria-valuemax=${round(end)} aria-valuenow=${round(time)}
+          aria-valuetext="${live ? "now, " : ""}${spokenSeconds(time)}" @pointerdown=${this.#down} @pointermove=${this.#move} @pointerup=${this.#up} @lostpointercapture=${this.#up} @keydown=${this.#key}>
+          <canvas height=${height} data-height=${height}></canvas><div class="cursor ${live ? "live" : ""}"><span>${spokenSeconds(time)}</span></div></div>
+      </div>
+      ${this.compact ? nothing : this.#list()}</div>`;
+  }
+
+  updated(changed) {
+    super.updated(changed);
+    const canvas = this.querySelector("canvas");
+    if (!canvas) return;
+    canvas.style.height = `${canvas.dataset.height}px`;
+    if (this.watched !== canvas) {
+      this.sizes.disconnect();
+      this.sizes.observe(canvas);
+      this.watched = canvas;
+    }
+    this.#draw();
+  }
+
+  /** What is shown: the last minute, or another one while somebody looks back, or all. */
+  #range() {
+    const {start, end} = monitor.past;
+    const first = Number.isFinite(start) ? start : 0;
+    if (this.whole || monitor.recording || end - first < 10) return {start: first, end: Math.max(end, first + 10)};
+    if (this.#dragged) return this.#dragged;
+    const long = Math.min(WINDOW, end - first);
+    const right = monitor.looking ? Math.min(end, Math.max(first + long, scrubbing.time + long / 2)) : end;
+    return {start: right - long, end: right};
+  }
+
+  #draw() {
+    const canvas = this.querySelector("canvas");
+    if (!canvas?.clientWidth) return;
+    const range = this.#range();
+    const x = drawLanes(canvas, {lanes: this.#lanes(), range, laneHeight: LANE, gap: GAP, axis: AXIS});
+    const cursor = this.querySelector(".cursor");
+    const at = Math.min(canvas.clientWidth - 1, Math.max(0, x(scrubbing.time)));
+    cursor.style.transform = `translateX(${at.toFixed(1)}px)`;
+    cursor.classList.toggle("left", at > canvas.clientWidth - 70);
+  }
+
+  /** @returns {{id: number, name: string, drawn: boolean}[]} `drawn` tells whether the open document has it */
+  #lanes() {
+    const document = page.tab === monitor.tab ? page.document : undefined;
+    const all = (monitor.structure?.automata ?? []).map(({id, name}) => ({id, name, drawn: Boolean(document?.automata.has(id))}));
+    if (!this.compact) return all;
+    const path = document ? page.path.map((each) => each.id) : [];
+    const below = document ? (page.automaton?.states.flatMap((each) => each.children) ?? []) : [];
+    const wanted = [...path, ...below].filter((id) => all.some((each) => each.id === id));
+    const chosen = wanted.length > MOST_LANES ? wanted.slice(Math.max(0, path.length - MOST_LANES), Math.max(MOST_LANES, path.length)) : wanted;
+    return chosen.length ? chosen.map((id) => all.find((each) => each.id === id)) : all.slice(0, MOST_LANES);
+  }
+
+  #list() {
+    const {changes} = monitor.past;
+    const {time} = scrubbing;
+    const shown = changes.slice(-LISTED).reverse();
+    return html`<ol class="change-list" aria-label="Changes, the latest first" tabindex="0">${shown.map((change) => {
+      const {automaton, origin, destination, transition} = change;
+      const by = transition && monitor.transition(automaton, transition)?.name;
+      return html`<li class=${change.time > time + 1e-3 ? "later" : ""}><button type="button" @click=${() => scrubbing.to(change.time + 0.001)}>
+        <span class="time">${spokenSeconds(change.time)}</span><span class="who">${monitor.automaton(automaton)?.name ?? automaton}</span>
+        <span>${origin ? `${monitor.stateName(automaton, origin)} → ` : ""}${monitor.stateName(automaton, destination)}</span>${by ? html`<span class="faint">by ${by}</span>` : nothing}</button></li>`;
+    })}</ol>`;
+  }
+
+  #button(image, label, act) {
+    return html`<button type="button" class="action bare" aria-label=${label} title=${label} @click=${act}>${icon(image)}</button>`;
+  }
+
+  #dragged; // what was shown when a drag began: it does not move meanwhile
+
+  #timeAt({clientX}) {
+    const box = this.querySelector("canvas").getBoundingClientRect();
+    const {start, end} = this.#range();
+    return start + ((clientX - box.left) / box.width) * (end - start);
+  }
+
+  #down = (event) => {
+    if (event.button !== 0) return;
+    this.#dragged = this.#range();
+    event.currentTarget.setPointerCapture(event.pointerId);
+    scrubbing.pause();
+    scrubbing.to(this.#timeAt(event));
+  };
+
+  #move = (event) => {
+    if (this.#dragged) scrubbing.to(this.#timeAt(event));
+  };
+
+  #up = () => {
+    this.#dragged = undefined;
+    this.#draw();
+  };
+
+  #key = (event) => {
+    const {time} = scrubbing;
+    const far = event.shiftKey ? 10 : 1;
+    const act = {
+      ArrowLeft: () => scrubbing.to(time - 0.1 * far), ArrowRight: () => scrubbing.to(time + 0.1 * far),
+      PageDown: () => scrubbing.toChange(-1), PageUp: () => scrubbing.toChange(1),
+      Home: () => scrubbing.to(monitor.past.start), End: () => scrubbing.to(monitor.recording ? monitor.past.end : Infinity),
+      " ": () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
+    }[event.key];
+    if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    act();
+  };
+}
+
+const round = (value) => (Number.isFinite(value) ? value.toFixed(1) : 0);
+
+customElements.define("hfsm-monitor-timeline", Timeline);

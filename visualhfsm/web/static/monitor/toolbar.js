@@ -1,0 +1,66 @@
+/** Which components run, in the header: to follow one of them. */
+
+import {html, nothing} from "lit";
+
+import {perform} from "../actions.js";
+import {icon} from "../icons.js";
+import {MonitorElement} from "./element.js";
+import {monitor} from "./monitor.js";
+
+class MonitorToolbar extends MonitorElement {
+  static properties = {context: {attribute: false}, open: {state: true}};
+  static kinds = ["mode", "running"];
+
+  render() {
+    const {running} = monitor;
+    return html`<button type="button" class="running-now ${running.length ? "some" : ""}" aria-haspopup="menu" aria-expanded=${Boolean(this.open)}
+        title="Components that run in the realm (Alt+A)" aria-keyshortcuts="Alt+A" @click=${() => this.toggle()}>
+        <span class="pulse" aria-hidden="true"></span>${running.length ? `${running.length} running` : "Nothing runs"}</button>
+      ${this.open ? this.#menu(running) : nothing}`;
+  }
+
+  /** Show the list, or hide it. */
+  async toggle(open = !this.open) {
+    this.open = open;
+    await this.updateComplete;
+    (open ? this.querySelector("[role=menuitem]") : this.querySelector("button"))?.focus();
+  }
+
+  #menu(running) {
+    return html`<div class="menu running-menu" role="menu" aria-label="Running now" @keydown=${this.#key} @focusout=${this.#left}>
+      <div class="title" role="presentation">${running.length ? "Running now" : "No component runs in this realm"}</div>
+      ${running.map((name) => html`<button type="button" role="menuitem" tabindex="-1" @click=${() => this.#choose(name)}>
+        ${icon(name === monitor.component ? "properties" : "link")}<span>${name}</span>${name === monitor.component ? html`<kbd>followed</kbd>` : nothing}</button>`)}
+      ${running.length ? html`<div role="separator"></div>` : nothing}
+      <button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("openRecording")}>${icon("film")}<span>Open a recording</span><kbd>Alt+R</kbd></button>
+      ${monitor.component ? html`<button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("detach")}>${icon("unlink")}<span>Follow ${monitor.component} no longer</span></button>` : nothing}</div>`;
+  }
+
+  async #choose(name) {
+    this.open = false;
+    await this.context.app.follow(name);
+    this.context.canvas.focusSelected();
+  }
+
+  #do(id) {
+    this.open = false;
+    perform(id, this.context);
+  }
+
+  #left = (event) => {
+    if (!this.contains(event.relatedTarget)) this.open = false;
+  };
+
+  #key = (event) => {
+    const items = [...this.querySelectorAll("[role=menuitem]")];
+    const index = items.indexOf(document.activeElement);
+    const next = {ArrowDown: index + 1, ArrowUp: index - 1, Home: 0, End: items.length - 1}[event.key];
+    if (next !== undefined) items.at(next % items.length).focus();
+    else if (event.key === "Escape" || event.key === "Tab") this.toggle(false);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  };
+}
+
+customElements.define("hfsm-monitor-toolbar", MonitorToolbar);

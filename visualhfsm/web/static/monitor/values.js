@@ -1,0 +1,56 @@
+/** Values as a monitor shows them, which is as Python does, and as it takes them, which is in JSON. */
+
+const TRUTHS = {True: 1, False: 0};
+
+/** The number that a text shows, 1 or 0 for a truth value, undefined for anything else. */
+export function numberIn(text) {
+  if (text in TRUTHS) return TRUTHS[text];
+  const bare = text.startsWith("np.") && text.endsWith(")") ? text.slice(text.indexOf("(") + 1, -1) : text;
+  const value = /^[+-]?\d/.test(bare) ? Number(bare) : NaN;
+  return Number.isFinite(value) ? value : undefined;
+}
+
+/** The value that a person has written, in JSON or as Python's literals; undefined when it is none. */
+export function valueIn(text) {
+  const written = text.trim();
+  try {
+    return JSON.parse(written);
+  } catch {
+    // Then as Python would write it. Its texts are told apart from words first.
+  }
+  let json = "";
+  for (const [part] of written.matchAll(/'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[A-Za-z_]\w*|[^'"A-Za-z_]+|['"]/g)) {
+    if (part.length > 1 && part.startsWith("'")) json += JSON.stringify(part.slice(1, -1).replace(/\\(['\\])/g, "$1"));
+    else if (part.length > 1 && part.startsWith('"')) json += part;
+    else if (/^[A-Za-z_]/.test(part)) json += {True: "true", False: "false", None: "null"}[part] ?? part;
+    else json += part.replaceAll("(", "[").replaceAll(/,?\s*\)/g, "]").replaceAll(/,\s*\]/g, "]");
+  }
+  try {
+    return JSON.parse(json);
+  } catch {
+    return undefined;
+  }
+}
+
+/**
+ * All that can be plotted of a moment, by the names that the server has for it.
+ *
+ * @param {import("./monitor.js").Snapshot} snapshot
+ */
+export function numbersOf({component, robot}) {
+  const found = new Map();
+  const put = (name, value) => Number.isFinite(value) && found.set(name, value);
+  for (const {id, lastCycle, overruns, variables} of component.automata) {
+    put(`${id}:lastCycle`, lastCycle);
+    put(`${id}:overruns`, overruns);
+    for (const [name, text] of Object.entries(variables)) put(`${id}.${name}`, numberIn(text));
+  }
+  for (const [name, text] of Object.entries(component.parameters)) put(`self.${name}`, numberIn(text));
+  for (const [name, angle] of Object.entries(robot.joints)) put(`joint.${name}`, angle);
+  if (robot.health) {
+    put("robot.realTimeFactor", robot.health.realTimeFactor);
+    put("robot.lag", robot.health.lag);
+    put("robot.torsoTilt", robot.health.torsoTilt);
+  }
+  return found;
+}

@@ -1,0 +1,86 @@
+/** Variables of the automata and parameters of the component; while it is steered they can be set. */
+
+import {html, nothing} from "lit";
+import {live} from "lit";
+
+import {notify} from "../notices.js";
+import {page} from "../page.js";
+import {MonitorElement} from "./element.js";
+import {monitor} from "./monitor.js";
+import {valueIn} from "./values.js";
+
+class LiveVariables extends MonitorElement {
+  static watches = {page: ["automaton", "tab"], store: []};
+
+  /** Values of the moment before, to show what has changed. */
+  #before = new Map();
+  #changed = new Map();
+
+  render() {
+    const {snapshot} = monitor;
+    if (!snapshot) return html`<p class="empty">Waiting for the first values.</p>`;
+    const {component, robot} = snapshot;
+    const here = page.automaton && page.tab === monitor.tab ? page.automaton.id : 0;
+    const automata = component.automata.filter((each) => Object.keys(each.variables).length);
+    automata.sort((a, b) => Number(b.id === here) - Number(a.id === here));
+    const types = new Map((monitor.structure?.parameters ?? []).map((each) => [each.name, each]));
+    const none = !automata.length && !Object.keys(component.parameters).length;
+    return html`<div class="live-values">
+      ${none ? html`<p class="empty">This component has no variables and no parameters.</p>` : nothing}
+      ${automata.map(({id, variables, ghost}) => this.#table(monitor.automaton(id)?.name ?? `automaton ${id}`, id, Object.entries(variables), ghost ? "ghost" : ""))}
+      ${Object.keys(component.parameters).length ? this.#table("Parameters", 0, Object.entries(component.parameters), "", types) : nothing}
+      ${robot.pan === null && robot.tilt === null ? nothing : html`<section><h3>Head</h3><table><tbody>
+        ${["pan", "tilt"].filter((each) => robot[each] !== null).map((each) => html`<tr><th scope="row">${each}</th><td>${(robot[each] * 180 / Math.PI).toFixed(1)}°</td></tr>`)}</tbody></table></section>`}</div>`;
+  }
+
+  #table(title, automaton, entries, note, types) {
+    return html`<section><h3>${title}${note ? html` <span class="faint">${note}</span>` : nothing}</h3><table aria-label=${title}><tbody>
+      ${entries.map(([name, text]) => this.#row(automaton, name, text, types?.get(name)))}</tbody></table></section>`;
+  }
+
+  #row(automaton, name, text, type) {
+    const key = `${automaton}.${name}`;
+    if (this.#before.get(key) !== text) {
+      if (this.#before.has(key)) this.#changed.set(key, performance.now());
+      this.#before.set(key, text);
+    }
+    const fresh = performance.now() - (this.#changed.get(key) ?? -Infinity) < 600;
+    return html`<tr class=${fresh ? "fresh" : ""}><th scope="row" title=${type?.description ?? ""}>${name}${type ? html` <span class="faint">${type.type}</span>` : nothing}</th>
+      <td>${monitor.steers
+        ? html`<input class="mono" aria-label="${name}" spellcheck="false" .value=${live(this.editing === key ? this.typed : text)} @focus=${(event) => this.#begin(key, text, event.target)}
+            @input=${(event) => (this.typed = event.target.value)} @keydown=${(event) => this.#key(event, automaton, name, text)} @blur=${() => this.#end()}>`
+        : html`<span class="mono" title=${text}>${text}</span>`}</td></tr>`;
+  }
+
+  #begin(key, text, input) {
+    this.editing = key;
+    this.typed = text;
+    input.select();
+  }
+
+  #end() {
+    this.editing = undefined;
+    this.requestUpdate();
+  }
+
+  /** Enter sets the value, Escape leaves it. */
+  async #key(event, automaton, name, text) {
+    if (event.key === "Escape") {
+      event.target.blur();
+      return;
+    }
+    if (event.key !== "Enter") return;
+    const value = valueIn(this.typed);
+    if (value === undefined) {
+      notify(`${this.typed} is no value: write a number, "a text", True, None, or a list of those.`, "error");
+      return;
+    }
+    const {target} = event;
+    if ((await monitor.steer("set", {automaton, name, value})) === undefined) return;
+    this.typed = target.value;
+    target.blur();
+    if (target.value !== text) notify(`Set ${name} to ${target.value}.`);
+  }
+}
+
+customElements.define("hfsm-live-variables", LiveVariables);
