@@ -111,11 +111,11 @@ def test_search_finds_names_and_all_code_and_leads_there(shown: EditorPage) -> N
     expect(rows.locator("mark")).to_have_text("leaving")
     shown.press("ArrowDown", "Enter")
     expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_be_focused()
-    shown.press("Control+f")
 
 
 def test_search_follows_what_is_typed(shown: EditorPage) -> None:
     shown.press("Control+f")
+    expect(shown.page.get_by_role("searchbox")).to_be_focused()
     shown.type("novelty")
     expect(shown.page.get_by_text("Nothing has “novelty” in it.")).to_be_visible()
     edit(shown, "wait")
