@@ -5,8 +5,8 @@ const NAMESPACE = "http://www.w3.org/2000/svg";
 /** Parse the content of an SVG; returns a function that makes a copy of its first element. */
 export function template(text) {
   const parsed = new DOMParser().parseFromString(`<svg xmlns="${NAMESPACE}">${text}</svg>`, "image/svg+xml");
-  const element = parsed.documentElement.firstElementChild;
-  return () => document.importNode(element, true);
+  const element = document.importNode(parsed.documentElement.firstElementChild, true);
+  return () => element.cloneNode(true);
 }
 
 /** Make an element with attributes. */
