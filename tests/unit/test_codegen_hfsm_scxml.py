@@ -159,6 +159,16 @@ def test_events_have_names_that_scxml_allows_and_none_matches_another() -> None:
     ]  # fmt: skip
 
 
+def test_an_automaton_that_owns_one_of_its_own_id_comes_back() -> None:
+    document = parse(
+        '<VisualHFSM><SubAutomata id="1" idFather="1"/><SubAutomata id="1" idFather="0"><state id="1" initial="true">'
+        "<name>a</name><idSubautomataSon>1</idSubautomataSon></state></SubAutomata></VisualHFSM>"
+    )
+    text, diagnostics = export(document)
+    assert [found.code for found in diagnostics] == ["W560"]
+    assert import_(text)[0] == document
+
+
 def test_another_interpreter_does_with_it_what_the_document_means() -> None:
     processors = pytest.importorskip("statemachine.io.scxml.processor")
     text, _ = export(parse(TURNS))
@@ -347,6 +357,31 @@ FOREIGN = {
         ],
         ["N561"],
     ),
+    "a state that goes on, entered anew, too": (
+        (
+            '<state id="a"><history id="h" type="deep"><transition target="x"/></history><state id="x"/>'
+            '<state id="y"><transition event="out" target="b"/></state></state>'
+            '<state id="b"><transition event="on" target="h"/><transition event="anew" target="a"/></state>'
+        ),
+        [
+            "1/0: *a<2 b; a->b event:leave a for b; b->a event:on; b->a event:anew",
+            "2/1: *x y leave a for b!; y->leave a for b event:out {self.send('leave a for b')}",
+        ],
+        ["W562", "W562", "N561"],
+    ),
+    "histories that are shallow, and two": (
+        (
+            '<state id="a"><history id="h"><transition target="x"/></history><history id="i"><transition target="x"/></history>'
+            '<state id="x"><state id="y"/></state></state>'
+        ),
+        ["1/0: *a<2", "2/1: *x<3(restart)", "3/2: *y"],
+        ["W562", "W562"],
+    ),
+    "a transition of a final state": (
+        '<final id="a"><transition event="e" target="a"/></final>',
+        ["1/0: *a!"],
+        ["W561"],
+    ),
     "a transition inside without leaving": (
         '<state id="a"><transition event="e" type="internal" target="y"/><state id="x"/><state id="y"/></state>',
         ["1/0: *a<2(restart)", "2/1: *x y; x->y event:e; y->y event:e"],
@@ -418,6 +453,27 @@ def test_data_becomes_variables_and_their_use_elsewhere_is_told() -> None:
         scxml(inside.format("<onentry><script>n += 1</script></onentry>"), ' datamodel="python"')
     )
     assert [found.code for found in diagnostics] == ["W562"]
+
+
+def test_events_that_come_from_outside_are_declared_and_regions_keep_their_names() -> None:
+    inside = (
+        '<parallel id="p"><!-- left --><state id="r1"><state id="x"><onentry><raise event="own"/></onentry>'
+        '<transition event="own go" target="x"/></state></state></parallel>'
+    )
+    document, _ = import_(scxml(inside, ' name="Robot"'))
+    assert document is not None
+    assert [event.name for event in document.events] == ["go"]
+    assert document.description.text == "Robot"
+    assert [comment.text for comment in document.automata[1].comments] == [" left ", " r1 "]
+
+
+def test_a_parameter_that_was_added_stands_beside_those_that_were_there() -> None:
+    parameters = "<parameters><parameter><name>a b</name><type>int</type></parameter></parameters>"
+    text, _ = export(parse(TURNS.replace("<VisualHFSM>", f"<VisualHFSM>{parameters}")))
+    added = '<datamodel><data id="speed" expr="1" hfsm:type="int"/></datamodel></scxml>'
+    document, diagnostics = import_(text.replace("</scxml>", added))
+    assert document is not None, diagnostics.render()
+    assert [parameter.name for parameter in document.parameters] == ["a b", "speed"]
 
 
 def test_data_inside_belongs_to_the_automaton_inside() -> None:

@@ -114,12 +114,15 @@ class _Placer:
         self._elements = elements
         self.placement = Placement()
         self.placed: set[int] = set()
+        """The identities of the automata that have a place; ids may repeat."""
+        self._ids: set[int] = set()
         self.reasons: dict[int, str] = {}
 
     def automaton(self, automaton: Automaton, depth: int) -> PlacedAutomaton:
         comments, element = self._elements[id(automaton)]
         placed = PlacedAutomaton(automaton, element, comments)
         self.placed.add(id(automaton))
+        self._ids.add(automaton.id)
         self.placement.automata.append(placed)
         parts = list(with_comments(element))
         states = [item for item in parts if item[1].tag == "state"]
@@ -135,7 +138,9 @@ class _Placer:
             child = self._document.automaton(child_id)
             if child is None or id(child) in self.placed or child.father != automaton.id:
                 continue
-            if state.final:
+            if child.id in self._ids:
+                self.reasons[id(child)] = "another automaton has its id"
+            elif state.final:
                 self.reasons[id(child)] = "a final state has nothing inside it in SCXML"
             elif depth >= _MAX_DEPTH:
                 self.reasons[id(child)] = f"it is more than {_MAX_DEPTH} levels deep"

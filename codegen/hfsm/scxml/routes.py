@@ -73,6 +73,8 @@ class Routes:
             state.edges.append(edge)
         for automaton in self._chart.automata:
             self._entries.choose_first(automaton)
+            for state in automaton.states:
+                self._check_depth(state)
 
     def _sources(self, automaton: ChartAutomaton) -> Iterator[_Source]:
         tree = self._chart.tree
@@ -214,6 +216,15 @@ class Routes:
         message = f"it leads inside `{state.name[:60]}` without leaving it: here every state inside has it"
         self._problems.reshaped(source.element, message)
         return True
+
+    def _check_depth(self, state: ChartState) -> None:
+        """Tell of a history that is shallow where there is anything deeper."""
+        history = state.history
+        if history is None or history.attributes.get("type") == "deep":
+            return
+        if any(each.automata for automaton in state.automata for each in automaton.states):
+            message = "a shallow history: here what is further inside goes on where it was, too"
+            self._problems.approximate(history, message)
 
     def _check_histories(self, source: _Source, goals: Sequence[Goal], destination: ChartState) -> None:
         for goal in goals:
