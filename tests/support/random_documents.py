@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import string
 from dataclasses import replace
 
 from hypothesis import strategies as st
 
+from codegen.hfsm.code.language import CPP, language_of
 from codegen.hfsm.document import (
     Argument,
     Automaton,
@@ -25,33 +25,62 @@ from codegen.hfsm.document import (
     Transition,
 )
 
-texts = st.text(st.characters(codec="utf-8"), max_size=30).map(
-    lambda text: "".join(c for c in text if c in "\t\n\r" or (c >= " " and c not in "\ufffe\uffff"))
+# Each draw costs time, and a document needs hundreds: so there are few choices, and most places are empty.
+_WHITE = "\t\n\r\x85\u2028"
+_AWKWARD = [
+    "",
+    "x",
+    " ",
+    "\n",
+    "\r\n",
+    "\n  a = 1\n\tb\n",
+    "]]>",
+    "a<b>&amp;c",
+    "\"'",
+    "\x7f\x85",
+    "ñ\u2028",
+    "\U0010ffff",
+]
+texts = st.sampled_from(_AWKWARD) | st.text(
+    st.characters(
+        exclude_categories=["Cs", "Cc"], exclude_characters="\ufffe\uffff", include_characters=_WHITE
+    ),
+    max_size=8,
 )
 code = texts.map(Text)
 ids = st.integers(0, 2**31 - 1)
 numbers = st.floats(allow_nan=False, allow_infinity=False)
-tags = st.text(string.ascii_letters, min_size=1, max_size=6).map(lambda name: f"x{name}")
-comments = st.lists(
-    st.text(string.ascii_letters + " <&>\n", max_size=10).map(Comment), max_size=2
-).map(tuple)  # fmt: skip
-attributes = st.dictionaries(tags, texts, max_size=2).map(lambda found: tuple(found.items()))
-elements = st.recursive(
-    st.builds(Element, tags, attributes, texts),
-    lambda inner: st.builds(
-        Element, tags, attributes, st.just(""), st.lists(inner, min_size=1, max_size=3).map(tuple)
-    ),
-    max_leaves=4,
+tags = st.sampled_from(["xa", "xB", "xlonger"])
+
+
+def _seldom(strategy):
+    """Return nothing most of the time: what stands in few places is drawn for few."""
+    return st.one_of(st.just(()), st.just(()), strategy)
+
+
+def _at_most_two(strategy):
+    return st.one_of(st.just(()), st.tuples(strategy), st.tuples(strategy, strategy))
+
+
+comments = _seldom(_at_most_two(st.sampled_from(["", "a", " <&>\n "]).map(Comment)))
+attributes = _seldom(
+    st.tuples(st.tuples(st.just("xa"), texts))
+    | st.tuples(st.tuples(st.just("xb"), texts), st.tuples(st.just("xa"), texts))
 )
-extras = st.lists(elements, max_size=2).map(tuple)
+_small = st.builds(Element, tags, attributes, texts)
+_large = st.builds(Element, tags, attributes, st.just(""), st.tuples(_small, _small))
+elements = _small | st.builds(Element, tags, attributes, st.just(""), st.tuples(_small | _large)) | _large
+extras = _seldom(_at_most_two(elements))
 
 
 # Not all leaves that these tests know stand in every element: only those that do are given details.
 def leaves(*tags: str):
-    contents = st.builds(Leaf, st.sampled_from(tags), comments, attributes)
-    return st.lists(contents, max_size=2, unique_by=lambda leaf: leaf.tag).map(
-        lambda found: tuple(
-            sorted((leaf for leaf in found if leaf != Leaf(leaf.tag)), key=lambda leaf: leaf.tag)
+    """Return details of two leaves at most, in the order of their names."""
+    some = {tag: st.builds(Leaf, st.just(tag), comments, attributes) for tag in tags}
+    pairs = st.sampled_from([(a, b) for a in sorted(tags) for b in sorted(tags) if a < b])
+    return _seldom(
+        pairs.flatmap(lambda pair: st.tuples(*(some[tag] for tag in pair))).map(
+            lambda found: tuple(leaf for leaf in found if leaf != Leaf(leaf.tag))
         )
     )
 
@@ -70,12 +99,12 @@ states = st.builds(
     x=numbers,
     y=numbers,
     final=st.booleans(),
-    children=st.lists(st.integers(1, 2**31 - 1), max_size=3).map(tuple),
+    children=st.lists(st.integers(1, 2**31 - 1), max_size=2).map(tuple),
     history=code,
     entry=code,
     code=code,
     exit=code,
-    arguments=st.lists(arguments, max_size=2).map(tuple),
+    arguments=st.lists(arguments, max_size=1).map(tuple),
     leaves=leaves("posx", "name", "code", "entry", "history"),
     **node,
 )
@@ -84,8 +113,8 @@ transitions = st.builds(
     type=texts, trigger=code, guard=code, priority=code, code=code, leaves=leaves("trans", "destiny", "guard"), **node,
 )  # fmt: skip
 automata = st.builds(
-    Automaton, id=ids, father=ids, states=st.lists(states, max_size=3).map(tuple),
-    transitions=st.lists(transitions, max_size=3).map(tuple), inputs=parameters,
+    Automaton, id=ids, father=ids, states=st.lists(states, max_size=2).map(tuple),
+    transitions=st.lists(transitions, max_size=2).map(tuple), inputs=parameters,
     imported=imports, iteration_time=code, variables=code,
     functions=code, **node,
 )  # fmt: skip
@@ -94,15 +123,24 @@ interfaces = st.builds(
     type=texts, **node,
 )  # fmt: skip
 libraries = st.builds(Library, name=code, comments=comments, attributes=attributes)
+
+
+def _with_language(document: Document) -> Document:
+    """Return a document that says its language, if its code would be taken for C++ by who reads it."""
+    if document.language.text.strip() or language_of(document) != CPP:
+        return document
+    return replace(document, language=Text(CPP))
+
+
 documents = st.builds(
     Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=code, on_error=code,
     language=code, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
     properties=st.lists(
         st.builds(Property, name=texts, kind=texts, within=code, expression=code, **node), max_size=2
-    ).map(tuple), automata=st.lists(automata, max_size=3).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),
+    ).map(tuple), automata=st.lists(automata, max_size=2).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),
     interfaces=st.lists(interfaces, max_size=2).map(tuple), libraries_extras=extras, config_extras=extras,
     leaves=leaves("description", "language", "parameters", "events", "config"), **node,
-)  # fmt: skip
+).map(_with_language)  # fmt: skip
 
 # Documents whose parts find each other, most of the time, and whose names mean something elsewhere.
 _few_ids = st.integers(0, 4)
