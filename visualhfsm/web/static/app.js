@@ -14,7 +14,7 @@ import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {monitor} from "./monitor/monitor.js";
 import {listenForStop} from "./monitor/stop.js";
-import "./panels/output-log.js";
+import {outputLog} from "./panels/output-log.js";
 import {resizer, restoreSizes} from "./resizer.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
@@ -115,6 +115,7 @@ export class HfsmApp extends PageElement {
   /** Start the component of the shown tab, and follow it. */
   async run() {
     const {tab} = page;
+    if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
     if ((await askTab("run")) !== undefined) monitor.expect(tab);
   }
@@ -274,6 +275,10 @@ export class HfsmApp extends PageElement {
   /** What is shown while a component is followed comes with the first one. */
   async #monitored() {
     this.requestUpdate();
+    if (monitor.component && this.outputOpened) {
+      this.outputOpened = false;
+      if (this.bottom === "hfsm-output" && !outputLog.of(monitor.tab).length) this.showBottom("");
+    }
     if (!monitor.component || this.strip) return;
     this.strip = document.createElement("hfsm-monitor-timeline");
     this.strip.compact = true;

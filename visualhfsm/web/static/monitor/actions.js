@@ -34,7 +34,7 @@ async function reload(context) {
 
 /** @type {import("../actions.js").Action[]} */
 export const monitorActions = [
-  {id: "attach", label: "Follow a component", icon: "link", keys: ["Alt+A"], scope: "typing", run: ({app}) => app.showRunning(), hint: "that runs anywhere in the realm"},
+  {id: "attach", label: "Follow", icon: "link", keys: ["Alt+A"], scope: "typing", run: ({app}) => app.showRunning(), hint: "a component that runs anywhere in the realm"},
   {id: "detach", label: "Follow no longer", icon: "unlink", keys: ["Alt+Shift+A"], scope: "typing", enabled: attached, run: () => monitor.detach(), hint: "it runs on"},
   {id: "openRecording", label: "Open a recording", icon: "film", keys: ["Alt+R"], scope: "typing", run: async () => (await import("./recordings.js")).openRecording()},
   {id: "pauseResume", label: "Pause or resume", icon: "pause", keys: ["F8"], scope: "typing", enabled: steers, run: () => monitor.steer(paused() ? "resume" : "pause")},
@@ -45,7 +45,7 @@ export const monitorActions = [
   {id: "steering", label: "Steer, or only watch", icon: "lock", keys: ["Alt+U"], scope: "typing", enabled: () => attached() && !monitor.recording, run: () => monitor.allowSteering(!monitor.writable)},
   {id: "follow", label: "Keep what is active in view", icon: "target", keys: ["G"], enabled: attached, run: () => monitor.setFollows(!monitor.follows), hint: "opens sub-automata as they become active"},
   {id: "livePanel", label: "Live values", icon: "variables", keys: ["Alt+L"], scope: "typing", enabled: attached, run: ({app}) => app.showSide("hfsm-monitor-panel"), hint: "variables, plots, cameras, the robot"},
-  {id: "backToLive", label: "Back to now", icon: "live", keys: ["Alt+End"], scope: "typing", enabled: () => Boolean(monitor.looking) && !monitor.recording, run: () => monitor.lookAt(undefined)},
+  {id: "backToLive", label: "Back to now", icon: "live", keys: ["Alt+End"], scope: "typing", enabled: () => Boolean(monitor.looking) && !monitor.recording, run: async () => (await import("./scrubbing.js")).scrubbing.to(Infinity)},
   {id: "whyNot", label: "Why not?", icon: "help", keys: ["W"], enabled: () => here() && monitor.isLive, run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas), hint: "what keeps transitions from firing"},
   {id: "breakpoint", label: "Breakpoint", icon: "breakpoint", keys: ["B"], enabled: () => steers() && here() && Boolean(selected()), run: toggleBreakpoint, hint: "on or off"},
   {id: "breakpointIf", label: "Breakpoint with a condition", icon: "breakpointIf", keys: ["Shift+B"], enabled: () => steers() && here() && Boolean(selected()), run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected())},

@@ -12,6 +12,7 @@ import {monitor, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
 class MonitorBar extends MonitorElement {
+  static kinds = ["shown", "mode", "structure", "running"];
   static properties = {context: {attribute: false}};
   static watches = {page: ["tab", "automaton"], store: ["connection"]};
 
@@ -34,7 +35,7 @@ class MonitorBar extends MonitorElement {
       ${looking && !recording ? html`<button type="button" class="button" @click=${() => perform("backToLive", this.context)}>Back to now</button>` : nothing}
       <button type="button" class="action bare" aria-pressed=${monitor.follows} aria-label="Keep what is active in view" title="Keep what is active in view (G)" @click=${() => perform("follow", this.context)}>${icon("target")}</button>
       ${this.#button("livePanel")}${this.#button("detach")}
-      ${recording ? nothing : html`<button type="button" class="stop-button" aria-keyshortcuts="Control+Shift+Space" title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
+      ${recording ? nothing : html`<button type="button" class="stop-button" aria-label="STOP the robot and the component" aria-keyshortcuts="Control+Shift+Space" title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
         @click=${() => perform("stopRobot", this.context)}>STOP</button>`}</div>`;
   }
 
@@ -59,7 +60,7 @@ export function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
   if (!store.online) return {status: "stale", word: "The server is away"};
-  if (since) return {status: "stale", word: `Silent since ${clockTime(since)}`};
+  if (since) return {status: "stale", word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`};
   if (looking) return {status: "past", word: "Looking back"};
   if (!newest) return {status: "waiting", word: "Waiting"};
   const {status, stoppedAt} = newest.component;

@@ -14,7 +14,7 @@ class Cycles extends MonitorElement {
     if (!snapshot) return html`<p class="empty">Waiting for the first values.</p>`;
     const {automata, time} = snapshot.component;
     return html`<div class="live-values"><table class="cycles" aria-label="Cycles">
-      <thead><tr><th scope="col">Automaton</th><th scope="col">State</th><th scope="col">for</th><th scope="col" class="bar-head">Last cycle of its period</th><th scope="col">Longest</th><th scope="col">Overruns</th></tr></thead>
+      <thead><tr><th scope="col">Automaton</th><th scope="col">State</th><th scope="col">for</th><th scope="col" class="bar-head">Last / period</th><th scope="col">Longest</th><th scope="col">Overruns</th></tr></thead>
       <tbody>${automata.map((each) => this.#row(each, time))}</tbody></table>
       <p class="faint explain">Times of cycles in ms, as the wall's clock has them. A cycle that takes longer than the period is an overrun; the next one then begins late.</p></div>`;
   }

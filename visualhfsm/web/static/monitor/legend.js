@@ -13,4 +13,4 @@ const SIGNS = [
   ["breakpoint", svg`<circle class="legend-break" cx="15" cy="12" r="5.5"></circle>`],
 ];
 
-export const liveLegend = () => html`<ul class="live-legend" aria-label="Signs">${SIGNS.map(([words, sign]) => html`<li><svg width="30" height="24" viewBox="0 0 30 24" aria-hidden="true">${sign}</svg><span>${words}</span></li>`)}</ul>`;
+export const liveLegend = (open) => html`<details class="live-legend" ?open=${open}><summary>Signs on the canvas</summary><ul>${SIGNS.map(([words, sign]) => html`<li><svg width="30" height="24" viewBox="0 0 30 24" aria-hidden="true">${sign}</svg><span>${words}</span></li>`)}</ul></details>`;

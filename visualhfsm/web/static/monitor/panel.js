@@ -19,6 +19,8 @@ const TABS = [
   {id: "errors", label: "Errors", tag: "hfsm-live-errors", module: "./errors.js"},
 ];
 
+const ROOMY = 480; // px of height from which on the signs are explained without being asked for
+
 class MonitorPanel extends MonitorElement {
   static properties = {context: {attribute: false}, chosen: {state: true}};
 
@@ -30,6 +32,7 @@ class MonitorPanel extends MonitorElement {
 
   connectedCallback() {
     super.connectedCallback();
+    this.roomy = this.parentElement.clientHeight > ROOMY;
     this.choose(this.chosen);
   }
 
@@ -46,7 +49,7 @@ class MonitorPanel extends MonitorElement {
     return html`<div class="monitor-panel">
       ${tabStrip({label: "Live values", tabs, chosen: this.chosen, choose: (id) => this.choose(id), prefix: "live"})}
       <div class="tab-panel" role="tabpanel" id="live-panel" aria-labelledby="live-tab-${this.chosen}">${this.elements.get(this.chosen) ?? nothing}</div>
-      ${liveLegend()}</div>`;
+      ${liveLegend(this.roomy)}</div>`;
   }
 
   /** Show one of the tabs. */

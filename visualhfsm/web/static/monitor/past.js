@@ -20,7 +20,7 @@ export class Past {
     for (const [automaton, state, ghost, start, end] of timeline?.spans ?? []) this.#of(automaton).push({state, ghost, start, end});
     /** Names of all that can be plotted. @type {Set<string>} */
     this.numbers = new Set(timeline?.numbers ?? []);
-    /** @type {Map<number, {state: number, enteredAt: number}>} */
+    /** @type {Map<number, {state: number, ghost: boolean, enteredAt?: number}>} */
     this.#before = new Map();
   }
 
@@ -34,10 +34,10 @@ export class Past {
     for (const {id, state, ghost, enteredAt, lastTransition} of automata) {
       const spans = this.#of(id);
       const last = spans.at(-1);
-      const before = this.#before.get(id) ?? (last && {state: last.state, enteredAt: last.start});
-      const changed = before && (before.state !== state || (this.#before.has(id) && before.enteredAt !== enteredAt));
+      const before = this.#before.get(id) ?? (last && {state: last.state, ghost: last.ghost});
+      const changed = before && (before.state !== state || (!before.ghost && !ghost && before.enteredAt !== undefined && before.enteredAt !== enteredAt));
       if (changed) this.changes.push({time: enteredAt > 0 && enteredAt <= time ? enteredAt : time, automaton: id, origin: before.state, destination: state, transition: lastTransition});
-      this.#before.set(id, {state, enteredAt});
+      this.#before.set(id, {state, ghost, enteredAt});
       if (last && last.state === state && last.ghost === ghost && !changed) last.end = time;
       else {
         if (last) last.end = time;

@@ -74,6 +74,7 @@ async function show(canvas, group, pinned) {
       break; // it is gone; the canvas says so
     }
     if (shown !== current) return;
+    if (current.transition && !explanation.transitions.some((each) => each.transition === current.transition)) break; // it has left the state
     draw(current, explanation);
     if (pinned && !said) canvas.announce(explanation.summary);
     said = true;

@@ -9,7 +9,7 @@ import {html, nothing} from "lit";
 export function tabStrip({label, tabs, chosen, choose, prefix}) {
   const press = (event) => {
     const step = {ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity}[event.key];
-    if (step === undefined) return;
+    if (step === undefined || event.altKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
     const index = tabs.findIndex((each) => each.id === chosen);
     const next = Number.isFinite(step) ? (index + step + tabs.length) % tabs.length : step < 0 ? 0 : tabs.length - 1;
