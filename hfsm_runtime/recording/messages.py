@@ -41,7 +41,7 @@ __all__ = [
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata that tell of the component."""
 
-SOURCES: Final = ("document", "component", "extension")
+SOURCES: Final = ("document", "component", "extension", "import")
 """The attachments, as `document/follow_ball.xml`: the document, and the Python that ran."""
 
 Text = Annotated[str, Meta(max_length=1 << 20)]

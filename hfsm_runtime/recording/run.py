@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import inspect
 import logging
@@ -233,21 +234,39 @@ def _json(value: object) -> str:
 
 
 def _sources(component: Component) -> dict[str, str]:
-    """Return the document, the component's Python, and what is written by hand beside it, by attachment."""
+    """Return the files that make the component, by attachment.
+
+    They are the document, what it imports, the component's Python, and what is written by hand beside it.
+    """
     file = Path(source_of(component))
+    document, python, by_hand, imported = SOURCES
     found: dict[str, Path] = {}
     if component._hfsm_document:
-        found[SOURCES[0]] = file.parent / component._hfsm_document
-    found[SOURCES[1]] = file
+        path = file.parent / component._hfsm_document
+        found[f"{document}/{path.name}"] = path
+    found[f"{python}/{file.name}"] = file
     extension = file.with_name(f"{file.stem}_ext.py")
     if extension.name in {Path(inspect.getfile(base)).name for base in _user_classes(component)}:
-        found[SOURCES[2]] = extension
+        found[f"{by_hand}/{extension.name}"] = extension
+    found |= {f"{imported}/{name}": file.parent / name for name in _imported(file)}
     texts: dict[str, str] = {}
-    for kind, path in found.items():
+    for name, path in found.items():
         with contextlib.suppress(OSError):  # it ran all the same, and replay says what it misses
             if path.stat().st_size <= _LARGEST_SOURCE:
-                texts[f"{kind}/{path.name}"] = path.read_bytes().decode("utf-8", "surrogateescape")
+                texts[name] = path.read_bytes().decode("utf-8", "surrogateescape")
     return texts
+
+
+def _imported(file: Path) -> set[str]:
+    """Return the documents that automata of a generated component come from, as it names them."""
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (OSError, SyntaxError, ValueError):  # it was changed while it runs; the automata are as they were
+        return set()
+    sources = {
+        node.value for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg == "source"
+    }
+    return {node.value for node in sources if isinstance(node, ast.Constant) and isinstance(node.value, str)}
 
 
 def _user_classes(component: Component) -> Iterator[type]:

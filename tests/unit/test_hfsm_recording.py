@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import os
@@ -28,6 +29,7 @@ from hfsm_runtime.replay.errors import RecordingError
 from hfsm_runtime.replay.reader import Recording
 from interfaces.jderobot import ImageDescription
 from tests.support.automata import after, automaton, component, when
+from tests.support.documents import compile_to, document, state, sub
 from tests.support.running import eventually
 from zenoh_ice.clock import VirtualClock, WallClock
 
@@ -120,7 +122,9 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
 def test_a_file_that_exists_is_not_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     path.write_text("the only record")
-    with pytest.raises(RecordingFailedError, match=r"run\.mcap exists, and is not overwritten: choose another"):
+    with pytest.raises(
+        RecordingFailedError, match=r"run\.mcap exists, and is not overwritten: choose another"
+    ):
         RecordingWriter(path, STATE, {}, 0)
     assert path.read_text() == "the only record"
 
@@ -363,6 +367,28 @@ def test_a_step_of_all_leaves_nothing_to_do_for_those_that_it_makes_ghosts(tmp_p
             eventually(lambda: not runtime.run(2).stepping)
         finally:
             runtime.stop()
+
+
+def test_a_recording_holds_every_file_that_makes_its_component(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "library").mkdir()
+    library = document(sub(1, 0, state(1, "resting", initial=True)))
+    (tmp_path / "library" / "rest.xml").write_text(library)
+    stand_in = '<SubAutomata id="2" idFather="1"><import>library/rest.xml</import></SubAutomata>'
+    main = document(sub(1, 0, state(1, "a", initial=True, child=2)), stand_in)
+    compile_to(tmp_path, main, "rester")
+    monkeypatch.syspath_prepend(tmp_path)
+    made = importlib.import_module("rester").Rester()
+    with recording(made, tmp_path / "run.mcap"):
+        pass
+    with Recording(tmp_path / "run.mcap") as recorded:
+        assert sorted(recorded.attachments) == [
+            "component/rester.py",
+            "document/rester.xml",
+            "import/library/rest.xml",
+        ]
+        assert recorded.attachments["import/library/rest.xml"] == library
 
 
 def test_the_gap_is_a_message_of_its_own() -> None:
