@@ -12,6 +12,7 @@ from codegen.hfsm.checks import check
 from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.hfsm.model_checker import Reachability, check_model
+from tests.support.examples import examples
 from tests.support.model_documents import documents
 
 PATH = Path("random.xml")
@@ -29,7 +30,7 @@ def with_lines(document: Document) -> Document:
     return read
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(documents())
 def test_a_transition_that_never_fires_is_impossible_in_the_model(document: Document) -> None:
     document = with_lines(document)
@@ -46,7 +47,7 @@ def test_a_transition_that_never_fires_is_impossible_in_the_model(document: Docu
                 assert (automaton.id, transition.id) not in possible
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(documents())
 def test_a_state_without_a_way_in_is_impossible_in_the_model(document: Document) -> None:
     document = with_lines(document)

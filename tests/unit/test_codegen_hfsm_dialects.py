@@ -14,6 +14,7 @@ from codegen.hfsm.document import Document, Element, Transition
 from codegen.hfsm.formats.dialects import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.document_comparison import differences
+from tests.support.examples import examples
 
 PATH = Path("old.xml")
 
@@ -419,7 +420,7 @@ _cuts = st.tuples(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.sampled_from([SPANISH, VISUALSTATES]), st.lists(_cuts, max_size=4))
 def test_no_mutation_does_more_than_report_errors(text: str, cuts: list[tuple[float, int, str]]) -> None:
     for place, length, new in cuts:
@@ -449,7 +450,7 @@ _trees = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.sampled_from(["VisualHFSM", "VisualStates"]), st.lists(_trees, max_size=4))
 def test_any_tree_of_known_words_is_read_or_refused_and_kept(root: str, children: list[str]) -> None:
     _read_or_refuse(f"<{root}>{''.join(children)}</{root}>")

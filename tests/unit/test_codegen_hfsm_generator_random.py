@@ -14,6 +14,7 @@ from codegen.hfsm.document import Argument, Automaton, Document, Parameter, Stat
 from hfsm_runtime import Automaton as Made
 from hfsm_runtime import VirtualRun
 from tests.support.documents import compile_to, load
+from tests.support.examples import examples
 
 NAMES = st.sampled_from(
     ["", "go", "go", "go to wall", "class", "state_1", "año", "'\"\\", "automaton", "x" * 60]
@@ -104,7 +105,7 @@ def documents(draw: st.DrawFn) -> Document:
     return Document(automata=tuple(automata))
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(documents())
 def test_a_component_has_the_structure_of_its_document_and_runs(document: Document) -> None:
     with tempfile.TemporaryDirectory() as directory:

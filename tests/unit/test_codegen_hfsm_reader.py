@@ -17,6 +17,7 @@ from codegen.hfsm.document import (
     Element,
     Text,
 )
+from tests.support.examples import examples
 from tests.support.random_documents import documents
 
 PATH = Path("test.xml")
@@ -297,7 +298,7 @@ def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
 # Whatever a person types, and whatever another program adds, comes back as it was.
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(documents)
 def test_what_is_written_reads_back_the_same(document: Document) -> None:
     text = write_document(document)
@@ -306,7 +307,7 @@ def test_what_is_written_reads_back_the_same(document: Document) -> None:
     assert write_document(again) == text
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 def test_no_input_does_more_than_report_errors(content: bytes) -> None:
     diagnostics = Diagnostics()

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from codegen.idl.dialect import STRICT_3_7
+from tests.support.examples import examples
 from tests.support.slice_agreement import compare_generated
 from tests.support.slice_cases import Case, all_cases
 from tests.support.slice_compiler import checked, first_error
@@ -51,7 +52,7 @@ def test_strict_3_7_is_the_reference_without_its_flags(tmp_path: Path) -> None:
 @pytest.mark.slow
 @needs_reference
 def test_generated_files_are_judged_as_by_the_reference(tmp_path: Path) -> None:
-    agreement = compare_generated(tmp_path, count=800)
+    agreement = compare_generated(tmp_path, count=examples(300))
     assert agreement.files >= 100
     assert agreement.verdicts >= 0.995, agreement.report()
     assert agreement.first_lines >= 0.95, agreement.report()

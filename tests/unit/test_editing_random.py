@@ -1,11 +1,10 @@
 """Commands at random: whatever is done can be saved, read again, undone and done again.
 
-`EDITING_SEQUENCES=200` runs as many sequences of 100 commands; 30 are the habit.
+`VISUALHFSM_EXAMPLES=10` runs ten times as many sequences of 100 commands.
 """
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from random import Random
 
@@ -16,12 +15,12 @@ from hypothesis import strategies as st
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, State, Transition
 from tests.support.editing import choose_command, tree
+from tests.support.examples import examples
 from visualhfsm.editing.commands import decode_command, encode_command
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.fragments import parse
 from visualhfsm.editing.session import DocumentSession
 
-SEQUENCES = int(os.environ.get("EDITING_SEQUENCES", "30"))
 COMMANDS_EACH = 100
 
 ODD = Document(
@@ -49,7 +48,7 @@ ODD = Document(
 
 @pytest.mark.parametrize("start", [tree(), Document(), ODD], ids=["tree", "empty", "odd"])
 @settings(
-    max_examples=max(1, SEQUENCES // 3),
+    max_examples=examples(10),
     deadline=None,
     phases=[Phase.explicit, Phase.reuse, Phase.generate],
 )

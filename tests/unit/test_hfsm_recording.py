@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
@@ -30,6 +30,7 @@ from hfsm_runtime.replay.reader import Recording
 from interfaces.jderobot import ImageDescription
 from tests.support.automata import after, automaton, component, when
 from tests.support.documents import compile_to, document, state, sub
+from tests.support.examples import examples
 from tests.support.running import eventually
 from zenoh_ice.clock import VirtualClock, WallClock
 
@@ -77,8 +78,20 @@ def test_an_object_whose_repr_fails_is_shown_all_the_same() -> None:
     assert "Bad" in readable(Bad())
 
 
-@given(st.recursive(st.floats() | st.integers() | st.text() | st.binary() | st.none() | st.booleans(),
-                    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner) | st.tuples(inner)))  # fmt: skip
+_plain = st.floats() | st.integers() | st.text(max_size=5) | st.binary(max_size=5) | st.none() | st.booleans()
+_nested = st.recursive(
+    _plain,
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.text(max_size=5), inner, max_size=2)
+        | st.tuples(inner)
+    ),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=examples(60), deadline=None)
+@given(_nested)
 def test_whatever_the_value_is_the_result_is_json(value: object) -> None:
     text = json.dumps(readable(value), allow_nan=False)
     assert len(text.encode()) < 2_000_000

@@ -1,13 +1,12 @@
 """Random trees of automata against an interpreter that is one loop and nothing else.
 
-Guards are scripts: each says at which of its evaluations it holds. VISUALHFSM_RANDOM_AUTOMATA sets how many
-trees are tried.
+Guards are scripts: each says at which of its evaluations it holds. `VISUALHFSM_EXAMPLES=10` tries ten times
+as many trees.
 """
 
 from __future__ import annotations
 
 import math
-import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -22,9 +21,8 @@ from hfsm_runtime.cycle import Supervisor, run_cycle
 from hfsm_runtime.supervision import Supervision
 from hfsm_runtime.tree import ChangeKind, Run, Tree
 from tests.support.automata import component
+from tests.support.examples import examples
 
-TREES = int(os.environ.get("VISUALHFSM_RANDOM_AUTOMATA", "200"))
-pytestmark = pytest.mark.timeout(max(120.0, 0.5 * TREES))
 STEP = 10  # ms, which divides every period
 END = 2500  # ms
 EVENTS = ("ping", "pong")
@@ -406,13 +404,13 @@ def in_order(trace: list[Line]) -> list[Line]:
     return ordered
 
 
-@settings(max_examples=TREES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(plans(), OUTSIDE)
 def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Mapping[int, str]) -> None:
     assert in_order(Recorder(plan).run(outside)) == in_order(reference(plan, outside))
 
 
-@settings(max_examples=TREES // 3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(plans(), OUTSIDE, SCRIPTS)
 def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
     plan: Plan, outside: Mapping[int, str], pauses: tuple[bool, ...]

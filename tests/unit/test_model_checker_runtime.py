@@ -16,12 +16,15 @@ from codegen.hfsm.model_checker import (
     Verdict,
     check_model,
 )
+from tests.support.examples import examples
 from tests.support.model_documents import PATH, Player, documents, play, stated
 
 LIMIT = 30_000
 
 _settings = settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+    max_examples=examples(60),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 
 
@@ -102,7 +105,7 @@ def stated_documents(draw: st.DrawFn) -> Document:
     )
 
 
-@settings(_settings, max_examples=200)
+@settings(_settings, max_examples=examples(60))
 @given(stated_documents())
 def test_a_counterexample_violates_its_property_on_the_runtime(document: Document) -> None:
     (result,) = check_model(document, PATH, limit=LIMIT).properties
@@ -113,7 +116,7 @@ def test_a_counterexample_violates_its_property_on_the_runtime(document: Documen
     assert_violated(result, player)
 
 
-@settings(_settings, max_examples=100)
+@settings(_settings, max_examples=examples(40))
 @given(stated_documents(), st.integers(0, 2**32))
 def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: int) -> None:
     (result,) = check_model(document, PATH, limit=LIMIT).properties
