@@ -48,7 +48,7 @@ class MonitorPanel extends MonitorElement {
     const tabs = TABS.map(({id, label}) => ({id, label, filled: id === "errors" && errors > 0}));
     return html`<div class="monitor-panel">
       ${tabStrip({label: "Live values", tabs, chosen: this.chosen, choose: (id) => this.choose(id), prefix: "live"})}
-      <div class="tab-panel" role="tabpanel" id="live-panel" aria-labelledby="live-tab-${this.chosen}">${this.elements.get(this.chosen) ?? nothing}</div>
+      <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${this.chosen}">${this.elements.get(this.chosen) ?? nothing}</div>
       ${liveLegend(this.roomy)}</div>`;
   }
 

@@ -1,0 +1,254 @@
+"""Run, follow and steer components from the editor's page: real components, a fake robot, Chromium."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, chromium
+from tests.support.editor import Editor
+from tests.support.monitor import (
+    expect_current,
+    follow,
+    monitor_page,
+    robot_and_editor,
+    run,
+    started_elsewhere,
+    status,
+)
+from tests.support.robot_server import ServedRobot
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    root = tmp_path / "root"
+    root.mkdir()
+    return root / "walk.xml"
+
+
+@pytest.fixture
+def served(path: Path) -> Iterator[tuple[ServedRobot, Editor]]:
+    with robot_and_editor(path) as served:
+        yield served
+
+
+@pytest.fixture
+def robot(served: tuple[ServedRobot, Editor]) -> ServedRobot:
+    return served[0]
+
+
+@pytest.fixture
+def shown(browser: Browser, served: tuple[ServedRobot, Editor]) -> Iterator[EditorPage]:
+    with monitor_page(browser, served[1]) as shown:
+        yield shown
+
+
+def notice(shown: EditorPage, text: str) -> None:
+    """Wait for a message."""
+    expect(shown.page.locator(".notice").filter(has_text=text)).to_be_visible()
+
+
+# ------------------------------------------------------------------------------------------------ canvas
+
+
+def test_f5_runs_the_component_and_shows_what_it_does(shown: EditorPage) -> None:
+    run(shown)
+    expect_current(shown, "wait")
+    expect(shown.transition("late")).to_have_class(re.compile(r"\bwaiting\b"))
+    expect(shown.transition("many")).to_have_attribute("aria-label", re.compile("condition false"))
+    shown.state("wait").focus()
+    shown.press("Control+Enter")
+    expect_current(shown, "look")
+
+
+def test_forced_transition_is_fired_and_leaves_a_trail_and_a_ghost(shown: EditorPage) -> None:
+    run(shown)
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect_current(shown, "go")
+    expect(shown.state("wait")).to_have_class(re.compile(r"\btrail\b"))
+    expect(shown.transition("late")).to_have_class(re.compile(r"\bfired\b"))
+    shown.state("wait").focus()
+    shown.press("Control+Enter")
+    expect(shown.state("look")).to_have_class(re.compile(r"\bghost\b"))
+
+
+def test_finished_automaton_is_marked(shown: EditorPage) -> None:
+    run(shown)
+    shown.press("Alt+e")
+    shown.page.get_by_label("Event", exact=True).fill("ball")
+    shown.press("Enter")
+    notice(shown, "Sent ball.")
+    shown.state("wait").focus()
+    shown.press("Control+Enter")
+    expect_current(shown, "found", "finished")
+
+
+def test_why_not_is_told_by_pointer_and_by_key(shown: EditorPage) -> None:
+    run(shown)
+    shown.state("wait").locator(".body").hover()
+    told = shown.page.get_by_role("tooltip")
+    expect(told).to_contain_text("many")
+    shown.page.mouse.move(5, 5)
+    expect(told).to_have_count(0)
+    shown.transition("late").focus()
+    shown.press("w")
+    expect(told).to_contain_text("its time comes after")
+    shown.press("Escape")
+    expect(told).to_have_count(0)
+
+
+def test_lost_component_is_grey_with_its_time_and_found_again(
+    shown: EditorPage, robot: ServedRobot, path: Path
+) -> None:
+    with started_elsewhere(robot, path):
+        follow(shown, "walk")
+    expect(status(shown)).to_contain_text("Gone since")
+    expect(shown.page.locator("hfsm-canvas")).to_have_class(re.compile(r"\bstale\b"))
+    with started_elsewhere(robot, path):
+        expect(status(shown)).to_have_text("Running")
+        expect(shown.page.locator("hfsm-canvas")).not_to_have_class(re.compile(r"\bstale\b"))
+
+
+# ------------------------------------------------------------------------------------------------ steering
+
+
+def test_component_started_elsewhere_is_only_watched_until_told_otherwise(
+    shown: EditorPage, robot: ServedRobot, path: Path
+) -> None:
+    with started_elsewhere(robot, path):
+        follow(shown, "walk")
+        expect(shown.button("Pause")).to_be_disabled()
+        shown.press("F8")
+        shown.page.get_by_role("switch", name="Only watching").click()
+        shown.press("F8")
+        expect(status(shown)).to_have_text("Paused")
+        shown.press("F8")
+        expect(status(shown)).to_have_text("Running")
+
+
+def test_breakpoint_pauses_and_the_component_is_stepped_on(shown: EditorPage) -> None:
+    run(shown)
+    shown.state("go").locator(".body").click()
+    shown.press("b")
+    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect(status(shown)).to_have_text("At a breakpoint")
+    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("paused at this breakpoint"))
+    shown.press("F10")
+    expect(status(shown)).to_have_text("Paused")
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Running")
+
+
+def test_condition_of_a_breakpoint_counts(shown: EditorPage) -> None:
+    run(shown)
+    shown.state("go").locator(".body").click(button="right")
+    shown.page.get_by_role("menuitem", name="Breakpoint with a condition").click()
+    shown.page.get_by_role("textbox").filter(visible=True).last.fill("count < 0")
+    shown.press("Enter")
+    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("with a condition"))
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect_current(shown, "go")
+    expect(status(shown)).to_have_text("Running")
+
+
+def test_variable_and_parameter_are_set(shown: EditorPage) -> None:
+    run(shown)
+    shown.press("Alt+l")
+    for name, value, told in (("count", "2000000", "2000000"), ("speed", "0.5", "0.5")):
+        shown.page.get_by_role("textbox", name=name, exact=True).fill(value)
+        shown.press("Enter")
+        notice(shown, f"Set {name} to {told}.")
+    expect_current(shown, "go")
+
+
+def test_reload_goes_on_with_the_changed_code(shown: EditorPage) -> None:
+    run(shown)
+    shown.state("wait").locator(".body").click()
+    shown.press("Shift+Enter")
+    expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_be_focused()
+    shown.press("Control+End")
+    shown.type("\ncount += 2000000")
+    shown.press("F9")
+    notice(shown, "Reloaded.")
+    expect_current(shown, "go")
+
+
+def test_reload_tells_what_was_not_kept(shown: EditorPage) -> None:
+    run(shown)
+    expect_current(shown, "wait")
+    shown.state("go").locator(".body").click()
+    shown.press("i")
+    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("initial"))
+    shown.state("wait").locator(".body").click()
+    shown.press("Delete")
+    expect(shown.state("wait")).to_have_count(0)
+    shown.press("F9")
+    expect(shown.page.get_by_role("dialog")).to_contain_text("wait")
+    shown.press("Escape")
+    expect_current(shown, "go")
+
+
+@pytest.mark.parametrize("key", [True, False], ids=["key", "button"])
+def test_stop_ends_the_component_even_while_only_watching_it(
+    shown: EditorPage, robot: ServedRobot, path: Path, key: bool
+) -> None:
+    with started_elsewhere(robot, path) as process:
+        follow(shown, "walk")
+        if key:
+            shown.press("F1")
+            expect(shown.page.get_by_role("dialog")).to_be_visible()
+            shown.press("Control+Shift+Space")
+        else:
+            shown.button("STOP the robot and the component").click()
+        assert process.wait() == 0
+        notice(shown, "Stopped: Body, Head, walk.")
+
+
+# ------------------------------------------------------------------------------------------------ time
+
+
+def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> None:
+    run(shown)
+    expect_current(shown, "wait")
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect_current(shown, "go")
+    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    shown.press("PageDown", "ArrowLeft", "ArrowLeft")
+    expect(status(shown)).to_have_text("Looking back")
+    expect_current(shown, "wait")
+    expect(shown.button("Pause")).to_be_disabled()
+    shown.button("Back to now").click()
+    expect(status(shown)).to_have_text("Running")
+    expect_current(shown, "go")
+
+
+def test_recording_is_played_in_the_same_view(shown: EditorPage, robot: ServedRobot, path: Path) -> None:
+    with started_elsewhere(robot, path, "--record", str(path.with_name("walk.mcap"))):
+        follow(shown, "walk")
+        shown.page.get_by_role("switch").click()
+        shown.transition("late").locator(".handle").click()
+        shown.press("Alt+Enter")
+        expect_current(shown, "go")
+    expect(status(shown)).to_contain_text("Gone since")
+    shown.press("Alt+r")
+    shown.page.get_by_role("option", name="walk.mcap").dblclick()
+    expect(status(shown)).to_have_text("Recording")
+    expect_current(shown, "wait")
+    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    shown.press("End")
+    expect_current(shown, "go")

@@ -1,0 +1,113 @@
+"""What the editor's page shows beside the canvas while a component runs: numbers, cameras, the robot."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, chromium
+from tests.support.editor import Editor
+from tests.support.monitor import monitor_page, robot_and_editor, run, status
+
+TABS = ("Variables", "Plots", "Cameras", "Joints", "3D", "Cycles", "Errors")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[Editor]:
+    root = tmp_path / "root"
+    root.mkdir()
+    with robot_and_editor(root / "walk.xml") as (_, running):
+        yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with monitor_page(browser, running) as shown:
+        run(shown)
+        shown.press("Alt+l")
+        yield shown
+
+
+def choose(shown: EditorPage, tab: str) -> None:
+    """Show one of the tabs of live values."""
+    shown.page.get_by_role("tab", name=re.compile(f"^{tab}")).last.click()
+
+
+def loaded(shown: EditorPage, library: str) -> bool:
+    """Whether a library was loaded."""
+    names: list[str] = shown.page.evaluate("performance.getEntriesByType('resource').map(each => each.name)")
+    return any(f"vendor/{library}.js" in name for name in names)
+
+
+def painted(shown: EditorPage, selector: str) -> bool:
+    """Whether a canvas shows anything but one color."""
+    found: bool = shown.page.evaluate(
+        """selector => {
+          const canvas = document.querySelector(selector);
+          if (!canvas?.width) return false;
+          const copy = Object.assign(document.createElement("canvas"), {width: canvas.width, height: canvas.height});
+          const pen = copy.getContext("2d");
+          pen.drawImage(canvas, 0, 0);
+          return new Set(new Uint32Array(pen.getImageData(0, 0, copy.width, copy.height).data.buffer)).size > 3;
+        }""",
+        selector,
+    )
+    return found
+
+
+def test_libraries_are_loaded_when_they_are_first_needed(shown: EditorPage) -> None:
+    assert not loaded(shown, "uplot")
+    assert not loaded(shown, "three")
+    choose(shown, "Plots")
+    expect(shown.page.locator(".uplot")).to_be_visible()
+    choose(shown, "3D")
+    expect(shown.page.get_by_role("img", name="The robot in 3D")).to_be_visible()
+    assert loaded(shown, "uplot")
+    assert loaded(shown, "three")
+
+
+def test_numbers_are_plotted_as_they_change(shown: EditorPage) -> None:
+    choose(shown, "Plots")
+    expect(shown.page.locator("output[data-name='1.count']")).to_have_text(re.compile(r"\d+"))
+    shown.page.get_by_label("Add a number to plot 1").select_option("joint.HeadYaw")
+    expect(shown.page.locator("output[data-name='joint.HeadYaw']")).to_have_text(re.compile(r"-?\d"))
+    shown.button("Add a plot").click()
+    expect(shown.page.get_by_role("region", name=re.compile("Plot \\d"))).to_have_count(2)
+
+
+def test_cameras_joints_and_cycles_are_shown(shown: EditorPage) -> None:
+    choose(shown, "Cameras")
+    expect(shown.page.get_by_role("img", name="Top camera")).to_be_visible()
+    expect(shown.page.get_by_role("img", name="Bottom camera")).to_be_visible()
+    shown.page.wait_for_function(
+        "() => document.querySelector('hfsm-camera .rate')?.textContent.includes('images/s')"
+    )
+    assert painted(shown, "hfsm-camera canvas")
+    choose(shown, "Joints")
+    expect(shown.page.get_by_role("row", name=re.compile("HeadYaw.*°"))).to_be_visible()
+    choose(shown, "Cycles")
+    expect(shown.page.get_by_role("row", name=re.compile("^look|^wait|^walk")).first).to_contain_text("/ 20")
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_axe_finds_nothing_wrong(browser: Browser, running: Editor, dark: bool) -> None:
+    with monitor_page(browser, running, dark=dark) as shown:
+        run(shown)
+        shown.press("Alt+l")
+        expect(status(shown)).to_have_text("Running")
+        found = []
+        for tab in TABS:
+            choose(shown, tab)
+            expect(shown.page.locator("#live-panel > *")).to_be_visible()
+            found += shown.violations()
+        assert not found

@@ -1,0 +1,109 @@
+"""What the tests of the editor's monitor follow: a component without a robot, or beside a fake one."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from playwright.sync_api import Browser, Locator, expect
+
+from codegen.diagnostics import Diagnostics
+from naoserver.fake import FakeRobot
+from tests.support.browser import EditorPage, editor_page
+from tests.support.editor import Editor, editor
+from tests.support.processes import ComponentProcess
+from tests.support.robot_server import ServedRobot, served
+from visualhfsm.generation import generate_component
+from visualhfsm.web.standard_services import make_services
+from zenoh_ice import Settings
+
+DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
+<VisualHFSM>
+  <parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>
+  <SubAutomata id="1" idFather="0">
+    <state initial="true" id="1">
+      <posx>100</posx><posy>150</posy><name>wait</name><idSubautomataSon>2</idSubautomataSon>
+      <code>count += 1</code>
+    </state>
+    <state id="2"><posx>400</posx><posy>150</posy><name>go</name></state>
+    <transition id="1">
+      <posx>250</posx><posy>90</posy><name>late</name><origin>1</origin><destiny>2</destiny>
+      <trans type="time">3600000</trans>
+    </transition>
+    <transition id="2">
+      <posx>250</posx><posy>220</posy><name>many</name><origin>1</origin><destiny>2</destiny>
+      <trans type="condition">count &gt; 1000000</trans>
+    </transition>
+    <transition id="3">
+      <posx>250</posx><posy>290</posy><name>back</name><origin>2</origin><destiny>1</destiny>
+      <trans type="event">home</trans>
+    </transition>
+    <iteration_time>20</iteration_time>
+    <variables>count = 0</variables>
+  </SubAutomata>
+  <SubAutomata id="2" idFather="1">
+    <state initial="true" id="1"><posx>100</posx><posy>150</posy><name>look</name></state>
+    <state id="2"><posx>300</posx><posy>150</posy><name>found</name><final>true</final></state>
+    <transition id="1">
+      <posx>200</posx><posy>90</posy><name>seen</name><origin>1</origin><destiny>2</destiny>
+      <trans type="event">ball</trans>
+    </transition>
+    <iteration_time>20</iteration_time>
+  </SubAutomata>
+</VisualHFSM>
+"""
+
+
+@contextlib.contextmanager
+def robot_and_editor(path: Path) -> Iterator[tuple[ServedRobot, Editor]]:
+    """Serve a fake robot, and the editor of a document in its realm."""
+    path.write_text(DOCUMENT)
+    with served(FakeRobot()) as robot:
+        settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall")
+        with editor(path.parent, path, make_services=make_services(settings)) as running:
+            yield robot, running
+
+
+@contextlib.contextmanager
+def monitor_page(browser: Browser, running: Editor, *, dark: bool = False) -> Iterator[EditorPage]:
+    """Show the document in a window."""
+    with editor_page(browser, running, dark=dark) as shown:
+        shown.state("wait").wait_for()
+        yield shown
+
+
+@contextlib.contextmanager
+def started_elsewhere(robot: ServedRobot, path: Path, *arguments: str) -> Iterator[ComponentProcess]:
+    """Run the component of a document as another person would, from a terminal."""
+    component = generate_component(path, path.parent, Diagnostics())
+    assert component is not None
+    environment = {"VISUALHFSM_REALM": robot.realm, "VISUALHFSM_CONNECT": robot.endpoint}
+    with ComponentProcess([sys.executable, str(component), *arguments], environment) as process:
+        yield process
+
+
+def status(shown: EditorPage) -> Locator:
+    """What the followed component is doing, in words."""
+    return shown.page.locator(".live-status")
+
+
+def run(shown: EditorPage) -> None:
+    """Press F5 and wait until the component is followed."""
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Running")
+
+
+def follow(shown: EditorPage, component: str) -> None:
+    """Choose a component of those that run now."""
+    shown.button("1 running").click()
+    shown.page.get_by_role("menuitem", name=component).click()
+    expect(status(shown)).to_have_text("Running")
+
+
+def expect_current(shown: EditorPage, name: str, *words: str) -> None:
+    """Wait until a state is the current one; `words` are said of it besides."""
+    label = ".*".join([f"State {name}", "active", *words])
+    expect(shown.page.locator("hfsm-canvas .state.active")).to_have_attribute("aria-label", re.compile(label))
