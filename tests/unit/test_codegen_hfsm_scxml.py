@@ -169,6 +169,14 @@ def test_an_automaton_that_owns_one_of_its_own_id_comes_back() -> None:
     assert import_(text)[0] == document
 
 
+def test_a_guard_of_blanks_is_none_and_comes_back() -> None:
+    guarded = '<transition id="1"><origin>1</origin><destiny>2</destiny><trans type="event">e</trans><guard> </guard></transition>'
+    document = parse(one_automaton(guarded))
+    text, _ = export(document)
+    assert "cond=" not in text
+    assert import_(text)[0] == document
+
+
 def test_another_interpreter_does_with_it_what_the_document_means() -> None:
     processors = pytest.importorskip("statemachine.io.scxml.processor")
     text, _ = export(parse(TURNS))
