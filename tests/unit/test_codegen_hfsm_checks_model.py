@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, given, settings
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.checks import check
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document, Text
 from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.hfsm.model_checker import Reachability, check_model
 from tests.support.examples import examples
-from tests.support.model_documents import documents
+from tests.support.model_documents import after, documents, state, when
 
 PATH = Path("random.xml")
 
@@ -60,3 +60,23 @@ def test_a_state_without_a_way_in_is_impossible_in_the_model(document: Document)
         assert state is not None
         if state.line in told:
             assert result.reachability is not Reachability.POSSIBLE
+
+
+def test_the_timer_of_one_that_misses_cycles_as_a_ghost_may_forestall_what_is_always_true() -> None:
+    root = Automaton(
+        id=1,
+        states=(state(1, initial=True), state(2, children=[2])),
+        transitions=(after(1, 1, 2, id=1), after(1, 2, 1, id=2)),
+        iteration_time=Text("50"),
+    )
+    below = Automaton(
+        id=2,
+        father=1,
+        states=(state(1, initial=True), state(2)),
+        transitions=(after(1, 1, 2, id=1), after(150, 2, 1, id=2), when("True", 2, 1, id=3)),
+        iteration_time=Text("130"),
+    )
+    document = with_lines(Document(automata=(root, below)))
+    assert told_lines(document, "W517") == set()
+    results = {(each.automaton, each.transition): each for each in check_model(document, PATH).transitions}
+    assert results[2, 2].reachability is Reachability.POSSIBLE

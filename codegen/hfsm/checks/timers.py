@@ -70,6 +70,7 @@ class _Timers:
 
     def _check_siblings(self, graph: Graph, state: State, transition: Transition, time: float) -> bool:
         """Report a timer that another transition of its state forestalls; return whether there is one."""
+        between = math.inf if self._may_resume(graph) else self.period(graph)
         is_before = True
         for other in graph.outgoing(state):
             if other is transition:
@@ -79,7 +80,7 @@ class _Timers:
             if fires_after is None or (is_before and other.type == "condition"):
                 continue  # what is always true and tried before is told by the check of shadows
             # Of two timers that have run out in one cycle the first counts.
-            if time > fires_after if is_before else time >= fires_after + self.period(graph):
+            if time > fires_after if is_before else time >= fires_after + between:
                 what = "leaves the state first" if other.type == "time" else "is always true"
                 note = Note(f"{transition_label(other)} {what}", self._report.place(other, other.trigger))
                 self._tell(transition, [note])
@@ -125,6 +126,18 @@ class _Timers:
             return math.inf, None
         limit, transition = min(times, key=lambda item: item[0])
         return limit, (state, transition)
+
+    def _may_resume(self, graph: Graph) -> bool:
+        """Return whether an automaton may go on after it was a ghost: its timers add up, its cycles not."""
+        below: set[int] = set()
+        while (owner := self._owners.get(graph.automaton.id)) and graph.automaton.id not in below:
+            above, state = owner
+            resumes = state.history.text.strip() != "restart"
+            if not above.sound or (resumes and self._may_enter_again(above, state)):
+                return True
+            below.add(graph.automaton.id)
+            graph = above
+        return False
 
     def _may_enter_again(self, graph: Graph, state: State) -> bool:
         """Return whether a state may be entered again: in its automaton, or when that begins anew."""
