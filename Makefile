@@ -7,14 +7,14 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 SECONDS ?=
 
-.PHONY: help demo test lint format bench oracle codegen constraints vendor system clean
+.PHONY: help demo test lint format bench oracle codegen constraints vendor system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by itself and writes demo/report.html
 	@$(BIN)/python -m deploy deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
 
-test: $(VENV)/dev.stamp system ## Run the linters and every test
+test: $(VENV)/dev.stamp system browser ## Run the linters and every test
 	@$(MAKE) --no-print-directory lint
 	@$(BIN)/python -m pytest -n 2 --dist loadgroup -q
 
@@ -31,7 +31,7 @@ format: $(VENV)/dev.stamp ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/codegen fmt interfaces/*.idl
 
-bench: $(VENV)/bench.stamp system ## Measure the figures and print them as tables
+bench: $(VENV)/bench.stamp system browser ## Measure the figures and print them as tables
 	@for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
 
 oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a C++ compiler; minutes to build)
@@ -48,7 +48,10 @@ vendor: ## Bundle the libraries of the editor's page anew (needs Node.js and npm
 	cd deploy/vendor && npm ci --silent && npm run --silent build
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
-	@sh deploy/setup/system_packages.sh $(BIN)/python
+	@sh deploy/setup/system_packages.sh $(BIN)/python gl
+
+browser: $(VENV)/python.stamp ## Install the browser in which the editor's page is tested
+	@sh deploy/setup/system_packages.sh $(BIN)/python chromium
 
 $(VENV)/python.stamp:
 	@sh deploy/setup/create_venv.sh $(PYTHON) $(VENV)

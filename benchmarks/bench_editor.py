@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from playwright.sync_api import Browser, Page
 
-from tests.support.browser import chromium
+from tests.support.browser import NO_CHROMIUM, chromium, chromium_path
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 LIMITS: Final = {
@@ -220,6 +220,8 @@ def main() -> None:
     parser.add_argument("--transitions", type=int, default=600)
     parser.add_argument("--large", type=int, default=2000)
     options = parser.parse_args()
+    if chromium_path() is None:
+        sys.exit(NO_CHROMIUM)
     with tempfile.TemporaryDirectory() as directory, chromium() as browser:
         root = Path(directory)
         (root / "small.xml").write_text(grid(4, 6))

@@ -1,20 +1,39 @@
 #!/bin/sh
-# Make sure that MuJoCo finds a GL library to render with: system_packages.sh PYTHON
-# Without one everything but the cameras works, so this never stops what called it.
+# Make sure that this machine has what is no Python package: system_packages.sh PYTHON gl|chromium...
+#   gl        the library with which MuJoCo renders; without it everything but the cameras works
+#   chromium  the browser in which the editor's page is tested; without it those tests are skipped
+# So this never stops what called it.
 set -eu
 python=$1
+shift
 
 can_render() {
   "$python" -c 'import ctypes; ctypes.CDLL("libEGL.so.1"); ctypes.CDLL("libGL.so.1"); ctypes.CDLL("libEGL_mesa.so.0")' >/dev/null 2>&1
 }
 
-packages="libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0"
-can_render && exit 0
-if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
-  echo "installing the GL library for the simulated cameras: $packages"
-  # shellcheck disable=SC2086  # one word a package
-  apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $packages >/dev/null ||
-    echo "warning: apt-get failed; the simulated cameras will not work until it succeeds" >&2
-else
-  echo "warning: no GL library, so the simulated cameras will not work; type: sudo apt-get install $packages" >&2
-fi
+has_chromium() {
+  [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1
+}
+
+# install_packages WHAT CONSEQUENCE PACKAGE...
+install_packages() {
+  what=$1 consequence=$2
+  shift 2
+  if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+    echo "installing $what: $*"
+    { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "$@" >/dev/null; } ||
+      echo "warning: apt-get failed; $consequence until it succeeds" >&2
+  else
+    echo "warning: $what is missing, so $consequence; type: sudo apt-get install $*" >&2
+  fi
+}
+
+for wanted in "$@"; do
+  case $wanted in
+    gl) can_render || install_packages "the GL library" "the simulated cameras do not work" \
+      libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0 ;;
+    chromium) has_chromium || install_packages "the browser Chromium" "the tests of the editor's page are skipped" \
+      chromium fonts-dejavu-core ;;
+    *) echo "system_packages.sh: unknown: $wanted" >&2 && exit 2 ;;
+  esac
+done

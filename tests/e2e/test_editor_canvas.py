@@ -257,14 +257,14 @@ def test_copies_carry_their_whole_sub_tree_into_another_automaton(shown: EditorP
 
 
 def test_going_up_and_down_loses_nothing(shown: EditorPage) -> None:
-    shown.state("followBall").dblclick(position={"x": 30, "y": 20})
+    shown.state("followBall").dblclick()
     shown.expect_states("red", "green")
     shown.state("red").click()
     shown.press("F2")
     shown.page.locator(".rename").fill("scarlet")
     shown.button("Up").click()  # while the name is still being typed
     shown.expect_states("followBall", "dance")
-    shown.state("followBall").dblclick(position={"x": 30, "y": 20})
+    shown.state("followBall").dblclick()
     shown.expect_states("scarlet", "green")
     shown.press("Control+z")
     shown.expect_states("red", "green")

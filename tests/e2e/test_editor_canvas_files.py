@@ -114,7 +114,7 @@ def test_each_tab_keeps_its_place_and_its_selection(shown: EditorPage) -> None:
     shown.expect_states("up", "out", "front", "low")
     open_file(shown, "dance_and_follow.xml")
     shown.expect_states("followBall", "dance")
-    shown.state("followBall").dblclick(position={"x": 30, "y": 20})
+    shown.state("followBall").dblclick()
     shown.expect_states("red", "green")
     shown.state("green").click()
     tab(shown, "dance").first.click()

@@ -70,7 +70,7 @@ def add(shown: EditorPage, noun: str, name: str) -> Locator:
     """Add an entry of a list, name it, and return its group."""
     shown.button(f"Add {'an' if noun[0] in 'aeiou' else 'a'} {noun}").click()
     entry = shown.page.get_by_role("group", name=re.compile(f"^{noun} ")).last
-    expect(entry.get_by_role("textbox").first).to_be_focused()
+    expect(entry.locator("input").first).to_be_focused()
     shown.type(name)
     named = shown.page.get_by_role("group", name=f"{noun} {name}", exact=True)
     expect(named).to_be_visible()

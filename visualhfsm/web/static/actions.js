@@ -13,7 +13,6 @@ import {StateTool, TransitionTool} from "./canvas/tools.js";
 import * as commands from "./commands.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
 import {page} from "./page.js";
-import {store} from "./store.js";
 
 const hasDocument = () => Boolean(page.document);
 const drawable = () => Boolean(page.automaton) && !page.automaton.imported;
@@ -91,7 +90,7 @@ const LIST = [
   {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: () => commands.addTransition(page.state.id, page.state.id)},
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
   {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
-  {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: () => drawable() && store.workspace.clipboard, run: ({point}) => commands.paste(point)},
+  {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: drawable, run: ({point}) => commands.paste(point)},
   {id: "duplicate", label: "Duplicate", icon: "duplicate", keys: ["Ctrl+D"], enabled: () => drawable() && anyStates(), run: async () => (await commands.copy()) !== undefined && commands.paste()},
   {id: "delete", label: "Delete", icon: "delete", keys: ["Delete"], enabled: () => drawable() && anySelected(), run: commands.deleteSelected},
   {id: "selectAll", label: "Select all", icon: "state", keys: ["Ctrl+A"], enabled: hasDocument, run: () => page.select({states: page.automaton.states.map((each) => each.id), transitions: page.automaton.transitions.map((each) => each.id)})},

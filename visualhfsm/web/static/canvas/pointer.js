@@ -117,7 +117,7 @@ export class Pointer {
     }
     const [kind, id] = [key.startsWith("s") ? "state" : "transition", idOf(key)];
     const state = kind === "state" ? page.automaton.states.find((each) => each.id === id) : undefined;
-    if (target.closest(".label, .name")) canvas.beginRename(kind, id);
+    if (target.closest(".label")) canvas.beginRename(kind, id);
     else if (target.closest(".handle") && !canvas.readOnly) resetHandle(id);
     else if (state?.children.length) page.open(state.children[0]);
     else page.edit({kind, automaton: page.automaton.id, id, part: state ? "code" : "trigger"});

@@ -67,7 +67,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
               @click=${() => { state.chosen = index; if (saving && row.kind !== "directory") state.name = row.name; redraw(); }} @dblclick=${() => take(row, close)}>
             ${icon(row.kind === "directory" ? "folder" : "file")}<span>${row.name}</span>${row.changedAt ? html`<span class="when">${new Date(row.changedAt * 1000).toLocaleString([], {dateStyle: "medium", timeStyle: "short"})}</span>` : nothing}</div>`)}
         </div>
-        ${saving ? html`<div class="field"><label for="file-name">Name</label><input id="file-name" autofocus .value=${state.name} @input=${(event) => (state.name = event.target.value)}
+        ${saving ? html`<div class="field"><label for="file-name">Name</label><input id="file-name" autofocus .value=${state.name} @focus=${({target}) => target.select()} @input=${(event) => (state.name = event.target.value)}
           @keydown=${(event) => event.key === "Enter" && (event.preventDefault(), accept(close))}></div>` : nothing}`;
     },
     footer: (close) => html`<button type="button" class="button" @click=${() => close()}>Cancel</button><button type="button" class="button primary" @click=${() => accept(close)}>${verb}</button>`,

@@ -141,19 +141,23 @@ function signatures(help) {
     provide: (field) => showTooltip.from(field),
   });
   let asked = 0;
+  let answered = 0;
   const follow = EditorView.updateListener.of((update) => {
     const {state, view} = update;
     const isOpen = state.field(shown) !== null;
-    if (!update.docChanged && !(update.selectionSet && isOpen)) {
+    const isWaiting = answered < asked; // what is typed meanwhile may leave the call again
+    if (!update.docChanged && !(update.selectionSet && (isOpen || isWaiting))) {
       if (isOpen && update.focusChanged && !view.hasFocus) setTimeout(() => view.dispatch({effects: show.of(null)}));
       return;
     }
     const position = state.selection.main.head;
     const opens = update.docChanged && /[(,]\s?$/.test(state.sliceDoc(Math.max(0, position - 2), position));
-    if (!opens && !isOpen) return;
+    if (!opens && !isOpen && !isWaiting) return;
     const number = ++asked;
     help.ask("signature", state, position).then((found) => {
-      if (number !== asked || !view.dom.isConnected) return;
+      if (number !== asked) return;
+      answered = number;
+      if (!view.dom.isConnected) return;
       if (found || view.state.field(shown)) view.dispatch({effects: show.of(found ? tip(found, position) : null)});
     });
   });

@@ -67,6 +67,10 @@ export class CodeField extends LitElement {
     this.#load();
   }
 
+  updated() {
+    this.#editor?.rename(this.label);
+  }
+
   /** Put the cursor somewhere in the code; line and column from 1. */
   async goTo(line, column, {focus = true} = {}) {
     await this.loaded;

@@ -76,6 +76,7 @@ const shared = [
 export class Editor {
   #view;
   #actions;
+  #label = "";
 
   /** @param {HTMLElement} parent @param {Content} content @param {Actions} actions */
   constructor(parent, content, actions) {
@@ -102,6 +103,13 @@ export class Editor {
     if (change) this.#view.dispatch({changes: change, annotations: fromDocument.of(true)});
   }
 
+  /** Say differently what is edited, as when that was renamed. @param {string} label */
+  rename(label) {
+    if (label === this.#label) return;
+    this.#label = label;
+    this.#view.dispatch({}); // attributes are looked at with each transaction
+  }
+
   /** Let the marks be made anew: the checks have said something. */
   recheck() {
     this.#view.dispatch({effects: recheck.of(null)});
@@ -126,6 +134,7 @@ export class Editor {
   /** @param {Content} content */
   #stateOf({text, place, tab, label, hint, wraps, python: isPython, readonly}) {
     const {typed, undo, redo, save, problems} = this.#actions;
+    this.#label = label;
     const run = (action) => () => {
       action();
       return true;
@@ -143,7 +152,7 @@ export class Editor {
         keymap.of([...completionKeymap, ...closeBracketsKeymap, ...searchKeymap, ...foldKeymap, ...lintKeymap, indentWithTab, ...standardKeys]),
         shared,
         isPython ? [python(), assistance({tab, place, problems})] : [],
-        EditorView.contentAttributes.of({tabindex: "0", "aria-label": label, "aria-description": "Escape goes back to the drawing"}),
+        EditorView.contentAttributes.of(() => ({tabindex: "0", "aria-label": this.#label, "aria-description": "Escape goes back to the drawing"})),
         placeholder(hint),
         wraps ? EditorView.lineWrapping : [],
         EditorState.readOnly.of(readonly),

@@ -1,0 +1,220 @@
+"""The paper's third experiment, drawn from nothing with mouse and keyboard, run, watched, edited and reloaded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from codegen.hfsm.document import Automaton, Document
+from interfaces.hfsm import HfsmMonitorPrx
+from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.drawing import Draftsman
+from tests.support.editor import Editor, editor
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.screenshots import picture
+from visualhfsm.web.standard_services import make_services
+from zenoh_ice import Settings, initialize
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
+SPEED = 2  # robot seconds in a second
+START = 40_000  # ms until a component has started and its first state is seen
+ROUND = 20_000 / SPEED + 20_000  # ms for the root to come round, and as much again for a busy machine
+
+
+def read(path: Path) -> Document:
+    document = read_document(path, Diagnostics())
+    assert document is not None
+    return document
+
+
+def content(document: Document) -> object:
+    """What a document says: all but where things stand, and how they are numbered."""
+
+    def of(automaton: Automaton) -> object:
+        names = {state.id: state.name for state in automaton.states}
+        children = {child.id: child for child in document.automata}
+        return (
+            automaton.iteration_time.text,
+            automaton.variables.text.strip(),
+            automaton.functions.text.strip(),
+            {
+                state.name: (state.initial, state.code.text, [of(children[each]) for each in state.children])
+                for state in automaton.states
+            },
+            {
+                (names[each.origin], names[each.destination], each.name): (
+                    each.type,
+                    each.trigger.text,
+                    each.code.text,
+                )
+                for each in automaton.transitions
+            },
+        )
+
+    assert document.root is not None
+    return (
+        document.description.text,
+        [library.name.text for library in document.libraries],
+        [(each.name, each.type, each.identity) for each in document.interfaces],
+        of(document.root),
+    )
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def robot() -> Iterator[str]:
+    """Start a simulated robot; gives its endpoint."""
+    endpoint = free_endpoint()
+    command = module("naoserver_sim", "--listen", endpoint, "--speed", str(SPEED))
+    with ComponentProcess(command) as server:
+        server.wait_for("ready", 40)
+        yield endpoint
+
+
+@pytest.fixture
+def running(robot: str, tmp_path: Path) -> Iterator[Editor]:
+    root = tmp_path / "root"
+    root.mkdir()
+    settings = Settings(connect=(robot,), clock="wall")
+    with editor(root, make_services=make_services(settings)) as running:
+        yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with editor_page(browser, running) as shown:
+        yield shown
+
+
+@pytest.mark.timeout(180)
+def test_the_third_experiment_is_drawn_run_watched_and_changed(
+    shown: EditorPage, robot: str, tmp_path: Path
+) -> None:
+    wanted = read(REPOSITORY / "behaviors" / "dance_and_follow.xml")
+    path = tmp_path / "root" / "dance_and_follow.xml"
+    draw(shown, wanted)
+    save(shown, path)
+    assert content(read(path)) == content(wanted)
+
+    shown.press("F5")
+    expect(shown.state("followBall").and_(shown.page.locator(".active"))).to_be_visible(timeout=START)
+    with initialize(connect=[robot], clock="wall") as communicator:
+        monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
+        watch(shown, monitor)
+        change(shown, monitor)
+    shown.press("Shift+F5")
+    expect(shown.page.get_by_role("tabpanel").or_(shown.page.locator(".bottom"))).not_to_have_count(0)
+    expect(shown.page.locator(".live-status")).to_contain_text("Gone")
+
+
+def draw(shown: EditorPage, wanted: Document) -> None:
+    """Draw a document after the model of another one; `green` is a copy of `red` with another color."""
+    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
+    picture(shown.page, "start")
+    shown.page.get_by_role("button", name="Empty").click()
+    expect(shown.page.locator("hfsm-canvas .empty")).to_be_visible()
+    hand = Draftsman(shown, wanted)
+    root, follow, red, green, dance = wanted.automata
+
+    hand.component_data()
+    picture(shown.page, "data")
+    hand.automaton_data(root)
+    hand.states(root.states)
+    hand.transitions(root)
+
+    hand.enter("followBall")
+    hand.states(follow.states[:1])
+    hand.automaton_data(follow)
+    hand.enter("red")
+    hand.automaton_data(red)
+    hand.states(red.states)
+    for state in red.states:
+        hand.code_of(state)
+    hand.transitions(red)
+    picture(shown.page, "code")
+    hand.leave()
+
+    shown.state("red").click()
+    shown.press("Control+c", "Control+v")
+    expect(shown.page.locator(".state")).to_have_count(2)
+    expect(shown.page.locator(".state.selected")).to_have_count(1)
+    shown.press("F2")
+    shown.name("green")
+    shown.expect_states("red", "green")
+    x, y = shown.middle_of("green")
+    shown.drag((x, y), (x + 220, y - 40))
+    expect(shown.page.locator(".last-step")).to_have_text("Move “green”")
+    shown.button("Fit").click()
+    hand.transitions(follow)
+    hand.enter("green")
+    hand.code_of(green.states[0])
+    hand.retype_condition(green.transitions[1])
+    hand.leave()
+    hand.leave()
+
+    hand.enter("dance")
+    hand.automaton_data(dance)
+    hand.states(dance.states)
+    for state in dance.states:
+        hand.code_of(state)
+    hand.transitions(dance)
+    hand.leave()
+    shown.press("Shift+L")
+    shown.button("Fit").click()
+    picture(shown.page, "drawn")
+
+
+def save(shown: EditorPage, path: Path) -> None:
+    shown.press("Control+Shift+S")
+    expect(shown.page.get_by_role("textbox", name="Name", exact=True)).to_be_focused()
+    shown.type(path.stem)
+    shown.press("Enter")
+    expect(shown.page.get_by_role("status").filter(has_text=f"Saved {path.name}")).to_be_visible()
+    expect(shown.page.locator("hfsm-status")).to_contain_text("No problems")
+
+
+def watch(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
+    """See the root change after 10 s of the robot's time, and what it left go on as a ghost."""
+    page = shown.page
+    expect(shown.state("dance").and_(page.locator(".active"))).to_be_visible(timeout=ROUND)
+    root = monitor.getSnapshot().automata[0]
+    assert root.enteredAt == pytest.approx(10.0, abs=0.2)
+
+    shown.state("followBall").dblclick()
+    expect(page.locator(".state.ghost")).to_have_count(1)
+    expect(page.locator(".state.active")).to_have_count(0)
+    picture(page, "ghost")
+    shown.press("Backspace")
+    expect(page.locator(".state.active")).to_have_count(1)
+
+
+def change(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
+    """Give a state other code while it runs; after the reload it does that, and nothing began anew."""
+    page = shown.page
+    shown.state("dance").click()
+    shown.press("Shift+Enter")
+    page.get_by_role("textbox", name="Code of the state dance").click()
+    shown.type("print('dancing at', round(self.clock.now()))")
+    shown.press("Escape")
+    expect(page.locator("hfsm-status")).to_contain_text("Edit the code of “dance”")
+    before = monitor.getSnapshot()
+    assert before.generation == 0
+    shown.press("F9")
+    expect(page.get_by_role("status").filter(has_text="Reloaded")).to_be_visible()
+    after = monitor.getSnapshot()
+    assert after.generation == 1
+    assert after.automata[0].enteredAt >= before.automata[0].enteredAt > 0.0
+    shown.press("Alt+o")
+    expect(page.locator("hfsm-output")).to_contain_text("dancing at", timeout=ROUND)
+    picture(page, "running")

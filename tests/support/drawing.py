@@ -1,0 +1,140 @@
+"""Draw a document in the editor as a person does: click, drag, type, and paste longer texts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Final
+
+from playwright.sync_api import Locator, expect
+
+from codegen.hfsm.document import Automaton, Document, State, Transition
+from tests.support.browser import EditorPage
+from tests.support.panels import add
+
+__all__ = ["Draftsman"]
+
+_ROW: Final = (0.25, 0.75)  # parts of the canvas, across
+_HEIGHT: Final = 0.5
+
+
+class Draftsman:
+    """Draws what a document holds into the window that shows an empty one."""
+
+    def __init__(self, shown: EditorPage, document: Document) -> None:
+        self.shown = shown
+        self.document = document
+        shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+
+    def states(self, states: Sequence[State]) -> None:
+        """Draw the states of an automaton side by side; the first one is the initial one by itself."""
+        box = self.shown.page.locator("hfsm-canvas").bounding_box()
+        assert box is not None
+        for state, part in zip(states, _ROW, strict=False):
+            self.shown.button("State").click()
+            self.shown.page.mouse.click(box["x"] + part * box["width"], box["y"] + _HEIGHT * box["height"])
+            self.shown.name(state.name)
+            expect(self.shown.state(state.name)).to_have_count(1)
+        self.shown.button("Fit").click()
+
+    def transitions(self, automaton: Automaton) -> None:
+        """Drag from rim to rim, name each transition, and say when it fires and what it does then."""
+        names = {state.id: state.name for state in automaton.states}
+        for transition in automaton.transitions:
+            before = len(self.shown.arcs())
+            self.shown.connect(names[transition.origin], names[transition.destination])
+            expect(self.shown.page.locator(".transition[data-key]")).to_have_count(before + 1)
+            self.shown.name(transition.name)
+            self._fires(transition)
+
+    def _fires(self, transition: Transition) -> None:
+        expect(self.shown.page.locator(".transition.selected")).to_have_count(1)
+        self.shown.press("Shift+Enter")
+        name = self.shown.page.get_by_role("textbox", name="Name of the transition")
+        expect(name).to_have_value(transition.name)
+        if transition.type == "time":
+            self.shown.page.get_by_role("radio", name="Time").check(force=True)
+            self.shown.page.get_by_label("After", exact=True).fill(transition.trigger.text)
+        else:
+            self.code(f"Condition of {transition.name}", transition.trigger.text)
+        self.code(f"Code of the transition {transition.name}", transition.code.text)
+        self.shown.press("Escape")
+
+    def retype_condition(self, transition: Transition) -> None:
+        """Replace the condition of a transition."""
+        self.shown.transition(transition.name).locator(".handle").click()
+        self.shown.press("Shift+Enter")
+        self.code(f"Condition of {transition.name}", transition.trigger.text)
+        self.shown.press("Escape")
+
+    def code_of(self, state: State) -> None:
+        """Open the code of a state beside the canvas and put it in."""
+        if not state.code.text:
+            return
+        self.shown.state(state.name).click()
+        self.shown.press("Shift+Enter")
+        self.code(f"Code of the state {state.name}", state.code.text)
+        self.shown.press("Escape")
+
+    def code(self, label: str, text: str) -> None:
+        """Put a text into a code field: one line is typed, more are pasted."""
+        if not text:
+            return
+        field = self.shown.page.get_by_role("textbox", name=label, exact=True)
+        field.click()
+        self.shown.press("Control+a")
+        if "\n" in text:
+            self.paste(text)
+        else:
+            self.shown.type(text)
+        self.shown.press("Escape") if self._is_completing() else None
+        expect(field).to_have_text(re.compile(re.escape(text.split("\n", 1)[0])))
+
+    def paste(self, text: str) -> None:
+        """Copy a text elsewhere and paste it."""
+        self.shown.page.evaluate("text => navigator.clipboard.writeText(text)", text)
+        self.shown.press("Control+v")
+
+    def _is_completing(self) -> bool:
+        return self.shown.page.locator(".cm-tooltip").count() > 0
+
+    def enter(self, state: str) -> None:
+        """Open the automaton of a state, which makes one when there is none yet."""
+        self.shown.state(state).click()
+        self.shown.press("Control+Enter")
+        expect(self.shown.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text(state)
+
+    def leave(self) -> None:
+        """Go to the automaton above."""
+        depth = self.shown.page.locator("hfsm-breadcrumbs li").count()
+        self.shown.button("Up").click()
+        expect(self.shown.page.locator("hfsm-breadcrumbs li")).to_have_count(depth - 1)
+
+    def automaton_data(self, automaton: Automaton) -> None:
+        """Give the shown automaton its period, its variables and its functions."""
+        self.shown.press("Alt+t")
+        self.shown.page.get_by_label("Period", exact=True).fill(automaton.iteration_time.text)
+        if automaton.variables.text:
+            self.shown.press("Alt+v")
+            self.code("Variables", automaton.variables.text)
+        if automaton.functions.text:
+            self.shown.press("Alt+f")
+            self.code("Functions", automaton.functions.text)
+
+    def component_data(self) -> None:
+        """Say what the component is for, and what it uses."""
+        self.shown.press("Alt+i")
+        self.shown.page.get_by_label("Description", exact=True).fill(self.document.description.text)
+        for library in self.document.libraries:
+            self.entry("library", library.name.text, {})
+        for interface in self.document.interfaces:
+            self.entry(
+                "interface", interface.name, {"Interface": interface.type, "Identity": interface.identity}
+            )
+
+    def entry(self, noun: str, name: str, fields: dict[str, str]) -> Locator:
+        """Add an entry to a list of the component."""
+        entry = add(self.shown, noun, name)
+        for label, text in fields.items():
+            entry.get_by_label(label, exact=True).fill(text)
+        return entry
