@@ -80,3 +80,14 @@ def test_the_timer_of_one_that_misses_cycles_as_a_ghost_may_forestall_what_is_al
     assert told_lines(document, "W517") == set()
     results = {(each.automaton, each.transition): each for each in check_model(document, PATH).transitions}
     assert results[2, 2].reachability is Reachability.POSSIBLE
+
+
+def test_a_timer_of_one_period_that_is_tried_first_fires_before_what_is_always_true() -> None:
+    transitions = (after(100, 1, 1, id=1), when("True", 1, 1, id=2))
+    root = Automaton(
+        id=1, states=(state(1, initial=True),), transitions=transitions, iteration_time=Text("100")
+    )
+    document = with_lines(Document(automata=(root,)))
+    assert told_lines(document, "W517") == set()
+    first, _ = check_model(document, PATH).transitions
+    assert first.reachability is Reachability.POSSIBLE

@@ -80,7 +80,7 @@ class _Timers:
             if fires_after is None or (is_before and other.type == "condition"):
                 continue  # what is always true and tried before is told by the check of shadows
             # Of two timers that have run out in one cycle the first counts.
-            if time > fires_after if is_before else time >= fires_after + between:
+            if time > (fires_after if is_before else fires_after + between):
                 what = "leaves the state first" if other.type == "time" else "is always true"
                 note = Note(f"{transition_label(other)} {what}", self._report.place(other, other.trigger))
                 self._tell(transition, [note])
