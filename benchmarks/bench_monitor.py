@@ -108,7 +108,8 @@ def main() -> None:
     seen = statistics.median(late)
     print(
         f"{AUTOMATA} automata: change seen after {seen:.0f} ms in the median (at most {SEEN:g} ms), "
-        f"95 % below {late[int(0.95 * len(late))]:.0f} ms, of {len(late)}; told {found['rate']:.0f} times a second, "
+        f"95 % below {late[int(0.95 * len(late))]:.0f} ms, of {len(late)}; told "
+        f"{found['rate']:.0f} times a second, "
         f"{found['pictures']:.0f} pictures/s; server {share:.1%} of a core (at most {SHARE:.0%})"
     )
     sys.exit(int(seen > SEEN or share > SHARE))

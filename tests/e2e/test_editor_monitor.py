@@ -108,6 +108,24 @@ def test_why_not_is_told_by_pointer_and_by_key(shown: EditorPage) -> None:
     expect(told).to_have_count(0)
 
 
+def test_tree_shows_what_is_current_and_what_is_a_ghost(shown: EditorPage) -> None:
+    run(shown)
+    rows = shown.page.get_by_role("treeitem")
+    expect(rows.filter(has_text="look")).to_have_attribute("data-live", "active")
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect(rows.filter(has_text="go")).to_have_attribute("aria-current", "true")
+    expect(rows.filter(has_text="look")).to_have_attribute("data-live", "ghost")
+
+
+def test_sub_automaton_is_opened_as_it_becomes_active(shown: EditorPage) -> None:
+    run(shown)
+    shown.press("g")
+    expect_current(shown, "look")
+    shown.press("g", "Backspace")
+    expect_current(shown, "wait")
+
+
 def test_lost_component_is_grey_with_its_time_and_found_again(
     shown: EditorPage, robot: ServedRobot, path: Path
 ) -> None:
@@ -150,6 +168,20 @@ def test_breakpoint_pauses_and_the_component_is_stepped_on(shown: EditorPage) ->
     expect(status(shown)).to_have_text("Paused")
     shown.press("F8")
     expect(status(shown)).to_have_text("Running")
+
+
+def test_breakpoint_is_kept_when_the_component_is_started_anew(shown: EditorPage) -> None:
+    run(shown)
+    shown.state("go").locator(".body").click()
+    shown.press("b")
+    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
+    shown.press("F5")
+    expect(status(shown)).to_contain_text("Gone since")
+    expect(status(shown)).to_have_text("Running")
+    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect(status(shown)).to_have_text("At a breakpoint")
 
 
 def test_condition_of_a_breakpoint_counts(shown: EditorPage) -> None:
@@ -216,6 +248,17 @@ def test_stop_ends_the_component_even_while_only_watching_it(
             shown.button("STOP the robot and the component").click()
         assert process.wait() == 0
         notice(shown, "Stopped: Body, Head, walk.")
+
+
+def test_error_leads_to_the_code_that_failed(shown: EditorPage) -> None:
+    run(shown)
+    shown.press("Alt+l")
+    shown.page.get_by_role("textbox", name="count", exact=True).fill('"a text"')
+    shown.press("Enter")
+    expect(status(shown)).not_to_have_text("Running")
+    shown.page.get_by_role("tab", name=re.compile("^Errors")).click()
+    shown.page.get_by_role("list", name="Errors of the component").get_by_role("button").first.click()
+    expect(shown.page.get_by_label("Name of the transition")).to_have_value("many")
 
 
 # ------------------------------------------------------------------------------------------------ time

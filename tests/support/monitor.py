@@ -12,13 +12,15 @@ from playwright.sync_api import Browser, Locator, expect
 
 from codegen.diagnostics import Diagnostics
 from naoserver.fake import FakeRobot
-from tests.support.browser import EditorPage, editor_page
+from tests.support.browser import LIMIT, EditorPage, editor_page
 from tests.support.editor import Editor, editor
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm.generation import generate_component
 from visualhfsm.web.standard_services import make_services
 from zenoh_ice import Settings
+
+expect.set_options(timeout=LIMIT)
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

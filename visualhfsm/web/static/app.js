@@ -261,8 +261,9 @@ export class HfsmApp extends PageElement {
   }
 
   #told(run) {
+    const wanted = this.runs.get(run.tab)?.status === "stopping";
     this.runs.set(run.tab, run);
-    if (run.status === "ended" && run.exitCode) notify(`The component ended with exit code ${run.exitCode}. ${run.message ?? ""}`, "error");
+    if (run.status === "ended" && run.exitCode && !wanted) notify(`${(run.message || "it has ended").replace(/^it /, "The component ")}.`, "error");
   }
 
   /** Load an element of the monitor, and draw the page with it. */

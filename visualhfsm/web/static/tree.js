@@ -77,7 +77,28 @@ class Tree extends PageElement {
       </div>`;
   }
 
+  #live = new Map();
+
+  /** Mark what runs. @param {Map<string, "active" | "ghost">} live by automaton and state, such as `1.2` */
+  showLive(live) {
+    this.#live = live;
+    this.#markLive();
+  }
+
+  /** Not by drawing all of it anew: states may change many times a second. */
+  #markLive() {
+    for (const branch of this.querySelectorAll("[role=treeitem]")) {
+      const row = this.rows[Number(branch.dataset.index)];
+      const status = row && row.state !== undefined ? this.#live.get(`${row.automaton}.${row.state}`) ?? "" : "";
+      if ((branch.dataset.live ?? "") === status) continue;
+      branch.dataset.live = status;
+      if (status === "active") branch.setAttribute("aria-current", "true");
+      else branch.removeAttribute("aria-current");
+    }
+  }
+
   updated() {
+    if (this.#live.size) this.#markLive();
     const key = this.rows?.find(isSelected)?.key;
     if (key === this.#revealed) return; // scrolling makes the browser lay out everything at once
     this.#revealed = key;

@@ -36,6 +36,7 @@ export class HfsmCanvas extends HTMLElement {
   #views = new Map(); // of each automaton that was seen: where and how large
   #shown = "";
   #unfitted = false;
+  #fitted = ""; // the view after everything was shown; as long as nobody changed it, it is kept so
   #live;
 
   connectedCallback() {
@@ -109,6 +110,7 @@ export class HfsmCanvas extends HTMLElement {
     this.#unfitted = !this.#size.width;
     if (this.#unfitted) this.viewport.zoom(0); // little is drawn until then
     else this.viewport.fit(this.scene.bounds());
+    this.#fitted = this.#view();
   }
 
   /** Show the selected things, and everything without. */
@@ -239,18 +241,28 @@ export class HfsmCanvas extends HTMLElement {
     this.dispatchEvent(new Event("view"));
   }
 
+  #view() {
+    const {x, y, scale} = this.viewport;
+    return [x, y, scale].join();
+  }
+
   #resized() {
     const before = this.#size;
+    const whole = before.width > 0 && contains(this.viewport.seen, this.scene.bounds());
     this.#size = {width: this.clientWidth, height: this.clientHeight};
-    if (this.#unfitted && this.#size.width) {
+    if (this.#size.width && (this.#unfitted || this.#fitted === this.#view())) {
       this.fit();
     } else if (before.width && this.#size.width) {
       this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
+      if (whole && !contains(this.viewport.seen, this.scene.bounds())) this.fit(); // who saw everything still does
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }
 
 }
+
+/** Whether a box lies in another one; no box lies anywhere. */
+const contains = (outer, box) => Boolean(box) && box.left >= outer.left && box.right <= outer.right && box.top >= outer.top && box.bottom <= outer.bottom;
 
 /** Whether any automaton of a state comes from another file. */
 const isImporting = (state) => state.children.some((id) => page.document.automata.get(id)?.imported);

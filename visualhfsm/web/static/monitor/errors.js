@@ -13,12 +13,24 @@ class LiveErrors extends MonitorElement {
     const health = monitor.snapshot?.robot.health?.events ?? [];
     if (!errors.length && !health.length) return html`<p class="empty">No errors, neither of the component nor of the robot.</p>`;
     return html`<div class="live-values">
-      ${errors.length ? html`<h3>Component</h3><ul class="rows" aria-label="Errors of the component">${errors.toReversed().map((each) => html`<li><button type="button" class="row" @click=${() => jump(each)}>
-        <span class="severity-sign error" role="img" aria-label="error"></span><span class="message">${each.message}</span>
+      ${errors.length ? html`<h3>Component</h3><ul class="rows" aria-label="Errors of the component">${grouped(errors).map(([each, count]) => html`<li><button type="button" class="row" @click=${() => jump(each)}>
+        <span class="severity-sign error" role="img" aria-label="error"></span><span class="message">${each.message}${count > 1 ? html` <span class="faint">${count} times</span>` : nothing}</span>
         <span class="where">${monitor.automaton(each.automaton)?.name ?? each.automaton}, ${monitor.stateName(each.automaton, each.state)}, ${spokenSeconds(each.time)}${each.location ? html`<br>${each.location}` : nothing}</span></button></li>`)}</ul>` : nothing}
       ${health.length ? html`<h3>Robot</h3><ul class="rows" aria-label="Events of the robot">${health.toReversed().map((each) => html`<li class="row">
         <span class="severity-sign ${["note", "warning", "error"][each.level]}" role="img" aria-label=${["note", "warning", "error"][each.level]}></span><span class="message">${each.message}</span><span class="where">${each.source}, ${spokenSeconds(each.time)}</span></li>`)}</ul>` : nothing}</div>`;
   }
+}
+
+/** The newest of each error with how often it came, the latest first. */
+function grouped(errors) {
+  const found = new Map();
+  for (const each of errors.toReversed()) {
+    const key = `${each.automaton}.${each.state} ${each.location} ${each.message}`;
+    const known = found.get(key);
+    if (known) known[1] += 1;
+    else found.set(key, [each, 1]);
+  }
+  return [...found.values()];
 }
 
 /** Show the code that failed: its very line where the output told it, else the code of the state. */

@@ -27,7 +27,9 @@ export const ON_TIME = 1;
 const UNTITLED = "untitled";
 
 /** What a file is called without its directories and its extension. */
-export const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
+const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
+/** What the component of an open document is called when it runs. */
+const componentOf = ({path}) => (path ? stemOf(path) : UNTITLED);
 
 /**
  * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
@@ -93,15 +95,15 @@ class Monitor extends EventTarget {
   /** The tab of the document of the component; 0 when it is not open. */
   get tab() {
     const {tabs} = store.workspace;
-    const wanted = this.structure?.document || this.component;
-    const fits = (each) => stemOf(each.path || each.title) === stemOf(wanted);
+    const wanted = stemOf(this.structure?.document || this.component);
+    const fits = (each) => componentOf(each) === wanted || (!each.path && stemOf(each.title) === wanted);
     return (tabs.find((each) => each.tab === this.#tab && fits(each)) ?? tabs.find(fits))?.tab ?? 0;
   }
 
   /** Whether a component is that of a tab. */
   isOf(component, tab) {
     const found = store.workspace.tabs.find((each) => each.tab === tab);
-    return Boolean(found) && component === (found.path ? stemOf(found.path) : UNTITLED);
+    return Boolean(found) && component === componentOf(found);
   }
 
   /** An automaton as it is shown now. @returns {AutomatonNow | undefined} */
@@ -128,10 +130,12 @@ class Monitor extends EventTarget {
   expect(tab) {
     const found = store.workspace.tabs.find((each) => each.tab === tab);
     this.#tab = tab;
-    this.#expected = found?.path ? stemOf(found.path) : UNTITLED;
+    this.#expected = found ? componentOf(found) : "";
     if (this.component === this.#expected) {
       this.writable = true;
       this.lookAt(undefined);
+    } else if (this.since) {
+      this.detach(); // what is gone gives way at once
     }
     this.#look();
   }
@@ -248,6 +252,8 @@ class Monitor extends EventTarget {
   }
 
   #learn(value) {
+    const renewed = Boolean(value) && this.#run > 0 && value.run !== this.#run;
+    this.#run = value?.run ?? 0;
     this.structure = value?.structure;
     this.breakpoints = value?.breakpoints ?? [];
     if (value?.cameras?.length) this.cameras = value.cameras;
@@ -255,11 +261,32 @@ class Monitor extends EventTarget {
     this.#transitions = new Map();
     for (const {id, transitions} of this.#automata.values()) for (const each of transitions) this.#transitions.set(`${id}/${each.id}`, each);
     this.#emit("structure", "shown");
+    if (renewed && !this.breakpoints.length) this.#restoreBreakpoints();
+  }
+
+  /** @type {Breakpoint[]} */
+  #kept = []; // those of the component before it was started anew
+  #run = 0; // how many times the component was started
+
+  /** A component that is started anew knows of no breakpoints. */
+  async #restoreBreakpoints() {
+    const has = (list, id) => !id || list.some((each) => each.id === id);
+    const breakpoints = this.#kept.filter(({automaton, state, transition}) => {
+      const found = this.#automata.get(automaton);
+      return found && has(found.states, state) && has(found.transitions, transition);
+    });
+    if (!breakpoints.length || (await this.steer("setBreakpoints", {breakpoints})) === undefined) return;
+    this.breakpoints = breakpoints;
+    this.#emit("structure", "shown");
   }
 
   #take(value) {
     const restarted = this.newest && value.component.time < this.newest.component.time;
-    if (restarted) this.past = new Past();
+    if (restarted) {
+      this.past = new Past();
+      this.#kept = this.breakpoints;
+      this.breakpoints = [];
+    }
     const wasLost = this.since !== 0;
     const status = this.newest?.component.status;
     this.since = 0;
@@ -304,7 +331,7 @@ class Monitor extends EventTarget {
       const {component, writable} = this.#lost;
       this.#lost = undefined;
       this.component = "";
-      this.attach(component, {writable});
+      this.attach(component, {writable}).then((done) => done || this.#emit("mode", "shown"));
     }
     this.#emit("running");
   }

@@ -55,12 +55,19 @@ export function liveOf(id) {
 /** Follows the page and the monitor for as long as the page lives. @param {import("../canvas/canvas.js").HfsmCanvas} canvas */
 export function showOn(canvas) {
   let shown = false;
+  let marked = "";
   const draw = () => {
     if (page.highlight) return;
     const here = monitor.snapshot && page.tab && page.tab === monitor.tab;
     canvas.classList.toggle("live", Boolean(here));
     canvas.classList.toggle("stale", Boolean(here && monitor.since && !monitor.looking));
     canvas.classList.toggle("past", Boolean(here && monitor.looking));
+    const running = here ? monitor.snapshot.component.automata : [];
+    const signature = running.map(({id, state, ghost}) => `${id}.${state}${ghost ? "g" : ""}`).join();
+    if (signature !== marked) {
+      marked = signature;
+      document.querySelector("hfsm-tree")?.showLive(new Map(running.map(({id, state, ghost}) => [`${id}.${state}`, ghost ? "ghost" : "active"])));
+    }
     if (!here && !shown) return;
     shown = Boolean(here);
     if (here && monitor.follows) followDeepest();

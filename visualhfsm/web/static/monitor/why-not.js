@@ -83,12 +83,12 @@ async function show(canvas, group, pinned) {
   if (shown === current) hide();
 }
 
-function draw({group, automaton, transition}, explanation) {
+function draw({canvas, group, automaton, transition}, explanation) {
   if (!element) {
     element = document.createElement("div");
     element.className = "why-not";
     element.setAttribute("role", "tooltip");
-    document.body.append(element);
+    canvas.append(element);
   }
   const asked = explanation.transitions.filter((each) => !transition || each.transition === transition);
   const state = monitor.stateName(automaton, explanation.state);

@@ -50,8 +50,7 @@ export class Output extends PageElement {
     const run = outputLog.run(page.tab);
     if (!run) return "Nothing has been run.";
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
-    const how = run.exitCode === 0 ? "Ended." : run.exitCode === null || run.exitCode === undefined ? "Ended." : `Ended with exit code ${run.exitCode}.`;
-    return `${how} ${run.message ?? ""}`;
+    return `${(run.message || "it has ended").replace(/^it /, "The component ")}.`;
   }
 
   get #lines() {
