@@ -50,7 +50,7 @@ export class Output extends PageElement {
     const run = outputLog.run(page.tab);
     if (!run) return "Nothing has been run.";
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
-    return `${(run.message || "it has ended").replace(/^it /, "The component ")}.`;
+    return run.message ? `Ended: ${run.message}.` : "Ended.";
   }
 
   get #lines() {
