@@ -77,12 +77,12 @@ def test_pasted_states_do_not_hide_others_and_go_where_they_are_put() -> None:
     content = copy_states(tree(), 1, [1, 2])
     document = PasteStates(automaton=1, content=content).apply(tree())
     assert [(each.x, each.y) for each in automaton(document, 1).states[2:]] == [
-        (130.0, 130.0),
-        (330.0, 130.0),
+        (190.0, 190.0),
+        (390.0, 190.0),
     ]
     assert [(each.x, each.y) for each in automaton(document, 1).transitions[2:]] == [
-        (230.0, 110.0),
-        (230.0, 150.0),
+        (290.0, 170.0),
+        (290.0, 210.0),
     ]
     document = PasteStates(automaton=1, content=content, x=0, y=-50).apply(tree())
     assert [(each.x, each.y) for each in automaton(document, 1).states[2:]] == [(0.0, -50.0), (200.0, -50.0)]

@@ -15,7 +15,7 @@ from tests.support.editing import tree
 from visualhfsm.child import child_environment
 from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
-from visualhfsm.editing.errors import ChangedOutsideError, EditError
+from visualhfsm.editing.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.editing.journal import find_abandoned
 from visualhfsm.editing.session import Choice, DocumentSession
 
@@ -178,7 +178,7 @@ def test_an_old_dialect_opens_and_is_saved_elsewhere(tmp_path: Path) -> None:
     session = DocumentSession.open(old, journals=tmp_path / "journals")
     assert session.dialect == "Spanish (2013)"
     session.do(rename("dos"))
-    with pytest.raises(EditError, match="Save as"):
+    with pytest.raises(OldFormatError, match="another file"):
         session.save()
     assert old.read_text() == SPANISH
     session.save(tmp_path / "new.xml")

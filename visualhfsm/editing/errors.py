@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from visualhfsm.errors import VisualHfsmError
 
-__all__ = ["ChangedOutsideError", "EditError"]
+__all__ = ["ChangedOutsideError", "EditError", "OldFormatError"]
 
 
 class EditError(VisualHfsmError):
@@ -22,3 +22,7 @@ class EditError(VisualHfsmError):
 
 class ChangedOutsideError(EditError):
     """A file was changed by another program since it was read."""
+
+
+class OldFormatError(EditError):
+    """Saving would replace a file of an older format by one of today's."""

@@ -18,7 +18,7 @@ from .commands import Command, decode_command, encode_command
 from .commands.items import DeleteItems
 from .commands.paste import ReplaceDocument
 from .dialects import NATIVE, dialect_of_file
-from .errors import ChangedOutsideError, EditError
+from .errors import ChangedOutsideError, EditError, OldFormatError
 from .files import FileVersion, read_file, write_file
 from .fragments import MAX_SIZE, copy_states, parse, written
 from .history import History
@@ -318,7 +318,7 @@ class DocumentSession:
             return
         if self.dialect != NATIVE:
             why = f"it is in the format of {self.dialect}, and would be replaced by that of today"
-            raise EditError(f"Cannot save {target.name}", why, "use `Save as`, or confirm to replace it")
+            raise OldFormatError(f"Cannot save {target.name}", why, "save it as another file, or replace it")
         if self.is_changed_outside():
             why = "another program has changed it" if target.exists() else "another program has removed it"
             raise ChangedOutsideError(f"Cannot save {target.name}", why, "merge, take theirs, or keep yours")

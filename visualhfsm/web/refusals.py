@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from visualhfsm.editing.errors import ChangedOutsideError
+from visualhfsm.editing.errors import ChangedOutsideError, OldFormatError
 from visualhfsm.errors import VisualHfsmError
 
 from .paths import ForbiddenPathError
@@ -32,6 +32,7 @@ _KINDS: dict[type[Exception], ErrorKind] = {
     MissingError: "missing",
     UnsavedError: "unsaved",
     WouldOverwriteError: "exists",
+    OldFormatError: "exists",
     TooManyError: "busy",
     ForbiddenPathError: "forbidden",
     ChangedOutsideError: "outside",

@@ -21,7 +21,9 @@ from .base import Command, Id
 __all__ = ["FillAutomaton", "PasteStates", "ReplaceDocument"]
 
 _STEP: Final = 30.0
-"""Pixels between a state and one that is pasted onto it."""
+"""Pixels by which states that are pasted onto others go aside, again and again."""
+_NEAR: Final = range(-2, 3)
+"""Steps apart at which two circles still touch."""
 _MAX_AUTOMATA: Final = 10_000
 
 
@@ -68,11 +70,21 @@ class PasteStates(Command, frozen=True, kw_only=True):
         upper = min(state.y for state in top.states)
         if self.x is not None and self.y is not None:
             return self.x - left, self.y - upper
-        taken = {(round(state.x), round(state.y)) for state in target.states}
+        taken = {
+            (across + right, down + below)
+            for across, down in map(_square, target.states)
+            for right in _NEAR
+            for below in _NEAR
+        }
+        pasted = [_square(state) for state in top.states]
         steps = 0
-        while any((round(s.x + steps * _STEP), round(s.y + steps * _STEP)) in taken for s in top.states):
+        while any((across + steps, down + steps) in taken for across, down in pasted):
             steps += 1
         return steps * _STEP, steps * _STEP
+
+
+def _square(state: State) -> tuple[int, int]:
+    return round(state.x / _STEP), round(state.y / _STEP)
 
 
 class FillAutomaton(Command, frozen=True, kw_only=True):

@@ -130,7 +130,7 @@ const LIST = [
   {id: "theme", label: "Light or dark", icon: "moon", keys: ["Alt+D"], scope: "typing", run: ({app}) => app.toggleTheme()},
   {id: "tour", label: "Guided tour", icon: "help", run: async (context) => (await import("./tour.js")).startTour(context)},
   {id: "help", label: "Help", icon: "help", keys: ["?", "F1"], run: async (context) => (await dialogs("help")).showHelp(context), hint: "keys and signs"},
-  {id: "cancel", label: "Cancel", icon: "close", keys: ["Escape"], scope: "canvas", run: ({canvas}) => canvas.cancel() || page.select({})},
+  {id: "cancel", label: "Cancel", icon: "close", keys: ["Escape"], scope: "canvas", run: ({canvas}) => canvas.cancel() || (canvas.comparison ? canvas.comparison.end() : page.select({}))},
 ];
 
 /** @type {Map<string, Action>} */
