@@ -6,7 +6,8 @@ const AGAIN = 1500; // ms until a lost connection is tried anew
  * Receive frames until `close` is called.
  *
  * @param {string} path of the websocket
- * @param {{draw: (frame: ArrayBuffer) => Promise<void> | void, lost: (reason: string) => void}} handlers the next frame is asked for when `draw` is done
+ * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void}} handlers the next frame is
+ *   asked for when `draw` is done; it is told which one is the first of a connection
  * @returns {{close: () => void}}
  */
 export function receiveFrames(path, {draw, lost}) {
@@ -17,9 +18,12 @@ export function receiveFrames(path, {draw, lost}) {
     socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}`);
     socket.binaryType = "arraybuffer";
     const mine = socket;
+    let isFirst = true;
     mine.addEventListener("message", async ({data}) => {
       try {
-        await draw(data);
+        const begins = isFirst;
+        isFirst = false;
+        await draw(data, begins);
       } catch (error) {
         lost(error.message);
       }

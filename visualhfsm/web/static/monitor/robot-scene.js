@@ -1,8 +1,8 @@
 /** The robot's body as three.js draws it: the geometry once, then poses. */
 
 import {
-  AmbientLight, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, DirectionalLight, DoubleSide, GridHelper, Group, HemisphereLight,
-  Mesh, MeshStandardMaterial, OrbitControls, PerspectiveCamera, Scene, SphereGeometry, SRGBColorSpace, WebGLRenderer,
+  AmbientLight, Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, DirectionalLight, DoubleSide, GridHelper, Group, HemisphereLight,
+  Mesh, MeshStandardMaterial, OrbitControls, PerspectiveCamera, Scene, Sphere, SphereGeometry, SRGBColorSpace, Vector3, WebGLRenderer,
 } from "three";
 
 /** Shapes of `nao_h25.json`; sizes are radii and half lengths in m, along z. */
@@ -13,6 +13,9 @@ const SHAPES = {
   ellipsoid: (size) => new SphereGeometry(1, 20, 14).scale(...size),
   sphere: ([radius]) => new SphereGeometry(radius, 24, 16),
 };
+
+/** Where the robot and balls before it are seen from: its left, half behind it. */
+const FROM = new Vector3(-0.55, 1, 0.5);
 
 export class RobotScene {
   /** @param {HTMLElement} stage what it fills */
@@ -28,6 +31,7 @@ export class RobotScene {
     this.controls.target.set(0.05, 0, 0.27);
     this.controls.update();
     this.controls.addEventListener("change", () => this.#draw());
+    this.controls.addEventListener("start", () => (this.turned = true));
     this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.1), new AmbientLight(0xffffff, 0.25));
     const sun = new DirectionalLight(0xffffff, 1.7);
     sun.position.set(1, -0.8, 2);
@@ -63,6 +67,8 @@ export class RobotScene {
     }
     for (const [name, {radius, color}] of Object.entries(described.balls)) groups.get(name)?.add(new Mesh(SHAPES.sphere([radius]), material(color)));
     this.parts = [...groups.values()];
+    this.balls = Object.keys(described.balls).map((name) => groups.get(name));
+    this.framed = 0;
     for (const each of this.parts) each.visible = false;
     this.scene.add(...this.parts);
   }
@@ -76,8 +82,23 @@ export class RobotScene {
       part.position.set(x, y, z);
       part.quaternion.set(...rotation);
     });
+    this.#frameBalls();
     this.#draw();
     return this.parts[0]?.visible ?? false;
+  }
+
+  /** As balls become known they come into the picture, unless somebody has chosen another view. */
+  #frameBalls() {
+    const seen = this.balls.filter((ball) => ball.visible);
+    if (this.turned || seen.length <= this.framed) return;
+    this.framed = seen.length;
+    const box = new Box3(new Vector3(-0.15, -0.3, 0), new Vector3(0.15, 0.3, 0.58));
+    for (const {position} of seen) box.expandByPoint(position);
+    const around = box.getBoundingSphere(new Sphere());
+    const distance = (around.radius + 0.08) / Math.sin((this.camera.fov * Math.PI) / 360);
+    this.controls.target.copy(around.center);
+    this.camera.position.copy(FROM).setLength(distance / Math.min(1, this.camera.aspect)).add(around.center);
+    this.controls.update();
   }
 
   /** Resolves when what was put somewhere is seen. */

@@ -35,12 +35,10 @@ class RobotView extends MonitorElement {
       this.frames = {close() {}};
       return;
     }
-    let first = true;
     this.frames = receiveFrames("/scene", {
-      draw: async (frame) => {
+      draw: async (frame, isFirst) => {
         if (!this.scene) return;
-        if (first || new Uint8Array(frame, 0, 1)[0] === 0x7b) { // a brace: the geometry, anew after the connection was lost
-          first = false;
+        if (isFirst) {
           this.scene.build(JSON.parse(new TextDecoder().decode(frame)));
           return;
         }
@@ -48,10 +46,7 @@ class RobotView extends MonitorElement {
         this.problem = known ? undefined : "No robot tells its joints in this realm.";
         if (!document.hidden) await this.scene.drawn();
       },
-      lost: (reason) => {
-        first = true;
-        this.problem = reason || "The server is away.";
-      },
+      lost: (reason) => (this.problem = reason || "The server is away."),
     });
   }
 }
