@@ -111,3 +111,39 @@ def test_axe_finds_nothing_wrong(browser: Browser, running: Editor, dark: bool) 
             expect(shown.page.locator("#live-panel > *")).to_be_visible()
             found += shown.violations()
         assert not found
+
+
+def test_axe_finds_nothing_wrong_with_what_comes_and_goes(shown: EditorPage) -> None:
+    shown.button("1 running").click()
+    expect(shown.page.get_by_role("menuitem", name="walk", exact=False).first).to_be_visible()
+    found = shown.violations()
+    shown.press("Escape")
+    shown.state("wait").focus()
+    shown.press("w")
+    expect(shown.page.get_by_role("tooltip")).to_be_visible()
+    found += shown.violations()
+    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    shown.press("Home")
+    expect(status(shown)).to_have_text("Looking back")
+    found += shown.violations()
+    assert not found
+
+
+WRITTEN = [
+        ("3", 3), ("-0.5", -0.5), ('"a \'text\'"', "a 'text'"), ("'it\\'s'", "it's"), ("True", True), ("None", None),
+        ("[1, 2.5]", [1, 2.5]), ("(1, 2,)", [1, 2]), ("{'a': (True, None)}", {"a": [True, None]}),
+        ("'True, (1)'", "True, (1)"), ("nothing", "refused"), ("1 + 1", "refused"), ("", "refused"), ("'", "refused"),
+]  # fmt: skip
+
+
+def test_values_are_read_as_python_or_json_write_them(browser: Browser, running: Editor) -> None:
+    with monitor_page(browser, running) as shown:
+        found = shown.page.evaluate(
+            """async (all) => {
+              const entry = document.querySelector('script[type=module]').src;
+              const {valueIn} = await import(entry.replace('app.js', 'monitor/values.js'));
+              return all.map((written) => (valueIn(written) === undefined ? 'refused' : valueIn(written)));
+            }""",
+            [written for written, _ in WRITTEN],
+        )
+    assert found == [value for _, value in WRITTEN]

@@ -148,7 +148,7 @@ class EditorPage:
 
     def names(self) -> list[str]:
         """Return the names of the shown states."""
-        labels = self.page.locator(".state").evaluate_all(
+        labels = self.page.locator("hfsm-canvas .state").evaluate_all(
             "all => all.map(each => each.getAttribute('aria-label'))"
         )
         return [label.removeprefix("State ").partition(",")[0] for label in labels]
@@ -162,7 +162,7 @@ class EditorPage:
 
     def expect_states(self, *names: str) -> None:
         """Wait until there are states of these names, in this order, and no others."""
-        expect(self.page.locator(".state")).to_have_count(len(names))
+        expect(self.page.locator("hfsm-canvas .state")).to_have_count(len(names))
         for name in names:
             expect(self.state(name)).to_have_count(1)
         assert self.names() == list(names)
