@@ -23,7 +23,7 @@ class Joints extends MonitorElement {
     const part = upper > lower ? (angle - lower) / (upper - lower) : undefined;
     const near = part !== undefined && (part < NEAR || part > 1 - NEAR);
     return html`<tr><th scope="row">${name}</th><td>${part === undefined ? nothing : html`<svg class="joint-bar" viewBox="0 0 200 12" preserveAspectRatio="none" role="img" aria-label="between ${degrees(lower)} and ${degrees(upper)}">
-        <rect class="track" y="4.500" width="200" height="3" rx="1.500"></rect>${lower < 0 && upper > 0 ? html`` : nothing}<rect class="place ${near ? "near" : ""}" x=${Math.min(196, Math.max(0, part * 200 - 2))} width="4" height="12" rx="2"></rect></svg>`}</td>
+        <rect class="track" y="4.500" width="200" height="3" rx="1.500"></rect><rect class="place ${near ? "near" : ""}" x=${Math.min(196, Math.max(0, part * 200 - 2))} width="4" height="12" rx="2"></rect></svg>`}</td>
       <td class="number ${near ? "near" : ""}" title=${near ? "near its limit" : ""}>${degrees(angle)}</td></tr>`;
   }
 

@@ -23,13 +23,13 @@ export const STATUS = ["Running", "Paused", "Halted"];
 /** `TransitionKind` of interfaces/hfsm.idl. */
 export const ON_TIME = 1;
 
-/** What the component of a document without a file is called. */
+/** What the component of a document without a file is called when its title can be no name of a module. */
 const UNTITLED = "untitled";
 
 /** What a file is called without its directories and its extension. */
 const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
 /** What the component of an open document is called when it runs. */
-const componentOf = ({path}) => (path ? stemOf(path) : UNTITLED);
+const componentOf = ({path, title}) => (path ? stemOf(path) : /^[A-Za-z_]\w*$/.test(title) ? title : UNTITLED);
 
 /**
  * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another

@@ -27,7 +27,7 @@ class Plots extends MonitorElement {
   connectedCallback() {
     super.connectedCallback();
     this.listen(monitor, "snapshot", () => monitor.newest && this.#learn());
-    this.listen(monitor, "shown", () => this.plots.forEach((plot) => plot.draw()));
+    this.listen(monitor, "shown", () => this.#showMoment());
     this.#learn();
     for (const plot of this.plots) plot.refill();
   }
@@ -79,6 +79,11 @@ class Plots extends MonitorElement {
     }
   }
 
+  updated(changed) {
+    super.updated(changed);
+    this.#showMoment();
+  }
+
   /** Take in which numbers there are, and their newest values. */
   #learn() {
     const numbers = monitor.newest ? numbersOf(monitor.newest) : new Map();
@@ -87,6 +92,12 @@ class Plots extends MonitorElement {
     for (const name of numbers.keys()) this.names.add(name);
     if (this.names.size !== before) this.requestUpdate();
     for (const plot of this.plots) plot.append(numbers);
+  }
+
+  /** Show the values of the moment that is looked at. */
+  #showMoment() {
+    for (const plot of this.plots) plot.draw();
+    const numbers = monitor.snapshot ? numbersOf(monitor.snapshot) : new Map();
     for (const output of this.querySelectorAll("output[data-name]")) {
       const value = numbers.get(output.dataset.name);
       output.textContent = value === undefined ? "" : String(+value.toPrecision(4));

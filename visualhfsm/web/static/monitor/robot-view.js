@@ -4,14 +4,15 @@ import {html} from "lit";
 
 import {MonitorElement} from "./element.js";
 import {receiveFrames} from "./frames.js";
+import {monitor} from "./monitor.js";
 import {RobotScene} from "./robot-scene.js";
 
 class RobotView extends MonitorElement {
-  static kinds = [];
+  static kinds = ["mode"];
   static properties = {problem: {state: true}};
 
   render() {
-    return html`<div class="robot-view"><div class="stage"></div><p class="robot-hint faint" role="status">${this.problem ?? "Drag to turn, wheel to come closer."}</p></div>`;
+    return html`<div class="robot-view"><div class="stage"></div><p class="robot-hint faint" role="status">${this.problem ?? (monitor.looking ? "The robot as it stands now, also while you look back." : "Drag to turn, wheel to come closer.")}</p></div>`;
   }
 
   updated(changed) {

@@ -58,7 +58,7 @@ class Timeline extends MonitorElement {
         ${this.#button("next", "The change after", () => scrubbing.toChange(1))}
         ${monitor.recording ? nothing : html`<button type="button" class="now ${live ? "live" : ""}" aria-pressed=${live} title="Show what happens now (Alt+End)" @click=${() => scrubbing.to(Infinity)}>Now</button>`}
         ${this.compact ? nothing : html`<label><span class="faint">Speed</span> <select aria-label="Speed" @change=${({target}) => (scrubbing.speed = Number(target.value))}>${[0.25, 0.5, 1, 2, 5, 10].map((each) => html`<option value=${each} ?selected=${each === scrubbing.speed}>${each}×</option>`)}</select></label>`}
-        <label class="whole"><input type="checkbox" .checked=${this.whole} @change=${({target}) => (this.whole = target.checked)}> All</label>
+        ${monitor.recording ? nothing : html`<label class="whole"><input type="checkbox" .checked=${this.whole} @change=${({target}) => (this.whole = target.checked)}> All</label>`}
       </div>
       <div class="lanes-area">
         <ul class="lane-names" aria-label="Automata">${lanes.map(({id, name, drawn}) => html`<li><button type="button" ?disabled=${!drawn} title="Show ${name}" @click=${() => page.open(id)}>${name}</button></li>`)}</ul>
