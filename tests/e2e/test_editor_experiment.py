@@ -128,6 +128,8 @@ def draw(shown: EditorPage, wanted: Document) -> None:
     root, follow, red, green, dance = wanted.automata
 
     hand.component_data()
+    shown.press("Alt+i")
+    expect(shown.page.locator(".field-problems")).to_have_count(0)
     picture(shown.page, "data")
     hand.automaton_data(root)
     hand.states(root.states)
@@ -139,9 +141,10 @@ def draw(shown: EditorPage, wanted: Document) -> None:
     hand.enter("red")
     hand.automaton_data(red)
     hand.states(red.states)
-    for state in red.states:
-        hand.code_of(state)
     hand.transitions(red)
+    for state in reversed(red.states):
+        hand.code_of(state)
+    expect(shown.page.locator("hfsm-status")).to_contain_text("No problems")
     picture(shown.page, "code")
     hand.leave()
 
@@ -197,6 +200,10 @@ def watch(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
     picture(page, "ghost")
     shown.press("Backspace")
     expect(page.locator(".state.active")).to_have_count(1)
+    shown.press("Alt+l")
+    page.get_by_role("tab", name="3D").click()
+    expect(page.locator("hfsm-robot-view canvas")).to_be_visible()
+    picture(page, "running")
 
 
 def change(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
@@ -217,4 +224,4 @@ def change(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
     assert after.automata[0].enteredAt >= before.automata[0].enteredAt > 0.0
     shown.press("Alt+o")
     expect(page.locator("hfsm-output")).to_contain_text("dancing at", timeout=ROUND)
-    picture(page, "running")
+    picture(page, "changed")

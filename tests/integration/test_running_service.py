@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -92,15 +93,21 @@ def test_a_saved_document_runs_beside_its_file(tmp_path: Path) -> None:
     asyncio.run(go())
 
 
-def test_an_unsaved_document_runs_aside_and_leaves_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("title", "name"), [("", "untitled.py"), ("walk_2", "walk_2.py"), ("walk 2", "untitled.py")]
+)
+def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(
+    tmp_path: Path, title: str, name: str
+) -> None:
     async def go() -> str:
         pushes = Told()
         async with running(pushes) as service:
-            await service.run(source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False), [])
+            shown = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
+            await service.run(replace(shown, title=title), [])
             return (await pushes.line("at /")).text.removeprefix("at ")
 
     component = Path(asyncio.run(go()))
-    assert component.name == "untitled.py"
+    assert component.name == name
     assert not component.parent.exists()
     assert not list(tmp_path.iterdir())
 

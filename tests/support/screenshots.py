@@ -1,6 +1,6 @@
 """Pictures of the editor for docs/editor.md, taken by a test that is there anyway.
 
-VISUALHFSM_SCREENSHOTS=1 pytest tests/e2e/test_editor_experiment.py takes them anew; otherwise nothing is written.
+SCREENSHOTS=1 pytest tests/e2e/test_editor_experiment.py takes them anew; otherwise nothing is written.
 """
 
 from __future__ import annotations
@@ -16,14 +16,17 @@ from playwright.sync_api import Page
 __all__ = ["picture"]
 
 FOLDER: Final = Path(__file__).parents[2] / "docs" / "editor"
-COLORS: Final = 160  # enough for the page; a third of the file
+COLORS: Final = 255  # enough for the page, and a third of the file
 
 
 def picture(page: Page, name: str) -> None:
     """Keep what a page shows as docs/editor/NAME.png."""
-    if not os.environ.get("VISUALHFSM_SCREENSHOTS"):
+    if not os.environ.get("SCREENSHOTS"):
         return
+    page.evaluate(
+        "document.querySelectorAll('.notice').forEach((each) => (each.style.visibility = 'hidden'))"
+    )
     page.mouse.move(0, 0)
     shot = Image.open(io.BytesIO(page.screenshot(animations="disabled"))).convert("RGB")
     FOLDER.mkdir(exist_ok=True)
-    shot.quantize(COLORS, Image.Quantize.MAXCOVERAGE).save(FOLDER / f"{name}.png", optimize=True)
+    shot.quantize(COLORS, Image.Quantize.MEDIANCUT).save(FOLDER / f"{name}.png", optimize=True)

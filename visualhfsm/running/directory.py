@@ -19,7 +19,7 @@ from .origins import Origins, read_origins
 
 __all__ = ["Generated", "RunDirectory"]
 
-UNTITLED: Final = "untitled.xml"
+_UNTITLED: Final = "untitled"
 
 
 class Generated:
@@ -45,10 +45,11 @@ class RunDirectory:
         self._target: Path | None = None
 
     def generate(
-        self, document: Document, path: Path | None, *, dirty: bool, beside: bool = False
+        self, document: Document, path: Path | None, *, dirty: bool, beside: bool = False, title: str = ""
     ) -> Generated:
         """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
 
+        Without a `path` the component is called after the `title`, if that can be the name of a module.
         `beside` writes it beside the file also when that lacks the changes. Once written somewhere it stays
         there: that is where a running component looks for its new self.
         """
@@ -56,7 +57,7 @@ class RunDirectory:
         if path is not None and not dirty:
             source, include = path, self._include
         else:
-            source = self._copy(document, path)
+            source = self._copy(document, path.name if path else f"{_module_name(title)}.xml")
             include = (*((path.parent,) if path else ()), *self._include)
         target = self._target or (path.parent if beside and path else source.parent)
         if path is not None and target == self._aside:
@@ -73,12 +74,16 @@ class RunDirectory:
         if aside is not None:
             shutil.rmtree(aside, ignore_errors=True)
 
-    def _copy(self, document: Document, path: Path | None) -> Path:
+    def _copy(self, document: Document, name: str) -> Path:
         if self._aside is None:
             self._aside = Path(tempfile.mkdtemp(prefix="visualhfsm-"))
-        source = self._aside / (path.name if path else UNTITLED)
+        source = self._aside / name
         source.write_text(write_document(document), encoding="utf-8")
         return source
+
+
+def _module_name(title: str) -> str:
+    return title if title.isascii() and title.isidentifier() else _UNTITLED
 
 
 def _copy_extension(path: Path, copy: Path) -> None:

@@ -36,6 +36,7 @@ class DocumentSource:
     document: Document
     path: Path | None
     dirty: bool
+    title: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +124,12 @@ class Run:
 
     async def _generate(self, source: DocumentSource, *, beside: bool = False) -> Generated:
         self._generated = await asyncio.to_thread(
-            self._directory.generate, source.document, source.path, dirty=source.dirty, beside=beside
+            self._directory.generate,
+            source.document,
+            source.path,
+            dirty=source.dirty,
+            beside=beside,
+            title=source.title,
         )
         return self._generated
 

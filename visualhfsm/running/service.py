@@ -83,7 +83,7 @@ def run_environment(settings: Settings) -> dict[str, str]:
 
 
 def _document(source: Source) -> DocumentSource:
-    return DocumentSource(source.document, source.path, source.dirty)
+    return DocumentSource(source.document, source.path, source.dirty, source.title)
 
 
 def _line(line: OutputLine) -> OutputLineMessage:

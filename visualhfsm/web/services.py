@@ -48,7 +48,8 @@ class NotAvailableError(ServiceError):
 class Source:
     """An open document as it stands at the moment of a request.
 
-    `path` is its file, None as long as it has none; `dirty` says that the file holds something else.
+    `path` is its file, None as long as it has none; `dirty` says that the file holds something else, `title`
+    what it is called.
     """
 
     tab: int
@@ -56,6 +57,7 @@ class Source:
     document: Document
     path: Path | None
     dirty: bool
+    title: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,7 +79,7 @@ class Tab:
     def source(self) -> Source:
         """What the services work with."""
         shown = self.shown
-        return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty)
+        return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.name)
 
     async def do(self, command: Command) -> dict[str, Any]:
         """Apply a command; raises EditError."""

@@ -11,16 +11,17 @@ const INHERITED = ["font-size", "font-weight", "text-anchor"];
 const PRESENTED = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "paint-order", "opacity", ...INHERITED];
 
 /**
- * The picture of an automaton as an SVG element with its own styles, in light colors.
+ * The picture of an automaton as an SVG element with its own styles.
  *
  * @param {import("../store.js").Automaton} automaton
+ * @param {"light" | "dark"} colors
  * @returns {SVGSVGElement}
  */
-export function picture(automaton) {
+export function picture(automaton, colors = "light") {
   const scene = new Scene();
   const live = make("svg", {class: "for-readers"}, ...scene.layers);
   const {theme} = document.documentElement.dataset;
-  document.documentElement.dataset.theme = "light";
+  document.documentElement.dataset.theme = colors;
   document.body.append(live);
   try {
     scene.update(automaton, {imported: (state) => state.children.some((id) => page.document.automata.get(id)?.imported), problem: () => undefined});

@@ -4,6 +4,7 @@ import {html} from "lit";
 
 import {picture} from "../canvas/export.js";
 import {keyTable} from "../keys.js";
+import {currentTheme} from "../theme.js";
 import {showDialog} from "./dialog.js";
 
 const plain = {id: 1, name: "state", x: 0, y: 0, initial: false, final: false, children: [], history: "", entry: "", code: "", exit: "", arguments: []};
@@ -35,7 +36,7 @@ const stateSign = (fields) => sign({states: [{...plain, ...fields, name: fields.
 const transitionSign = (type, trigger = "") => sign({states: [{...plain, id: 9, x: -100, name: ""}, {...plain, id: 8, x: 100, name: ""}], transitions: [{...arc, destination: 8, type, trigger, y: 0.01}]}, "-52 -48 104 96");
 
 function sign(automaton, viewBox) {
-  const made = picture({id: 0, father: 0, ...automaton});
+  const made = picture({id: 0, father: 0, ...automaton}, currentTheme());
   made.querySelector("rect").remove();
   made.querySelector("title").remove();
   made.setAttribute("aria-hidden", "true");

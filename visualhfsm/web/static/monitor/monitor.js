@@ -13,10 +13,10 @@
  * @typedef {{at: number, component: ComponentNow, robot: {joints: Record<string, number>, pan: number | null, tilt: number | null, health: object | null}}} Snapshot
  */
 
-import {notify, notifyError} from "../notices.js";
-import {page} from "../page.js";
+import {notifyError} from "../notices.js";
 import {store} from "../store.js";
 import {Past} from "./past.js";
+import {Structure} from "./structure.js";
 
 /** `ComponentStatus` of interfaces/hfsm.idl. */
 export const STATUS = ["Running", "Paused", "Halted"];
@@ -61,8 +61,7 @@ class Monitor extends EventTarget {
 
   #expected = ""; // a component that was just started here
   #tab = 0; // that it was started from
-  #transitions = new Map();
-  #automata = new Map();
+  #known = new Structure();
 
   constructor() {
     super();
@@ -113,17 +112,17 @@ class Monitor extends EventTarget {
 
   /** An automaton of the structure. */
   automaton(id) {
-    return this.#automata.get(id);
+    return this.#known.automaton(id);
   }
 
   /** A transition of the structure. */
   transition(automaton, id) {
-    return this.#transitions.get(`${automaton}/${id}`);
+    return this.#known.transition(automaton, id);
   }
 
   /** The name of a state. */
   stateName(automaton, id) {
-    return this.#automata.get(automaton)?.states.find((each) => each.id === id)?.name ?? `state ${id}`;
+    return this.#known.stateName(automaton, id);
   }
 
   /** Follow the component of a tab as soon as it runs: it is being started. */
@@ -157,23 +156,14 @@ class Monitor extends EventTarget {
     return true;
   }
 
-  /** Look at a recording in the same views. */
-  async openRecording(path) {
-    let found;
-    try {
-      found = await store.request("recording", {path});
-    } catch (error) {
-      notifyError(error);
-      return;
-    }
+  /** Look at a recording in the same views; `found` is what the server said of it. */
+  async lookAtRecording(path, found) {
     await this.detach();
     this.component = found.component;
     this.writable = false;
     this.recording = {file: path, complete: found.complete};
     this.#begin(found);
     this.looking = found.snapshot;
-    await this.#openRecorded(found);
-    if (!found.complete) notify("The recording is long: only its beginning was read.");
     this.#emit("mode", "shown");
   }
 
@@ -257,9 +247,7 @@ class Monitor extends EventTarget {
     this.structure = value?.structure;
     this.breakpoints = value?.breakpoints ?? [];
     if (value?.cameras?.length) this.cameras = value.cameras;
-    this.#automata = new Map((this.structure?.automata ?? []).map((each) => [each.id, each]));
-    this.#transitions = new Map();
-    for (const {id, transitions} of this.#automata.values()) for (const each of transitions) this.#transitions.set(`${id}/${each.id}`, each);
+    this.#known = new Structure(this.structure);
     this.#emit("structure", "shown");
     if (renewed && !this.breakpoints.length) this.#restoreBreakpoints();
   }
@@ -270,11 +258,7 @@ class Monitor extends EventTarget {
 
   /** A component that is started anew knows of no breakpoints. */
   async #restoreBreakpoints() {
-    const has = (list, id) => !id || list.some((each) => each.id === id);
-    const breakpoints = this.#kept.filter(({automaton, state, transition}) => {
-      const found = this.#automata.get(automaton);
-      return found && has(found.states, state) && has(found.transitions, transition);
-    });
+    const breakpoints = this.#kept.filter((each) => this.#known.has(each));
     if (!breakpoints.length || (await this.steer("setBreakpoints", {breakpoints})) === undefined) return;
     this.breakpoints = breakpoints;
     this.#emit("structure", "shown");
@@ -347,16 +331,6 @@ class Monitor extends EventTarget {
     } else {
       this.#look();
     }
-  }
-
-  /** Show the document that a recording holds, unless it is open. */
-  async #openRecorded({document, structure}) {
-    if (this.tab) page.show(this.tab);
-    else if (document) {
-      const name = structure.structure.document || `${structure.structure.name}.xml`;
-      const opened = await store.request("openText", {name: name.replace(/^.*\//, ""), text: document}).catch(notifyError);
-      if (opened) page.show(opened.tab);
-    } else notify("The recording does not hold its document: open it to see the states.");
   }
 
   #emit(...kinds) {

@@ -45,7 +45,7 @@ const theme = EditorView.theme({
   },
   ".cm-tooltip.cm-tooltip-autocomplete > ul": {fontFamily: "var(--code-font)", maxHeight: "16em"},
   ".cm-tooltip-autocomplete ul li[aria-selected]": {backgroundColor: "var(--code-chosen)", color: "var(--code-chosen-text)"},
-  ".cm-completionDetail": {color: "inherit", opacity: "0.75", fontStyle: "normal"},
+  ".cm-completionDetail": {color: "inherit", opacity: "0.9", fontStyle: "normal"},
   ".cm-help": {whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
   ".cm-completionInfo, .cm-tooltip.cm-help, .cm-tooltip-hover .cm-help": {padding: "6px 10px"},
   ".cm-help code": {fontFamily: "var(--code-font)", display: "block"},
