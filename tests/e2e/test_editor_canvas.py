@@ -272,6 +272,30 @@ def test_going_up_and_down_loses_nothing(shown: EditorPage) -> None:
     shown.expect_states("followBall", "dance")
 
 
+def test_a_double_click_on_a_state_without_sub_automaton_opens_its_code(shown: EditorPage) -> None:
+    for name in ("followBall", "red", "follow"):
+        shown.state(name).dblclick()
+    expect(shown.page.get_by_role("textbox", name="Code of the state follow")).to_be_focused()
+    shown.expect_states("follow", "search")
+
+
+def test_a_drawing_that_is_seen_whole_is_so_beside_a_panel_too(shown: EditorPage) -> None:
+    shown.button("Fit").click()
+    zoom = shown.page.locator(".zoom")
+    before = zoom.inner_text()
+    shown.state("dance").click()
+    shown.press("Shift+Enter")
+    expect(zoom).not_to_have_text(before)
+    expect(shown.page.get_by_role("textbox", name="Code of the state dance")).to_be_focused()
+    edge = shown.page.locator("hfsm-canvas").bounding_box()
+    assert edge is not None
+    for name in ("followBall", "dance"):
+        assert edge["x"] < shown.middle_of(name)[0] - shown.radius_of(name)
+        assert shown.middle_of(name)[0] + shown.radius_of(name) < edge["x"] + edge["width"]
+    shown.button("Close the panel").click()
+    expect(zoom).to_have_text(before)
+
+
 def test_deleting_is_undone_and_done_again(shown: EditorPage) -> None:
     shown.state("dance").click()
     shown.press("Delete")

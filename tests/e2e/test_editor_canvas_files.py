@@ -15,6 +15,8 @@ from tests.support.browser import EditorPage, chromium, editor_page
 from tests.support.editor import Editor, editor
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
+SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
+<posx>100</posx><posy>100</posy></Estado></SubAutomata></VisualHFSM>"""
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
@@ -42,6 +44,7 @@ def running(root: Path) -> Iterator[Editor]:
 @pytest.fixture
 def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
     with editor_page(browser, running) as shown:
+        shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
         yield shown
 
 
@@ -137,6 +140,24 @@ def test_a_file_that_another_program_changed_is_merged(shown: EditorPage, root: 
     expect(banner).to_have_count(0)
 
 
+def test_a_document_of_an_older_format_is_replaced_only_after_a_question(
+    shown: EditorPage, root: Path
+) -> None:
+    path = root / "old.xml"
+    path.write_text(SPANISH)
+    open_file(shown, "old.xml")
+    shown.expect_states("uno")
+    add_state(shown, "dos")
+    question = shown.page.get_by_role("dialog").filter(has_text="Spanish (2013)")
+    shown.press("Control+s")
+    question.get_by_role("button", name="Cancel").click()
+    assert path.read_text() == SPANISH
+    shown.press("Control+s")
+    question.get_by_role("button", name="Write over it").click()
+    expect(shown.page.get_by_role("status").filter(has_text="Saved old.xml")).to_be_visible()
+    assert "<name>uno</name>" in path.read_text()
+
+
 def test_a_comparison_marks_what_differs_and_draws_what_is_gone(shown: EditorPage) -> None:
     open_file(shown, "dance.xml")
     shown.expect_states("up", "out", "front", "low")
@@ -152,6 +173,13 @@ def test_a_comparison_marks_what_differs_and_draws_what_is_gone(shown: EditorPag
         classes = shown.state(name).get_attribute("class") or ""
         assert re.findall(r"is-(\w+)", classes) == ([mark] if mark else []), name
     legend.get_by_role("button", name="Done").click()
+    shown.expect_states("up", "front", "low", "bow")
+    shown.button("Compare").click()
+    shown.page.get_by_role("button", name="The saved version").click()
+    expect(legend).to_be_visible()
+    shown.state("bow").click()
+    shown.press("Escape")
+    expect(legend).to_have_count(0)
     shown.expect_states("up", "front", "low", "bow")
 
 
