@@ -87,16 +87,14 @@ class Draftsman:
             self.paste(text)
         else:
             self.shown.type(text)
-        self.shown.press("Escape") if self._is_completing() else None
+        if self.shown.page.locator(".cm-tooltip").count():
+            self.shown.press("Escape")
         expect(field).to_have_text(re.compile(re.escape(text.split("\n", 1)[0])))
 
     def paste(self, text: str) -> None:
         """Copy a text elsewhere and paste it."""
         self.shown.page.evaluate("text => navigator.clipboard.writeText(text)", text)
         self.shown.press("Control+v")
-
-    def _is_completing(self) -> bool:
-        return self.shown.page.locator(".cm-tooltip").count() > 0
 
     def enter(self, state: str) -> None:
         """Open the automaton of a state, which makes one when there is none yet."""
