@@ -19,6 +19,7 @@ from visualhfsm.line_process import answer_lines
 
 from .completion import complete, signature
 from .module import Synthetic, synthesize
+from .parsed_files import keep_parsed_files, with_readable_files
 from .proxies import describe_operations
 
 __all__ = ["Question", "Wanted"]
@@ -78,7 +79,7 @@ def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
         return lint(question.document, path, question.place)
     module = _module(question, path)
     find = complete if question.wanted == "complete" else signature
-    return find(module, path, question.line, question.column)
+    return with_readable_files(lambda: find(module, path, question.line, question.column))
 
 
 def lint(document: str, path: Path, place: Place) -> list[Problem]:
@@ -126,4 +127,5 @@ def _interfaces_at(_period: int) -> KnownInterfaces:
 
 
 if __name__ == "__main__":
+    keep_parsed_files()
     answer_lines(answer)
