@@ -146,7 +146,8 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         code = edit(shown, "wait")
         options = shown.page.get_by_role("listbox").get_by_role("option")
         shown.type("\nself.eye.getImageDat")
-        expect(options).to_have_count(2)  # beside the call, the asynchronous one
+        # Beside the call, the asynchronous one; the first answer reads all that the code imports.
+        expect(options).to_have_count(2, timeout=30_000)
         expect(shown.page.locator(".cm-completionInfo")).to_contain_text("newest image")
         shown.press("Enter")
         expect(code).to_contain_text("self.eye.getImageData")

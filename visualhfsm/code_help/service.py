@@ -25,7 +25,9 @@ from .worker import Question, Wanted
 __all__ = ["CodeHelper"]
 
 _PATIENCE: Final = 4.0
-"""Seconds that an answer may take; the first one loads what reads code."""
+"""Seconds that an answer may take."""
+_FIRST: Final = 5
+"""How many times as long the first answer of a process may take: it reads all that the code imports."""
 _UNTITLED: Final = "untitled.xml"
 _LARGEST: Final = 200_000
 """Characters of a piece of code for which there is help."""
@@ -43,6 +45,7 @@ class CodeHelper:
         self._desks = {kind: _Desk() for kind in ("complete", "signature", "lint", "interfaces")}
         self._reading = LineProcess(f"{__package__}.worker")
         self._checking = LineProcess(f"{__package__}.worker")
+        self._warm: set[LineProcess] = set()
         self._context: tuple[Document, Place, str] | None = None
 
     async def complete(self, source: Source, place: Place, code: str, line: int, column: int) -> Any:  # noqa: ANN401
@@ -90,10 +93,13 @@ class CodeHelper:
         async with self._desks[question.wanted].turn() as is_newest:
             if not is_newest:
                 return None
+            patience = self._patience * (1 if process in self._warm else _FIRST)
             try:
-                line = await asyncio.to_thread(process.ask, msgspec.json.encode(question), self._patience)
+                line = await asyncio.to_thread(process.ask, msgspec.json.encode(question), patience)
             except NoAnswerError as error:
+                self._warm.discard(process)
                 raise ServiceError(f"no help with this code: {error}") from error
+            self._warm.add(process)
         return msgspec.json.decode(line)
 
     def _context_of(self, document: Document, place: Place) -> str:
