@@ -15,7 +15,7 @@ from ...diagnostics import Diagnostics, Location
 from ..code.language import CPP, language_of
 from ..document import Comment, Document, Text
 from .dialects import ROOT_TAGS, reader_of
-from .xml_tree import MAX_SIZE, parse_xml
+from .xml_tree import parse_xml, read_bytes
 
 __all__ = ["looks_like_document", "parse_document", "read_document"]
 
@@ -39,13 +39,8 @@ def read_document(
 
     `remarks` gets notes about what is kept without being used.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_SIZE + 1)
-    except OSError as error:
-        diagnostics.error("E500", f"cannot be read: {error.strerror or error}", Location(path))
-        return None
-    return parse_document(content, path, diagnostics, remarks)
+    content = read_bytes(path, diagnostics)
+    return None if content is None else parse_document(content, path, diagnostics, remarks)
 
 
 def parse_document(

@@ -16,7 +16,7 @@ from defusedxml.expatreader import DefusedExpatParser
 
 from ...diagnostics import Diagnostics, Location
 
-__all__ = ["MAX_SIZE", "XmlComment", "XmlElement", "parse_xml"]
+__all__ = ["MAX_SIZE", "XmlComment", "XmlElement", "parse_xml", "read_bytes"]
 
 MAX_SIZE: Final = 16 << 20
 """Largest document in bytes."""
@@ -58,6 +58,19 @@ class XmlElement:
 
 class _LimitExceededError(Exception):
     """The document is larger than any that a person makes."""
+
+
+def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
+    """Return what is in a file, or None after an error was reported.
+
+    Of one that is too large it is as much as `parse_xml` needs to say so.
+    """
+    try:
+        with path.open("rb") as file:
+            return file.read(MAX_SIZE + 1)
+    except OSError as error:
+        diagnostics.error("E500", f"cannot be read: {error.strerror or error}", Location(path))
+        return None
 
 
 def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> tuple[XmlElement, list[str]] | None:

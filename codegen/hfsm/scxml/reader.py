@@ -12,11 +12,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from codegen.diagnostics import Diagnostics, Location
+from codegen.diagnostics import Diagnostics
 
 from ..document import Automaton, Comment, Document, State, Text, Transition
 from ..formats.dialects.native import NativeReader
-from ..formats.xml_tree import MAX_SIZE, XmlElement, parse_xml
+from ..formats.xml_tree import XmlElement, parse_xml, read_bytes
 from .assembly import Assembly
 from .chart import Chart, ChartAutomaton
 from .code import CodeReader
@@ -53,13 +53,8 @@ def read_scxml(path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None
 
     `remarks` gets notes about what is kept without being used.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_SIZE + 1)
-    except OSError as error:
-        diagnostics.error("E500", f"cannot be read: {error.strerror or error}", Location(path))
-        return None
-    return parse_scxml(content, path, diagnostics, remarks)
+    content = read_bytes(path, diagnostics)
+    return None if content is None else parse_scxml(content, path, diagnostics, remarks)
 
 
 def parse_scxml(
