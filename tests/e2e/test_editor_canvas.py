@@ -10,18 +10,11 @@ from playwright.sync_api import Browser, expect
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
-from codegen.hfsm.document import Document
-from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 LEAST_MOVE = 3.0  # pixels
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture
@@ -44,15 +37,6 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
     with editor_page(browser, running) as shown:
         shown.state("followBall").wait_for()
         yield shown
-
-
-def saved(shown: EditorPage, path: Path) -> Document:
-    """Save what is shown and return what is in the file."""
-    shown.press("Control+s")
-    expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
-    document = read_document(path, Diagnostics())
-    assert document is not None
-    return document
 
 
 # --------------------------------------------------------------------------------------------- drawing

@@ -8,16 +8,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

@@ -11,19 +11,13 @@ from xml.etree import ElementTree
 import pytest
 from playwright.sync_api import Browser, Locator, expect
 
-from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <posx>100</posx><posy>100</posy></Estado></SubAutomata></VisualHFSM>"""
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Automaton, Document
 from interfaces.hfsm import HfsmMonitorPrx
-from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.browser import EditorPage, editor_page
 from tests.support.drawing import Draftsman
 from tests.support.editor import Editor, editor
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
@@ -64,12 +64,6 @@ def content(document: Document) -> object:
         [(each.name, each.type, each.identity) for each in document.interfaces],
         of(document.root),
     )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, chromium
+from tests.support.browser import EditorPage
 from tests.support.editor import Editor
 from tests.support.monitor import (
     expect_current,
@@ -21,12 +21,6 @@ from tests.support.monitor import (
     status,
 )
 from tests.support.robot_server import ServedRobot
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

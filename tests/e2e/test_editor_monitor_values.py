@@ -9,17 +9,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, chromium
+from tests.support.browser import EditorPage
 from tests.support.editor import Editor
 from tests.support.monitor import monitor_page, robot_and_editor, run, status
 
 TABS = ("Variables", "Plots", "Cameras", "Joints", "3D", "Cycles", "Errors")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

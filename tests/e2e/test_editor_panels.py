@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor
-from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, saved, undo_names
+from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.web.services import Services
 
@@ -22,12 +22,6 @@ CAMERA = """
     </iceinterface>
   </config>
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

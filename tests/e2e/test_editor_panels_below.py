@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, chromium, editor_page
+from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
@@ -23,12 +23,6 @@ NEVER_GOES = """
     <property kind="always"><name>somewhere</name><expression>wait or go</expression></property>
   </properties>
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

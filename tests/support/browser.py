@@ -12,9 +12,12 @@ from typing import Any, Final
 import pytest
 from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, sync_playwright
 
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from codegen.hfsm.document import Document
 from tests.support.editor import Editor
 
-__all__ = ["NO_CHROMIUM", "Connections", "EditorPage", "chromium", "chromium_path", "editor_page"]
+__all__ = ["NO_CHROMIUM", "Connections", "EditorPage", "chromium", "chromium_path", "editor_page", "saved"]
 
 LIMIT: Final = 10_000.0  # ms to wait for anything
 NO_CHROMIUM: Final = "needs Chromium: make browser as root, or apt-get install chromium"
@@ -192,3 +195,12 @@ def editor_page(
         assert not shown.mishaps, shown.mishaps
     finally:
         context.close()
+
+
+def saved(shown: EditorPage, path: Path) -> Document:
+    """Save what is shown and return what is in the file."""
+    shown.press("Control+s")
+    expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+    document = read_document(path, Diagnostics())
+    assert document is not None
+    return document

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from playwright.sync_api import Locator, expect
 
-from codegen.diagnostics import Diagnostics
-from codegen.hfsm import read_document
-from codegen.hfsm.document import Document
 from tests.support.browser import AXE, EditorPage
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
@@ -37,15 +33,6 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
   </SubAutomata>
 </VisualHFSM>
 """
-
-
-def saved(shown: EditorPage, path: Path) -> Document:
-    """Save what is shown and return what is in the file."""
-    shown.press("Control+s")
-    expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
-    document = read_document(path, Diagnostics())
-    assert document is not None
-    return document
 
 
 def edit(shown: EditorPage, state: str, label: str = "Code") -> Locator:
