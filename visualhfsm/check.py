@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from codegen.commands.options import DOCUMENTS, require_directories, require_extensions
 from codegen.commands.reporting import ErrorFormat, show
 from codegen.diagnostics import Diagnostics, Severity
-from codegen.hfsm.checking import check_document
-from codegen.hfsm.formats.reader import looks_like_document
-from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport, Verdict
+
+if TYPE_CHECKING:
+    from codegen.hfsm.model_checker import ModelReport
 
 __all__ = ["EPILOG", "check"]
 
@@ -27,8 +27,6 @@ visualhfsm check follow_ball.xml dance.xml --strict
 visualhfsm check --error-format github --no-model behaviors
 
 Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage."""
-
-_MARKS: Final = {Verdict.HOLDS: "holds", Verdict.VIOLATED: "is violated", Verdict.UNDECIDED: "is undecided"}
 
 
 def check(
@@ -54,6 +52,9 @@ def check(
     code is run. The model checker takes conditions for true or false as they
     come, and proves properties or shows how they are violated.
     """
+    from codegen.hfsm.checking import check_document
+    from codegen.hfsm.model_checker import DEFAULT_LIMIT
+
     documents = list(_documents(files))
     directories = require_directories(include)
     diagnostics = Diagnostics()
@@ -74,6 +75,8 @@ def check(
 
 def _documents(paths: Iterable[Path]) -> Iterator[Path]:
     """Yield the documents that are named, and those in directories; refuse others as wrong usage."""
+    from codegen.hfsm.formats.reader import looks_like_document
+
     found = False
     for path in paths:
         if not path.is_dir():
@@ -90,11 +93,14 @@ def _documents(paths: Iterable[Path]) -> Iterator[Path]:
 
 
 def _properties(report: ModelReport | None) -> Iterator[str]:
+    from codegen.hfsm.model_checker import Verdict
+
+    marks = {Verdict.HOLDS: "holds", Verdict.VIOLATED: "is violated", Verdict.UNDECIDED: "is undecided"}
     for result in report.properties if report else ():
-        if result.verdict in _MARKS:
+        if result.verdict in marks:
             stated = result.property
             name = stated.name.strip() or " ".join(stated.expression.text.split())
-            yield f"`{name}` {_MARKS[result.verdict]}"
+            yield f"`{name}` {marks[result.verdict]}"
 
 
 def _summary(documents: int, counts: Counter[Severity]) -> str:

@@ -15,7 +15,6 @@ import typer
 from codegen.commands.options import require_directories
 from codegen.commands.reporting import ErrorFormat, show
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import compile_document, component_path, extension_path
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice.command import finite
 
@@ -133,6 +132,8 @@ def _announce(sources: RecordedSources, recording: Path) -> None:
 
 def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
     """Generate a document's component into a folder, with what is written by hand beside it."""
+    from codegen.hfsm import compile_document, component_path, extension_path
+
     folder.mkdir()
     by_hand = extension_path(component_path(document, None))
     if by_hand.is_file():
