@@ -41,7 +41,6 @@ class _Timers:
         report: Report,
     ) -> None:
         self._document = document
-        self._graphs = graphs
         self._codes = codes
         self._report = report
         self._owners: dict[int, tuple[Graph, State]] = {}
