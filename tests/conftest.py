@@ -1,7 +1,8 @@
-"""What every test gets: a check that it leaves nothing running, and communicators on a free port."""
+"""What every test gets: the same surroundings everywhere, a check that it leaves nothing running, and communicators."""
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -11,11 +12,35 @@ from typing import Any
 import psutil
 import pytest
 import zenoh
+from hypothesis import HealthCheck, settings
 
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
-LEAK_LIMIT = 3.0  # s that threads and processes may take to end after a test
+LEAK_LIMIT = 30.0  # s that threads and processes may take to end after a test
+
+# How long an example takes says nothing on a busy machine.
+settings.register_profile("busy", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("busy")
+
+DECISIVE = frozenset(
+    {
+        *("CI", "BUILD_NUMBER", "GITHUB_ACTIONS", "PYTEST_ADDOPTS"),  # pytest, rich and typer print more
+        *("FORCE_COLOR", "NO_COLOR", "PY_COLORS", "COLUMNS", "LINES", "TERMINAL_WIDTH", "PYTHONWARNINGS"),
+        *("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"),  # of a hook that runs the tests
+    }
+)
+"""Variables of the environment by which what is tested decides."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def surroundings() -> Iterator[None]:
+    """Take away what the environment of whoever runs the tests would change in them, settings of ours too."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in list(os.environ):
+            if name in DECISIVE or (name.startswith("VISUALHFSM_") and name != "VISUALHFSM_EXAMPLES"):
+                patch.delenv(name)
+        yield
 
 
 @pytest.fixture(scope="session")
