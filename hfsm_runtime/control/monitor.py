@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -49,6 +50,11 @@ class MonitorServant(HfsmMonitor):
     def __init__(self, runtime: Runtime, steering: Steering) -> None:
         self._runtime = runtime
         self._steering = steering
+        self._started_at = time.time()
+
+    def snapshot(self) -> ComponentSnapshot:
+        """Return what the component is doing."""
+        return take_snapshot(self._runtime, self._started_at)
 
     def getStructure(self, current: Current) -> ComponentStructure:  # noqa: ARG002
         """Return the automata of the component."""
@@ -56,7 +62,7 @@ class MonitorServant(HfsmMonitor):
 
     def getSnapshot(self, current: Current) -> ComponentSnapshot:  # noqa: ARG002
         """Return what the component is doing."""
-        return take_snapshot(self._runtime)
+        return self.snapshot()
 
     def pause(self, current: Current) -> None:  # noqa: ARG002
         """Let running cycles end and start none."""
@@ -168,7 +174,7 @@ class Monitor:
             last = self._closing
             if publisher.listening:
                 try:
-                    publisher.publish(take_snapshot(self._runtime), self._runtime.clock.now())
+                    publisher.publish(self._servant.snapshot(), self._runtime.clock.now())
                     told = False
                 except Exception:  # variables are user objects, and a watcher must not end the watching
                     if not told:  # ten times a second would hide all else

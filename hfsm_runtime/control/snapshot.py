@@ -52,14 +52,15 @@ def structure_of(runtime: Runtime) -> ComponentStructure:
     )
 
 
-def take_snapshot(runtime: Runtime) -> ComponentSnapshot:
-    """Return what a component is doing."""
+def take_snapshot(runtime: Runtime, started_at: float) -> ComponentSnapshot:
+    """Return what a component is doing that was started at a wall time in s since the epoch."""
     with runtime.tree.lock:
         now, generation = runtime.timeline.now(), runtime.generation
         automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
     for automaton, snapshot in automata:
         snapshot.variables = variables_of(automaton)  # user code, so without the lock
     return ComponentSnapshot(
+        startedAt=started_at,
         time=now / 1e9,
         status=_STATUS[runtime.status],
         generation=generation,

@@ -258,6 +258,8 @@ BreakpointSeq = list[Breakpoint]
 class ComponentSnapshot(Struct):
     """A component at one moment."""
 
+    startedAt: float
+    """Wall time at which the component was started, in s since the epoch: it tells one run from the next."""
     time: float
     """Component time in s: active time since its start on its own clock."""
     status: ComponentStatus
@@ -529,7 +531,7 @@ _HfsmMonitor: Final = Interface(
         _HfsmMonitor_reload,
         _HfsmMonitor_stop,
     ),
-    fingerprint="56046e00959d5af5",
+    fingerprint="9c8e1b9066ce9001",
     definition="""\
 ::hfsm::AutomatonSnapshot::cycles: long
 ::hfsm::AutomatonSnapshot::enteredAt: double
@@ -560,6 +562,7 @@ _HfsmMonitor: Final = Interface(
 ::hfsm::ComponentSnapshot::errors: sequence<::hfsm::ErrorReport>
 ::hfsm::ComponentSnapshot::generation: int
 ::hfsm::ComponentSnapshot::parameters: dictionary<string, string>
+::hfsm::ComponentSnapshot::startedAt: double
 ::hfsm::ComponentSnapshot::status: ::hfsm::ComponentStatus
 ::hfsm::ComponentSnapshot::stoppedAt: sequence<::hfsm::Breakpoint>
 ::hfsm::ComponentSnapshot::time: double

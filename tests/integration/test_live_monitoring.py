@@ -22,7 +22,8 @@ from hfsm_runtime.runtime import Runtime, Status
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
 from tests.support.documents import compile_to, document, load, state, sub, transition
-from tests.support.pushes import LIMIT, Pushes
+from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from visualhfsm.live.service import Monitoring
 from visualhfsm.live.values import LiveSnapshot, LiveStructure
@@ -111,7 +112,9 @@ class Page:
 @asynccontextmanager
 async def page(robot: ServedRobot) -> AsyncIterator[Page]:
     pushes = Pushes()
-    service = Monitoring(pushes, Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall"))
+    service = Monitoring(
+        pushes, Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
+    )
     try:
         yield Page(service, pushes)
     finally:
@@ -218,6 +221,24 @@ def test_breakpoints_are_set_told_and_stopped_at(robot: ServedRobot, running: Wa
         await opened.do("set", automaton=2, name="tired", value=9)
         stopped = await opened.snapshot(lambda live: live.component.stoppedAt)
         assert stopped.component.automata[1].state == 2
+
+    on_page(robot, go)
+
+
+def test_breakpoints_are_never_told_as_none_while_they_are_asked_for_anew(
+    robot: ServedRobot, running: Walker
+) -> None:
+    async def go(opened: Page) -> None:
+        def told() -> list[int]:
+            return [len(structure.value.breakpoints) for structure in opened.pushes.of(Structure)]
+
+        await opened.attach()
+        first = {"automaton": 2, "state": 2, "transition": 0, "condition": "tired == 9"}
+        await opened.do("setBreakpoints", breakpoints=[first])
+        await opened.pushes.until(lambda: 1 in told())
+        await opened.do("setBreakpoints", breakpoints=[first, first | {"automaton": 1, "condition": "False"}])
+        await opened.pushes.until(lambda: 2 in told())
+        assert told() == sorted(told())
 
     on_page(robot, go)
 

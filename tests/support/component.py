@@ -133,7 +133,7 @@ def snapshot(time: float, ball: dict[str, str] | None = None) -> ComponentSnapsh
     for automaton in automata[2:4]:
         automaton.variables = ball or ball_variables(12.5, -3.25)
     return ComponentSnapshot(
-        time=time, status=ComponentStatus.Running, generation=0, automata=automata, parameters={}, stoppedAt=[],
+        startedAt=0.0, time=time, status=ComponentStatus.Running, generation=0, automata=automata, parameters={}, stoppedAt=[],
         errors=[],
     )  # fmt: skip
 

@@ -258,8 +258,8 @@ class _Run:
             snapshot.guards = [GuardSnapshot(*guard) for guard in automaton.guards.items()]
             automata.append(snapshot)
         component = ComponentSnapshot(
-            time=self._now / 1e9, status=self._status, generation=0, automata=automata,
-            parameters=self._parameters, stoppedAt=[], errors=self._errors,
+            startedAt=self._start / 1e9, time=self._now / 1e9, status=self._status, generation=0,
+            automata=automata, parameters=self._parameters, stoppedAt=[], errors=self._errors,
         )  # fmt: skip
         self.history.add(LiveSnapshot((self._start + self._now) / 1e9, component))
 

@@ -97,11 +97,12 @@ class Relay:
             self._structure.forget()
             self._breakpoints.forget()
         structure, breakpoints = self._structure.poll(), self._breakpoints.poll()
-        if structure is not None:
-            told = LiveStructure(structure, self._run, breakpoints or [], self._robot.cameras())
-            if told != self._told_structure:
-                self._told_structure = told
-                self._told(told)
+        if structure is None or (breakpoints is None and not self._breakpoints.trouble):
+            return  # breakpoints that are not known yet must not be taken for none
+        told = LiveStructure(structure, self._run, breakpoints or [], self._robot.cameras())
+        if told != self._told_structure:
+            self._told_structure = told
+            self._told(told)
 
     def _is_outdated(self) -> bool:
         """Return whether the structure that is known is that of before a new start or a reload."""
@@ -123,7 +124,7 @@ class Relay:
         snapshot = sample.value
         self._heard, self._heard_at = time.monotonic(), time.time()
         before = self._history.newest
-        if before is not None and snapshot.time < before.component.time:
+        if before is not None and snapshot.startedAt != before.component.startedAt:
             self._run += 1
             self._history = History()
             self._renewed = True

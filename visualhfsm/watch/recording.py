@@ -86,12 +86,14 @@ class Recording:
     def continued_by(self, snapshot: ComponentSnapshot) -> bool:
         """Whether a snapshot is of the same run after a reload of the component."""
         return snapshot.generation > self.automata.generation and (
-            self.newest is None or snapshot.time >= self.newest.time
+            self.newest is None or snapshot.startedAt == self.newest.startedAt
         )
 
     def follows(self, snapshot: ComponentSnapshot) -> bool:
-        """Whether a snapshot can be of the same run: it is not older, and knows the same automata."""
-        if self.newest is not None and snapshot.time < self.newest.time:
+        """Whether a snapshot is of the same run, not older, and knows the same automata."""
+        if self.newest is not None and (
+            snapshot.startedAt != self.newest.startedAt or snapshot.time < self.newest.time
+        ):
             return False
         return self.knows(snapshot)
 

@@ -62,7 +62,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
       draw = redraw;
       return html`<p class="folder">${state.directory || store.greeting.root || "."}</p>
         ${state.error ? html`<p role="alert">${state.error}</p>` : nothing}
-        <div class="files" role="listbox" tabindex="0" aria-label=${kind === "recording" ? "Recordings and folders" : "Documents and folders"} aria-activedescendant="file-${state.chosen}" ?autofocus=${!saving} @keydown=${(event) => key(event, close)}>
+        <div class="files" role="listbox" tabindex="0" aria-label=${kind === "recording" ? "Recordings and folders" : "Documents and folders"} aria-activedescendant=${rows().length ? `file-${state.chosen}` : nothing} ?autofocus=${!saving} @keydown=${(event) => key(event, close)}>
           ${rows().map((row, index) => html`<div role="option" id="file-${index}" aria-selected=${index === state.chosen}
               @click=${() => { state.chosen = index; if (saving && row.kind !== "directory") state.name = row.name; redraw(); }} @dblclick=${() => take(row, close)}>
             ${icon(row.kind === "directory" ? "folder" : "file")}<span>${row.name}</span>${row.changedAt ? html`<span class="when">${new Date(row.changedAt * 1000).toLocaleString([], {dateStyle: "medium", timeStyle: "short"})}</span>` : nothing}</div>`)}

@@ -243,6 +243,7 @@ class Monitor extends EventTarget {
 
   #learn(value) {
     const renewed = Boolean(value) && this.#run > 0 && value.run !== this.#run;
+    if (renewed && this.breakpoints.length) this.#kept = this.breakpoints;
     this.#run = value?.run ?? 0;
     this.structure = value?.structure;
     this.breakpoints = value?.breakpoints ?? [];
@@ -265,7 +266,7 @@ class Monitor extends EventTarget {
   }
 
   #take(value) {
-    const restarted = this.newest && value.component.time < this.newest.component.time;
+    const restarted = this.newest && value.component.startedAt !== this.newest.component.startedAt;
     if (restarted) {
       this.past = new Past();
       this.#kept = this.breakpoints;
