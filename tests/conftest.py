@@ -14,10 +14,9 @@ import pytest
 import zenoh
 from hypothesis import HealthCheck, settings
 
+from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectAdapter, initialize
-
-LEAK_LIMIT = 30.0  # s that threads and processes may take to end after a test
 
 # How long an example takes says nothing on a busy machine.
 settings.register_profile("busy", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -35,11 +34,12 @@ DECISIVE = frozenset(
 
 @pytest.fixture(scope="session", autouse=True)
 def surroundings() -> Iterator[None]:
-    """Take away what the environment of whoever runs the tests would change in them, settings of ours too."""
+    """Take away what the environment of whoever runs the tests would change in them, and let calls take longer."""
     with pytest.MonkeyPatch.context() as patch:
         for name in list(os.environ):
             if name in DECISIVE or (name.startswith("VISUALHFSM_") and name != "VISUALHFSM_EXAMPLES"):
                 patch.delenv(name)
+        patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))  # a machine may be busy for 2 s
         yield
 
 
@@ -89,7 +89,7 @@ def leak_check(opened_sessions: list[zenoh.Session]) -> Iterator[None]:
         named = {"threads": threads, "processes": children, "Zenoh sessions": sessions}
         return "; ".join(f"{kind}: {', '.join(names)}" for kind, names in named.items() if names)
 
-    deadline = time.monotonic() + LEAK_LIMIT
+    deadline = time.monotonic() + LIMIT
     while (leaked := _unless_vanished(left)) and time.monotonic() < deadline:
         time.sleep(0.01)
     opened_sessions[:] = [session for session in opened_sessions if not session.is_closed()]

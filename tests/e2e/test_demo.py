@@ -10,11 +10,10 @@ from pathlib import Path
 import psutil
 import pytest
 
+from tests.support.limits import LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
-
-LIMIT = 60.0
 
 
 @pytest.fixture
@@ -37,7 +36,7 @@ def components(demo: ComponentProcess) -> list[psutil.Process]:
 
 
 def assert_gone(processes: list[psutil.Process]) -> None:
-    _, alive = psutil.wait_procs(processes, timeout=10)
+    _, alive = psutil.wait_procs(processes, timeout=LIMIT)
     assert [
         " ".join(process.cmdline()) for process in alive if process.status() != psutil.STATUS_ZOMBIE
     ] == []

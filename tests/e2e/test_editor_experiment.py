@@ -15,6 +15,7 @@ from interfaces.hfsm import HfsmMonitorPrx
 from tests.support.browser import EditorPage, editor_page
 from tests.support.drawing import Draftsman
 from tests.support.editor import Editor, editor
+from tests.support.limits import CALL_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.screenshots import picture
 from visualhfsm.web.standard_services import make_services
@@ -72,7 +73,7 @@ def robot() -> Iterator[str]:
     endpoint = free_endpoint()
     command = module("naoserver_sim", "--listen", endpoint, "--speed", str(SPEED))
     with ComponentProcess(command) as server:
-        server.wait_for("ready", 40)
+        server.wait_for("ready")
         yield endpoint
 
 
@@ -80,7 +81,7 @@ def robot() -> Iterator[str]:
 def running(robot: str, tmp_path: Path) -> Iterator[Editor]:
     root = tmp_path / "root"
     root.mkdir()
-    settings = Settings(connect=(robot,), clock="wall")
+    settings = Settings(connect=(robot,), clock="wall", timeout=CALL_LIMIT)
     with editor(root, make_services=make_services(settings)) as running:
         yield running
 

@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
+from tests.support.limits import CALL_LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
 from visualhfsm.running.service import RunningComponents
@@ -141,7 +142,7 @@ def test_a_click_in_the_history_goes_back_to_that_point(shown: EditorPage) -> No
 def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: Path) -> None:
     code = "<code>count += 1\nif count &gt; 2:\n    missing()</code>"
     path.write_text(DOCUMENT.replace("<code>count += 1</code>", code))
-    settings = Settings(connect=(free_endpoint(),))
+    settings = Settings(connect=(free_endpoint(),), timeout=CALL_LIMIT)
     with (
         editor(
             path.parent,

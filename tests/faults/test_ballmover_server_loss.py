@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from interfaces.jderobot import Pose3DEncodersPrx
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, announced, module
 from zenoh_ice import initialize
 
@@ -21,7 +22,7 @@ def serve(endpoint: str) -> ComponentProcess:
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint: str) -> None:
     started = time.monotonic()
     with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
-        assert mover.wait(10.0) == 1
+        assert mover.wait(LIMIT) == 1
         assert time.monotonic() - started < 5.0
         assert mover.output.count("\n") == 1
         assert endpoint in mover.output
@@ -37,12 +38,12 @@ def test_a_killed_server_is_told_and_the_ball_goes_on_when_it_is_back(endpoint: 
         with mover:
             mover.wait_for("waypoint 2 of 2")
             server.process.kill()
-            mover.wait_for("lost the ball", 5.0)
+            mover.wait_for("lost the ball")
             assert mover.process.poll() is None
             with serve(endpoint) as second:
                 second.wait_for("ready")
-                mover.wait_for("the ball is back", 10.0)
-                assert mover.wait(20.0) == 0
+                mover.wait_for("the ball is back")
+                assert mover.wait(LIMIT) == 0
                 with initialize(connect=[endpoint]) as communicator:
                     encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
                     data = encoders.getPose3DEncodersData()
@@ -56,11 +57,11 @@ def test_a_server_that_hangs_is_told_and_waited_for(endpoint: str) -> None:
             mover.wait_for("waypoint 1 of")
             server.process.send_signal(signal.SIGSTOP)
             try:
-                mover.wait_for("lost the ball", 5.0)
+                mover.wait_for("lost the ball")
             finally:
                 server.process.send_signal(signal.SIGCONT)
-            mover.wait_for("the ball is back", 10.0)
-            mover.wait_for("waypoint 2 of", 20.0)
+            mover.wait_for("the ball is back")
+            mover.wait_for("waypoint 2 of")
 
 
 def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint: str) -> None:
@@ -69,9 +70,9 @@ def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint: str) -> None:
         with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
             mover.wait_for("waypoint 1 of")
             server.process.kill()
-            mover.wait_for("lost the ball", 5.0)
+            mover.wait_for("lost the ball")
             mover.process.send_signal(signal.SIGINT)
-            assert mover.wait(5.0) == 130
+            assert mover.wait(LIMIT) == 130
             assert "Traceback" not in mover.output
 
 
@@ -83,5 +84,5 @@ def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint: str) -> No
                 mover.wait_for("starting")
                 time.sleep(delay)
                 mover.process.send_signal(signal.SIGINT)
-                assert mover.wait(5.0) == 130
+                assert mover.wait(LIMIT) == 130
                 assert "Traceback" not in mover.output

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from interfaces.nao import PoseHeadPrx
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 
@@ -24,7 +25,7 @@ def test_without_a_server_a_client_names_the_endpoint_and_how_to_start_one(comma
     endpoint = free_endpoint()
 
     with ComponentProcess([*command, "--connect", endpoint]) as client:
-        code = client.wait(15)
+        code = client.wait(LIMIT)
 
         assert code == 1
         assert endpoint in client.output
@@ -37,7 +38,7 @@ def test_a_port_in_use_is_named(free_robot_endpoint: str) -> None:
         first.wait_for("ready")
 
         with ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as second:
-            assert second.wait(15) == 1
+            assert second.wait(LIMIT) == 1
             assert free_robot_endpoint in second.output
             assert "in use" in second.output
             assert "Traceback" not in second.output
@@ -50,7 +51,10 @@ def test_ctrl_c_in_the_middle_of_start_up_is_clean(loaded: str, free_robot_endpo
         server.wait_for(rf"\| +{re.escape(loaded)}$")  # what it loads is told line by line
         server.process.send_signal(signal.SIGINT)
 
-        assert server.wait(10) in (130, -signal.SIGINT)  # the signal itself while nothing needs cleaning up
+        assert server.wait(LIMIT) in (
+            130,
+            -signal.SIGINT,
+        )  # the signal itself while nothing needs cleaning up
         assert "Traceback" not in server.output
 
 
@@ -76,7 +80,7 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
         process.wait_for("loading")
         process.process.send_signal(signal.SIGINT)
 
-        assert process.wait(10) == 130
+        assert process.wait(LIMIT) == 130
         assert "Traceback" not in process.output
 
 
@@ -96,7 +100,7 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
 )
 def test_a_number_that_is_none_is_wrong_usage(command: list[str], number: str) -> None:
     with ComponentProcess([*command, number]) as process:
-        assert process.wait(10) == 2
+        assert process.wait(LIMIT) == 2
         assert "Invalid value" in process.output
 
 
@@ -108,7 +112,7 @@ def test_a_behavior_without_images_halts_with_the_package_to_install(free_robot_
         behavior = module("behaviors.follow_ball", "--connect", free_robot_endpoint)
 
         with ComponentProcess(behavior) as follower:
-            assert follower.wait(15) == 1
+            assert follower.wait(LIMIT) == 1
             follower.wait_for("HardwareFailedException: .*libegl1")
 
 
@@ -123,7 +127,7 @@ def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: st
                 head = PoseHeadPrx.uncheckedCast(communicator.stringToProxy("Head"))
                 wait_until_turning(head)
             first.process.kill()
-        behavior.wait_for("went away.*waiting for the server", 5)
+        behavior.wait_for("went away.*waiting for the server")
 
         with ComponentProcess(server) as second:
             second.wait_for("ready")
@@ -134,11 +138,11 @@ def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: st
 
 def wait_until_turning(head: PoseHeadPrx) -> None:
     """Wait until the head, which searches for a ball that nobody moves, turns."""
-    pose = head.getPose.wait(timeout=15)
-    deadline = time.monotonic() + 15
+    pose = head.getPose.wait(timeout=LIMIT)
+    deadline = time.monotonic() + LIMIT
     while abs(pose.value.panSpeed) < 0.1:
         assert time.monotonic() < deadline, "the head does not turn"
-        pose = head.getPose.wait(after=pose, timeout=15)
+        pose = head.getPose.wait(after=pose, timeout=LIMIT)
 
 
 @pytest.fixture

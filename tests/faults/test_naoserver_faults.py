@@ -10,6 +10,7 @@ import pytest
 from interfaces.jderobot import CameraPrx, HardwareFailedException
 from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.fake import FakeRobot
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import served_to_client, wait_for
 from zenoh_ice import MarshalException, UnknownException
@@ -105,17 +106,17 @@ def test_one_behaviors_death_does_not_stop_what_another_drives(nao):
         renewing = threading.Thread(target=renew)
         renewing.start()
         try:
-            assert taken_over.wait(5)
+            assert taken_over.wait(LIMIT)
             wait_for(head.getPose, is_driven)
             first.process.kill()
             first.wait()
-            sample = head.getPose.wait(timeout=2.0)
+            sample = head.getPose.wait(timeout=LIMIT)
             for _ in range(25):  # half a second
-                sample = head.getPose.wait(after=sample, timeout=2.0)
+                sample = head.getPose.wait(after=sample, timeout=LIMIT)
                 assert is_driven(sample.value)
         finally:
             done.set()
-            renewing.join(5)
+            renewing.join(LIMIT)
 
 
 def test_a_client_that_ends_orderly_stops_what_it_drove_too(nao):
@@ -165,7 +166,7 @@ def test_ctrl_c_ends_the_fake_server_cleanly():
     with ComponentProcess(module("naoserver.fake", "--listen", "tcp/127.0.0.1:0")) as server:
         server.wait_for("ready")
         server.process.send_signal(signal.SIGINT)
-        assert server.wait(10) == 130
+        assert server.wait(LIMIT) == 130
         assert "Traceback" not in server.output
 
 

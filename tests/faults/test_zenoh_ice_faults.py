@@ -16,7 +16,8 @@ import pytest
 
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
-from tests.support.calculator_servant import CalculatorI
+from tests.support.calculator_servant import CalculatorI, drains
+from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
 from zenoh_ice import (
@@ -35,7 +36,6 @@ from zenoh_ice import (
 )
 
 SERVER = "tests.support.calculator_server"
-LIMIT = 10.0
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -73,10 +73,9 @@ class TestNoServer:
     def test_cast_names_the_endpoint_and_how_to_start_a_server(
         self, endpoint: str, client: Communicator
     ) -> None:
-        started = time.monotonic()
+        calculator = client.stringToProxy("Calculator").ice_invocationTimeout(200)
         with pytest.raises(ConnectFailedException, match="start a server") as caught:
-            CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        assert time.monotonic() - started < 3.0
+            CalculatorPrx.checkedCast(calculator)
         assert caught.value.endpoint == endpoint
         assert endpoint in str(caught.value)
 
@@ -105,7 +104,8 @@ class TestNoServer:
         looking.join(LIMIT)
         assert found[0].add(1.0, 2.0) == 3.0
 
-    def test_destroy_ends_the_search(self, client: Communicator) -> None:
+    def test_destroy_ends_the_search(self, endpoint: str, make_communicator: MakeCommunicator) -> None:
+        client = make_communicator(connect=[endpoint], timeout=LIMIT)
         outcome: list[BaseException] = []
 
         def look() -> None:
@@ -119,17 +119,18 @@ class TestNoServer:
         started = time.monotonic()
         client.destroy()
         looking.join(LIMIT)
-        assert time.monotonic() - started < 1.5
+        assert time.monotonic() - started < AT_ONCE
         assert isinstance(outcome[0], CommunicatorDestroyedException)
 
 
 class TestServerKilled:
-    def test_calls_streams_and_futures_report_it_within_a_second(
-        self, server: ComponentProcess, client: Communicator
+    def test_calls_streams_and_futures_report_it_at_once(
+        self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
+        client = make_communicator(connect=[endpoint], timeout=LIMIT)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         sample = calculator.getReading.wait(timeout=LIMIT)
-        call = calculator.sleepAsync(1.9)
+        call = calculator.sleepAsync(LIMIT)
         outcome: list[BaseException] = []
 
         def follow() -> None:
@@ -149,7 +150,7 @@ class TestServerKilled:
         with pytest.raises(ConnectionLostException, match="went away"):
             calculator.count()
         follower.join(LIMIT)
-        assert time.monotonic() - started < 1.0
+        assert time.monotonic() - started < AT_ONCE
         assert isinstance(outcome[0], ConnectionLostException)
 
     def test_proxies_and_streams_survive_the_restart_and_nothing_is_replayed(
@@ -219,8 +220,9 @@ class TestServerKilled:
         assert servant.counted == 0
 
     def test_calls_while_the_server_is_away_fail_at_once(
-        self, server: ComponentProcess, client: Communicator
+        self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
+        client = make_communicator(connect=[endpoint], timeout=LIMIT)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         calculator.add(1.0, 2.0)
         server.process.kill()
@@ -229,7 +231,7 @@ class TestServerKilled:
         for _ in range(10):
             with pytest.raises(ConnectionLostException):
                 calculator.add(1.0, 2.0)
-        assert time.monotonic() - started < 1.0
+        assert time.monotonic() - started < AT_ONCE
 
 
 class TestServerFrozen:
@@ -243,7 +245,7 @@ class TestServerFrozen:
             started = time.monotonic()
             with pytest.raises((TimeoutException, ConnectionLostException)):
                 calculator.ice_invocationTimeout(500).count()
-            assert time.monotonic() - started < 1.0
+            assert time.monotonic() - started < AT_ONCE
             with pytest.raises(ConnectionLostException):  # noqa: PT012
                 while time.monotonic() - started < LIMIT:
                     try:
@@ -268,7 +270,7 @@ class TestServerFrozen:
             started = time.monotonic()
             with pytest.raises((TimeoutException, ConnectionLostException)):
                 calculator.ice_invocationTimeout(limit * 1000).echo(data)
-            assert time.monotonic() - started < limit + 0.3
+            assert time.monotonic() - started < AT_ONCE
         finally:
             server.process.send_signal(signal.SIGCONT)
 
@@ -322,10 +324,8 @@ class TestClients:
         with other:
             client_id = other.wait_for("^ready (.*)")[1].strip()
             CalculatorPrx.checkedCast(client.stringToProxy("Other"))  # the links are made
-            killed = time.monotonic()
             other.process.kill()
-            server.wait_for(f"^lost {client_id}", 1.0)
-            assert time.monotonic() - killed < 1.0
+            server.wait_for(f"^lost {client_id}")
 
     def test_server_is_told_of_a_client_that_ends(
         self, pair: Pair, make_communicator: MakeCommunicator
@@ -429,7 +429,7 @@ def run_script(script: str, *arguments: str) -> subprocess.CompletedProcess[str]
     return subprocess.run(
         [sys.executable, "-W", "ignore", "-c", textwrap.dedent(script), *arguments],
         cwd=REPOSITORY,
-        timeout=20,
+        timeout=LIMIT,
         capture_output=True,
         text=True,
     )
@@ -441,7 +441,7 @@ class TestEndOfTheProgram:
             """
             import sys
             from tests.support.calculator import CalculatorPrx
-            from tests.support.calculator_servant import CalculatorI
+            from tests.support.calculator_servant import CalculatorI, drains
             from zenoh_ice import initialize
 
             communicator = initialize(connect=[sys.argv[1]], clock="wall")
@@ -451,7 +451,7 @@ class TestEndOfTheProgram:
             communicator.onClientLost(print)
             calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
             calculator.getReading.subscribe(lambda sample: None)
-            calculator.getReading.wait(timeout=5)
+            calculator.getReading.wait(timeout=60)
             calculator.sleepAsync(1.0)
             print("end")
             """,
@@ -476,7 +476,7 @@ class TestEndOfTheProgram:
     def test_interrupt_ends_a_waiting_server(self, server: ComponentProcess) -> None:
         server.process.send_signal(signal.SIGINT)
         server.wait_for("^interrupted")
-        assert server.wait(5) == 0
+        assert server.wait(LIMIT) == 0
 
     def test_interrupt_ends_a_waiting_call(self, server: ComponentProcess, endpoint: str) -> None:
         result = run_script(
@@ -485,15 +485,15 @@ class TestEndOfTheProgram:
             from tests.support.calculator import CalculatorPrx
             from zenoh_ice import initialize
 
-            with initialize(connect=[sys.argv[1]], clock="wall", timeout=15.0) as communicator:
+            with initialize(connect=[sys.argv[1]], clock="wall", timeout=60.0) as communicator:
                 calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
                 calculator.add(1.0, 2.0)
                 threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
                 started = time.monotonic()
                 try:
-                    calculator.sleep(10.0)
+                    calculator.sleep(60.0)
                 except KeyboardInterrupt:
-                    print("interrupted", time.monotonic() - started < 2.0)
+                    print("interrupted", time.monotonic() - started < 30.0)
             """,
             endpoint,
         )
@@ -633,16 +633,17 @@ def test_destroy_in_the_middle_of_everything(
 
 
 def test_servants_that_never_return_hold_up_the_end_for_a_second_together(
-    pair: Pair, caplog: pytest.LogCaptureFixture
+    pair: Pair, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    waited = drains(monkeypatch)
     servants = [CalculatorI() for _ in range(4)]
     for number, servant in enumerate(servants):
         pair.adapter.add(servant, f"Stuck{number}")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleepAsync(30.0)
+        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleepAsync(LIMIT)
         assert servant.entered.wait(LIMIT)
-    started = time.monotonic()
     pair.server.shutdown()
-    assert time.monotonic() - started < 2.0
+    assert len(waited) == len(servants)
+    assert sum(waited) <= 1.0
     assert "a call of Stuck0@nao still runs" in caplog.text
     for servant in servants:
         servant.leave.set()

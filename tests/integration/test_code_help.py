@@ -15,11 +15,11 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from tests.support.documents import document, state, sub, transition
+from tests.support.limits import LIMIT
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.places import Place
 from visualhfsm.web.services import ServiceError, Source
 
-LIMIT = 60.0
 CONFIG = (
     "<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
     "</iceinterface>"

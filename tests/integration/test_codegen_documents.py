@@ -11,6 +11,7 @@ import pytest
 
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import document, state, sub, transition
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.running import eventually
 
@@ -85,7 +86,7 @@ def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:
         (home / "main_ext.py").write_text("class MainExtension:\n    settled = True\n")
         eventually(lambda: "MainExtension" in (home / "main.py").read_text())
         watching.process.send_signal(2)
-        assert watching.wait(5.0) == 130
+        assert watching.wait(LIMIT) == 130
 
 
 def test_the_component_tells_its_parameters_and_checks_them(home: Path) -> None:

@@ -13,6 +13,7 @@ import msgpack
 import pytest
 
 from tests.support.codegen_command import ROOT, codegen, files_in
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess
 
 LAMP = "module home {\n\n  struct Light {\n    float power;\n  };\n\n  interface Lamp {\n    Light get();\n  };\n\n};\n"
@@ -30,7 +31,9 @@ def home(tmp_path: Path) -> Path:
 
 def git(directory: Path, *arguments: str) -> None:
     identity = ["-c", "user.name=test", "-c", "user.email=test@localhost", "-c", "commit.gpgsign=false"]
-    subprocess.run(["git", *identity, *arguments], cwd=directory, check=True, capture_output=True, timeout=30)
+    subprocess.run(
+        ["git", *identity, *arguments], cwd=directory, check=True, capture_output=True, timeout=LIMIT
+    )
 
 
 # generate
@@ -96,7 +99,7 @@ def test_watching_generates_at_every_change_and_ends_at_ctrl_c(home: Path) -> No
         (home / "light.idl").write_text(LAMP)
         watching.wait_for(r"wrote .*light\.py")
         watching.process.send_signal(2)
-        assert watching.wait(5.0) == 130
+        assert watching.wait(LIMIT) == 130
         assert "Traceback" not in watching.output
 
 

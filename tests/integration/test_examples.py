@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.limits import LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 
 
@@ -33,7 +34,7 @@ def run(environment: dict[str, str], directory: Path, *arguments: str) -> str:
         cwd=directory,
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=LIMIT,
         check=False,
     )
     assert result.returncode == 0, result.stderr
@@ -61,7 +62,7 @@ def test_watch_joints(environment: dict[str, str]) -> None:
         watching.wait_for(r"\d+\.\d\d s  LKneePitch \+0\.7\d\d rad  HeadYaw")
         watching.wait_for("HeadYaw")
         watching.process.send_signal(2)
-        assert watching.wait(5.0) == 130
+        assert watching.wait(LIMIT) == 130
         assert "Traceback" not in watching.output
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from tests.conftest import Pair
+from tests.support.limits import LIMIT
 from tests.support.slice_compiler import imported
 from zenoh_ice import InterfaceMismatchException, MarshalException
 from zenoh_ice.reflection import describe
@@ -115,7 +116,7 @@ def test_classes_arrive_as_what_they_are(api: Any, camera: Any) -> None:
     assert camera.echo(tree) == (tree, tree, tree)
     assert camera.echo(None) == (None, None, api.Empty())
     assert camera.root(leaf) == leaf
-    assert camera.echoAsync(leaf).result(5.0)[0] == leaf
+    assert camera.echoAsync(leaf).result(LIMIT)[0] == leaf
 
 
 def test_a_value_that_holds_itself_is_refused(api: Any, camera: Any) -> None:
@@ -171,7 +172,7 @@ def test_streams_bring_proxies_and_classes(api: Any, camera: Any, servant: Any) 
     assert camera.getViews.latest() is None
     assert servant.getViewsPublisher.wait_for_listener(5.0)
     servant.getViewsPublisher.publish(views)
-    arrived = camera.getViews.wait(timeout=5.0).value
+    arrived = camera.getViews.wait(timeout=LIMIT).value
     assert arrived == views
     assert arrived.camera.ice_getCommunicator() is camera.ice_getCommunicator()
 
@@ -241,13 +242,13 @@ def test_operations_can_have_names_that_python_keeps_for_itself(tmp_path: Path, 
 
         pair.adapter.add(servant := NamesI(), "Names")
         names = api.NamesPrx.checkedCast(pair.client.stringToProxy("Names"))
-        assert names._lambda(5, 2) == names.lambdaAsync(5, 2).result(5.0) == 3
+        assert names._lambda(5, 2) == names.lambdaAsync(5, 2).result(LIMIT) == 3
         names._checkedCast()
         assert names._from() == 7
         names._from.latest()
         assert servant.fromPublisher.wait_for_listener(5.0)
         servant.fromPublisher.publish(8)
-        assert names._from.wait(timeout=5.0).value == 8
+        assert names._from.wait(timeout=LIMIT).value == 8
 
 
 def test_generated_classes_describe_themselves(api: Any) -> None:

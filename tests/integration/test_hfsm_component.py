@@ -13,6 +13,7 @@ import pytest
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
 from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, module
 from zenoh_ice import initialize
 
@@ -40,7 +41,7 @@ def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path: Path, endpoint: str) -> None:
     started = time.monotonic()
     with start(turning(tmp_path), endpoint) as component:
-        assert component.wait(10.0) == 1
+        assert component.wait(LIMIT) == 1
         assert time.monotonic() - started < 5.0  # the interpreter's start included
         assert component.output.count("\n") == 1
         assert endpoint in component.output
@@ -51,7 +52,7 @@ def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(turning(tmp_path), endpoint, "--seconds", "1") as component:
-            assert component.wait(15.0) == 0
+            assert component.wait(LIMIT) == 0
             assert "turning" in component.output
         with initialize(connect=[endpoint], clock="wall") as communicator:
             pose = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose()
@@ -65,7 +66,7 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(file, endpoint) as component:
-            assert component.wait(15.0) == 1
+            assert component.wait(LIMIT) == 1
             assert "the component cannot start: self.tail:" in component.output
             assert "Traceback" not in component.output
 
@@ -73,7 +74,7 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
 def test_a_library_that_is_not_installed_is_told_in_one_line(tmp_path: Path, endpoint: str) -> None:
     text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("no_such_thing",))
     with start(compile_to(tmp_path, text, "seer"), endpoint) as component:
-        assert component.wait(10.0) == 1
+        assert component.wait(LIMIT) == 1
         assert component.output.startswith("seer.py: error: seer.xml uses the library no_such_thing")
         assert component.output.count("\n") == 1
 
@@ -98,7 +99,7 @@ def test_a_realm_without_servants_is_told_once(tmp_path: Path, endpoint: str) ->
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(file, endpoint, "--realm", "elsewhere") as component:
-            assert component.wait(15.0) == 1
+            assert component.wait(LIMIT) == 1
             assert component.output.count("no servants: is --realm right?") == 1
             assert "Traceback" not in component.output
 
@@ -112,7 +113,7 @@ def test_a_signal_stops_the_robot_and_ends_it(
         with start(turning(tmp_path), endpoint) as component:
             component.wait_for("turning")
             component.process.send_signal(number)
-            assert component.wait(10.0) == code
+            assert component.wait(LIMIT) == code
             assert "Traceback" not in component.output
             with initialize(connect=[endpoint], clock="wall") as communicator:
                 pose = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose()
@@ -123,7 +124,7 @@ def test_an_error_in_user_code_ends_it_with_the_documents_line(tmp_path: Path, e
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\nself.nothing()"), endpoint) as component:
-            assert component.wait(15.0) == 1
+            assert component.wait(LIMIT) == 1
             assert "AttributeError" in component.output
             assert "(turner.xml:4)" in component.output
 
@@ -140,7 +141,7 @@ def test_stay_halted_keeps_the_monitor_after_an_error(tmp_path: Path, endpoint: 
             assert snapshot.status is ComponentStatus.Halted
             assert snapshot.errors[0].message == "ZeroDivisionError: division by zero"
             component.process.send_signal(signal.SIGINT)
-            assert component.wait(10.0) == 130
+            assert component.wait(LIMIT) == 130
 
 
 def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
@@ -148,7 +149,7 @@ def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(file, endpoint, "--on-error", "continue", "--seconds", "0.5") as component:
-            assert component.wait(15.0) == 0
+            assert component.wait(LIMIT) == 0
             assert component.output.count("again") > 2
             assert component.output.count("Traceback") == 1
             frames = re.findall(r'^  File "(.*?)"', component.output, re.MULTILINE)
@@ -163,12 +164,12 @@ def test_a_killed_server_is_told_once_and_it_goes_on_when_the_server_is_back(
         with start(turning(tmp_path), endpoint) as component:
             component.wait_for("turning")
             server.process.kill()
-            component.wait_for("waiting for the server", 5.0)
+            component.wait_for("waiting for the server")
             with serve(endpoint) as second:
                 second.wait_for("ready")
-                component.wait_for("the server is back", 10.0)
+                component.wait_for("the server is back")
                 count = component.output.count("turning")
-                deadline = time.monotonic() + 5.0
+                deadline = time.monotonic() + LIMIT
                 while component.output.count("turning") <= count:
                     assert time.monotonic() < deadline, component.output
                     time.sleep(0.02)
@@ -187,12 +188,12 @@ def test_a_component_without_proxies_needs_no_server(tmp_path: Path, endpoint: s
         )
     )
     with start(compile_to(tmp_path, text, "alone"), endpoint) as component:
-        assert component.wait(10.0) == 0
+        assert component.wait(LIMIT) == 0
 
 
 def test_help_shows_the_description_and_examples(tmp_path: Path, endpoint: str) -> None:
     with start(turning(tmp_path), endpoint, "--help") as component:
-        assert component.wait(10.0) == 0
+        assert component.wait(LIMIT) == 0
         assert "The component turner." in component.output
         assert "--on-error" in component.output
         assert "python turner.py --seconds 60" in component.output

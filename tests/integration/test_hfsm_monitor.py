@@ -24,9 +24,8 @@ from interfaces.hfsm import (
 )
 from tests.conftest import Pair
 from tests.support.automata import component
+from tests.support.limits import LIMIT
 from zenoh_ice import WallClock
-
-LIMIT = 10.0
 
 
 def eventually(condition: Callable[[], bool]) -> None:
@@ -39,7 +38,7 @@ def eventually(condition: Callable[[], bool]) -> None:
 def until(proxy: HfsmMonitorPrx, condition: Callable[[ComponentSnapshot], bool]) -> ComponentSnapshot:
     """Return the first snapshot of the stream that meets a condition."""
     deadline = time.monotonic() + LIMIT
-    for sample in proxy.getSnapshot.samples(timeout=2.0):
+    for sample in proxy.getSnapshot.samples(timeout=LIMIT):
         if condition(sample.value):
             return sample.value
         assert time.monotonic() < deadline, sample.value

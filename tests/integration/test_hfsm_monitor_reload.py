@@ -30,6 +30,7 @@ from interfaces.nao import HeadLimits, HeadPose, PoseHead
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import until
 from tests.support.documents import compile_to, document, load, state, sub, transition
+from tests.support.limits import LIMIT
 from zenoh_ice import Current, WallClock
 
 HEAD = (
@@ -261,7 +262,7 @@ def test_automata_that_make_no_sense_change_nothing(
 
 def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Version) -> None:
     version.write(
-        walker(functions="def wait(self):\n    self.waiting = True\n    self.release.wait(20)\n").replace(
+        walker(functions="def wait(self):\n    self.waiting = True\n    self.release.wait(60)\n").replace(
             "count += 1<", "count += 1; self.wait()<"
         )
     )
@@ -345,7 +346,7 @@ def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version:
 def test_a_component_that_has_ended_is_not_reloaded(pair: Pair, version: Version) -> None:
     with running(pair, version) as (runtime, proxy):
         proxy.stop()
-        assert runtime.ended.wait(10.0)
+        assert runtime.ended.wait(LIMIT)
         with pytest.raises(ReloadRefused, match="does not run"):
             proxy.reload()
 

@@ -28,6 +28,7 @@ from hfsm_runtime.replay.engine import Replay
 from hfsm_runtime.replay.reader import Recording
 from hfsm_runtime.robot import connect
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually
 from zenoh_ice import Communicator, Current, Sample, initialize
 
@@ -269,7 +270,7 @@ def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: Wo
                 found.append(self.pending.result())
                 self.pending = None
             elif count % 3 == 0:
-                found.append(self.pending.result(1.0).pan)
+                found.append(self.pending.result(LIMIT).pan)
             return found
 
         def note(self, _future: Future[HeadPose]) -> None:

@@ -12,7 +12,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-LIMIT = 20.0
+from tests.support.limits import LIMIT
+
 TETHER = str(Path(__file__).resolve().parents[2] / "startup" / "tether.py")
 
 # A process that tells its pid, says that it is ready, and notes how it is asked to end.

@@ -16,8 +16,9 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
 from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
-from tests.support.pushes import LIMIT, Pushes
+from tests.support.pushes import Pushes
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.live.history import History
@@ -137,7 +138,9 @@ def test_a_chunk_that_would_unpack_to_too_much_is_not(
 
 def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) -> None:
     async def go() -> None:
-        service = Monitoring(Pushes(), Settings(realm="test-recording", connect=(free_endpoint(),)))
+        service = Monitoring(
+            Pushes(), Settings(realm="test-recording", connect=(free_endpoint(),), timeout=CALL_LIMIT)
+        )
         try:
             opened = await service.recording(file)
             name = opened["component"]

@@ -12,8 +12,9 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.documents import document, state, sub, transition
+from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
-from tests.support.pushes import LIMIT, Pushes
+from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
 from visualhfsm.live.values import LiveSnapshot
 from visualhfsm.web.protocol import RunPush, Snapshot, Stale
@@ -59,7 +60,7 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Source:
 
 async def opened(go: Callable[[Page], object]) -> None:
     pushes = Pushes()
-    settings = Settings(realm="test-live-run", connect=(free_endpoint(),), clock="wall")
+    settings = Settings(realm="test-live-run", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     services = make_services(settings)(pushes)
     try:
         async with asyncio.timeout(LIMIT):

@@ -7,6 +7,7 @@ import pytest
 
 from interfaces.jderobot import CameraPrx, HardwareFailedException, Pose3DEncodersPrx
 from interfaces.nao import ClockPrx, PoseHeadPrx
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, announced, free_endpoint, module
 from zenoh_ice import initialize
 
@@ -37,7 +38,7 @@ def test_head_turns_and_balls_hang_in_the_air(endpoint):
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
             head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
             head.setPose(0.5, 0.1, 0.5)
-            for sample in head.getPose.samples(timeout=5.0):
+            for sample in head.getPose.samples(timeout=LIMIT):
                 if abs(sample.value.pan - 0.5) < 0.02:
                     break
             ball = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
@@ -50,7 +51,7 @@ def test_camera_streams_the_size_of_the_option(endpoint):
         process.wait_for("^ready")
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
             camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
-            image = camera.getImageData.wait(timeout=5.0).value
+            image = camera.getImageData.wait(timeout=LIMIT).value
             assert (image.description.width, image.description.height) == (640, 480)
             assert len(image.pixelData) == 640 * 480 * 3
 
@@ -63,7 +64,7 @@ def test_clock_tells_that_it_is_simulated_and_how_fast(endpoint):
             reading = clock.getTime()
             assert reading.simulated
             assert reading.rate > 1.0
-            later = clock.getTime.wait(timeout=5.0)
+            later = clock.getTime.wait(timeout=LIMIT)
             assert later.value.time > reading.time
 
 
@@ -110,5 +111,5 @@ def test_a_signal_in_the_middle_of_the_start_leaves_nothing_behind(endpoint, sig
         process.wait_for("starting")
         time.sleep(delay)  # however far it has come by then, it ends quietly
         process.process.send_signal(signal_number)
-        assert process.wait(10) in {128 + signal_number, -signal_number}, process.output
+        assert process.wait(LIMIT) in {128 + signal_number, -signal_number}, process.output
         assert "naoserver_sim" not in process.output

@@ -21,6 +21,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from hfsm_runtime.replay.reader import Recording
 from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.limits import LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 
 HEAD = (
@@ -69,7 +70,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("ready")
         with run(file, endpoint, "--record", str(path), "--seconds", "2") as component:
-            assert component.wait(20.0) == 0, component.output
+            assert component.wait(LIMIT) == 0, component.output
     return path
 
 
@@ -169,12 +170,12 @@ def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goe
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("ready")
         with run(file, endpoint, "--record", str(path)) as component:
-            deadline = time.monotonic() + 20.0
+            deadline = time.monotonic() + LIMIT
             while not path.exists() or path.stat().st_size < 12_000:
                 assert time.monotonic() < deadline
                 time.sleep(0.05)
             component.process.kill()
-            component.process.wait(5.0)
+            component.process.wait(LIMIT)
     done = replay(path)
     assert done.returncode == 0, done.stderr
     assert "the recording was cut off" in done.stdout
@@ -187,12 +188,12 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("ready")
         with run(file, endpoint, "--record", str(path)) as component:
-            deadline = time.monotonic() + 20.0
+            deadline = time.monotonic() + LIMIT
             while not path.exists() or path.stat().st_size < 12_000:
                 assert time.monotonic() < deadline
                 time.sleep(0.05)
             component.process.send_signal(signal.SIGINT)
-            assert component.wait(10.0) == 130
+            assert component.wait(LIMIT) == 130
     with path.open("rb") as read:
         summary = make_reader(read).get_summary()
         assert summary is not None
@@ -209,7 +210,7 @@ def test_ctrl_c_ends_the_process_that_replays(recorded: Path, tmp_path: Path) ->
         children = psutil.Process(process.process.pid).children(recursive=True)
         assert children
         process.process.send_signal(signal.SIGINT)
-        assert process.wait(15.0) == 130
+        assert process.wait(LIMIT) == 130
     assert not any(child.is_running() and child.status() != psutil.STATUS_ZOMBIE for child in children)
 
 

@@ -12,11 +12,10 @@ from pathlib import Path
 import psutil
 import pytest
 
+from tests.support.limits import LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.running import eventually
 from visualhfsm.running.process import ChildProcess, Lines
-
-LIMIT = 20.0
 
 
 class Told:

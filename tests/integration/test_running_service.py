@@ -13,6 +13,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.documents import document, state, sub, transition
+from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
@@ -56,7 +57,9 @@ class Told(Pushes):
 
 @asynccontextmanager
 async def running(pushes: Told) -> AsyncIterator[RunningComponents]:
-    service = RunningComponents(pushes, Settings(realm="test-run", connect=(free_endpoint(),)))
+    service = RunningComponents(
+        pushes, Settings(realm="test-run", connect=(free_endpoint(),), timeout=CALL_LIMIT)
+    )
     try:
         yield service
     finally:

@@ -17,6 +17,7 @@ from hfsm_runtime.runtime import Runtime, Status
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import eventually
 from tests.support.documents import compile_to, document, load, state, sub, transition
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, module
 from visualhfsm.command import app
 from visualhfsm.errors import VisualHfsmError
@@ -266,7 +267,7 @@ def test_the_document_is_found_where_it_is_expected(
 
 def test_stop_ends_the_component(shell: Shell) -> None:
     assert shell("stop", "walker") == "walker ends\n"
-    assert shell.runtime.ended.wait(10.0)
+    assert shell.runtime.ended.wait(LIMIT)
 
 
 @pytest.mark.parametrize(

@@ -18,12 +18,11 @@ from msgspec.structs import replace
 from interfaces.hfsm import ComponentSnapshot, ComponentStructure
 from naoserver.fake import FakeRobot
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm.watch.telemetry import Telemetry
 from zenoh_ice import Current, initialize
-
-LIMIT = 20.0
 
 
 class Monitor(MonitorStub):

@@ -17,6 +17,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from tests.support.editor import DOCUMENT, Window
+from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, module
 
 ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
@@ -44,7 +45,7 @@ def test_a_signal_ends_everything_in_an_orderly_way(
         address = process.wait_for(ADDRESS)
         cookies = CookieJar()
         urllib.request.build_opener(urllib.request.HTTPCookieProcessor(cookies)).open(
-            address[0], timeout=10
+            address[0], timeout=LIMIT
         ).close()
         (cookie,) = cookies
         port = int(address[1])
@@ -124,7 +125,7 @@ def test_a_document_that_cannot_be_opened_is_told(tmp_path: Path) -> None:
 
 def content(file: Path) -> str:
     """Return what a file holds once it is there."""
-    until = time.monotonic() + 10
+    until = time.monotonic() + LIMIT
     while not (file.exists() and file.read_text()):
         assert time.monotonic() < until, "the browser was not opened"
         time.sleep(0.01)

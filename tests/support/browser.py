@@ -16,12 +16,14 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Document
 from tests.support.editor import Editor
+from tests.support.limits import LIMIT
 
 __all__ = ["NO_CHROMIUM", "Connections", "EditorPage", "chromium", "chromium_path", "editor_page", "saved"]
 
-LIMIT: Final = 10_000.0  # ms to wait for anything
 NO_CHROMIUM: Final = "needs Chromium: make browser as root, or apt-get install chromium"
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
+
+expect.set_options(timeout=LIMIT * 1000)
 
 
 def chromium_path() -> str | None:
@@ -38,7 +40,7 @@ def chromium() -> Iterator[Browser]:
     # No sandbox: that of Chromium does not work for root in a container.
     arguments = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=arguments)
+        browser = playwright.chromium.launch(executable_path=path, args=arguments, timeout=LIMIT * 1000)
         try:
             yield browser
         finally:
@@ -82,7 +84,7 @@ class EditorPage:
         self.mishaps: list[str] = []
         page.on("pageerror", lambda error: self.mishaps.append(str(error)))
         page.on("console", lambda message: self._note(message.type, message.text))
-        page.set_default_timeout(LIMIT)
+        page.set_default_timeout(LIMIT * 1000)
         page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
 
     def _note(self, kind: str, text: str) -> None:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import threading
 
+import pytest
+
 from tests.support.calculator import CalculatorError, DivisionByZero, Node, OtherError, Reading, Scientific
 from zenoh_ice import Current
+from zenoh_ice.incoming import Incoming
 
 
 class Mute(Exception):
@@ -100,3 +103,16 @@ class CalculatorI(Scientific):
     def power(self, a: float, b: float, current: Current) -> float:
         result: float = a**b
         return result
+
+
+def drains(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Note for how many s at most the calls of each servant that is withdrawn are waited for."""
+    noted: list[float] = []
+    drain = Incoming.drain
+
+    def noting(incoming: Incoming, limit: float) -> None:
+        noted.append(limit)
+        drain(incoming, limit)
+
+    monkeypatch.setattr(Incoming, "drain", noting)
+    return noted

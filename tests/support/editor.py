@@ -17,11 +17,10 @@ from typing import Any, Self
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from tests.support.limits import LIMIT
 from visualhfsm.web.limits import Limits
 from visualhfsm.web.server import Options, Server
 from visualhfsm.web.services import MakeServices, no_services
-
-LIMIT = 10.0  # s to wait for anything
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

@@ -12,15 +12,14 @@ from playwright.sync_api import Browser, Locator, expect
 
 from codegen.diagnostics import Diagnostics
 from naoserver.fake import FakeRobot
-from tests.support.browser import LIMIT, EditorPage, editor_page
+from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
+from tests.support.limits import CALL_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm.generation import generate_component
 from visualhfsm.web.standard_services import make_services
 from zenoh_ice import Settings
-
-expect.set_options(timeout=LIMIT)
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
@@ -64,7 +63,7 @@ def robot_and_editor(path: Path) -> Iterator[tuple[ServedRobot, Editor]]:
     """Serve a fake robot, and the editor of a document in its realm."""
     path.write_text(DOCUMENT)
     with served(FakeRobot()) as robot:
-        settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall")
+        settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
         with editor(path.parent, path, make_services=make_services(settings)) as running:
             yield robot, running
 

@@ -6,10 +6,10 @@ import asyncio
 from collections.abc import Callable
 from typing import TypeVar
 
-__all__ = ["LIMIT", "Pushes"]
+from tests.support.limits import LIMIT
 
-LIMIT = 30.0
-"""The longest wait in s for anything."""
+__all__ = ["Pushes"]
+
 
 P = TypeVar("P")
 T = TypeVar("T")

@@ -8,6 +8,8 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
+from tests.support.limits import LIMIT
+
 __all__ = ["Relay"]
 
 _BUFFER = 1 << 16
@@ -43,12 +45,12 @@ class Relay:
     ) -> None:
         self._flowing.set()
         self._door.shutdown(socket.SHUT_RDWR)
-        self._threads[0].join(5)
+        self._threads[0].join(LIMIT)
         for end in self._sockets:
             with suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
         for thread in self._threads:
-            thread.join(5)
+            thread.join(LIMIT)
         for end in (self._door, *self._sockets):
             end.close()
 

@@ -12,6 +12,7 @@ from uuid import uuid4
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
 from naoserver.server import RobotServer, serve
+from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectPrx, initialize
 from zenoh_ice.stream import StreamedCall
@@ -71,7 +72,7 @@ def served_to_client(robot: Robot, options: ServerOptions | None = None) -> Iter
         yield client
 
 
-def eventually(condition: Callable[[], bool], limit: float = 5.0) -> None:
+def eventually(condition: Callable[[], bool], limit: float = LIMIT) -> None:
     """Wait until a condition holds; AssertionError when it does not within `limit` s."""
     deadline = time.monotonic() + limit
     while not condition():
@@ -82,7 +83,7 @@ def eventually(condition: Callable[[], bool], limit: float = 5.0) -> None:
 def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool], samples: int = 500) -> V:
     """Return the first value of a stream that meets a condition; AssertionError when none of `samples` does."""
     value: V | None = None
-    for count, sample in enumerate(stream.samples(timeout=3.0)):
+    for count, sample in enumerate(stream.samples(timeout=LIMIT)):
         value = sample.value
         if condition(value):
             return value

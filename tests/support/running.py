@@ -10,12 +10,10 @@ from hfsm_runtime import Automaton, Component
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.supervision import OnError
 from tests.support.automata import component
+from tests.support.limits import LIMIT
 from zenoh_ice import WallClock
 
-__all__ = ["LIMIT", "eventually", "running"]
-
-LIMIT = 10.0
-"""The longest wait in s for anything."""
+__all__ = ["eventually", "running"]
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from ballmover.exceptions import NotArrivedException
 from ballmover.mover import PERIOD, Mover
 from ballmover.route import Route, Stop
 from ballmover.waypoints import Waypoint
+from tests.support.limits import LIMIT
 from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import ConnectionLostException
 
@@ -130,7 +131,7 @@ class Run:
         if not self.thread.ident:
             self.start()
         self.clock.advance(seconds)
-        self.thread.join(10.0)
+        self.thread.join(LIMIT)
         assert not self.thread.is_alive()
         if self.error is not None:
             raise self.error
@@ -230,7 +231,7 @@ def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back() -> None:
     run.ball.present = False
 
     def restart() -> None:  # with the ball at home, as after a restart of the simulator
-        assert run.log.lost_event.wait(10.0)
+        assert run.log.lost_event.wait(LIMIT)
         run.ball.here = run.ball.target = HOME
         run.ball.present = True
 

@@ -13,6 +13,7 @@ from codegen.hfsm import compile_document
 from hfsm_runtime import Component, ComponentError, run
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import compile_to, document, load, problems, state, sub
+from tests.support.limits import LIMIT
 
 TEXT = document(sub(1, 0, state(1, "a", "self.greet()", initial=True)))
 EXTENSION = "class FollowBallExtension:\n    greeted = 0\n\n    def greet(self):\n        self.greeted += 1\n"
@@ -120,7 +121,7 @@ def test_the_component_is_run_with_its_extension(tmp_path: Path, as_module: bool
         env={"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=LIMIT,
         check=False,
     )
     assert done.returncode == 0, done.stderr

@@ -13,6 +13,7 @@ import pytest
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Import, Library, State, Text, Transition
 from tests.support.editing import large_document, tree
+from tests.support.limits import LIMIT
 from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.commands.states import SetArgument, SetStateCode
 from visualhfsm.editing.commands.transitions import SetTransitionCode
@@ -172,9 +173,9 @@ def test_closing_ends_a_check_that_is_running() -> None:
 
     thread = threading.Thread(target=check)
     thread.start()
-    assert started.wait(10)
+    assert started.wait(LIMIT)
     process.close()
-    thread.join(10)
+    thread.join(LIMIT)
     assert not thread.is_alive()
     assert checkers() == []
     with pytest.raises(EditError, match="ended"):

@@ -10,7 +10,7 @@ import pytest
 from hfsm_runtime.alarm import Alarm
 from hfsm_runtime.schedule import delay_in_slot
 from hfsm_runtime.timeline import Timeline
-from tests.support.running import LIMIT
+from tests.support.limits import LIMIT
 from zenoh_ice import WallClock
 
 

@@ -12,7 +12,8 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, State
 from tests.support.automata import Code, after, automaton, when
-from tests.support.running import LIMIT, eventually, running
+from tests.support.limits import LIMIT
+from tests.support.running import eventually, running
 
 
 def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old() -> None:

@@ -31,6 +31,7 @@ from interfaces.jderobot import ImageDescription
 from tests.support.automata import after, automaton, component, when
 from tests.support.documents import compile_to, document, state, sub
 from tests.support.examples import examples
+from tests.support.limits import LIMIT
 from tests.support.running import eventually
 from zenoh_ice.clock import VirtualClock, WallClock
 
@@ -204,7 +205,7 @@ def test_a_chunk_ends_at_least_each_second(tmp_path: Path) -> None:
     writer = RecordingWriter(path, STATE, {}, 1000)
     try:
         writer.put(Entry("/readings", 1001, Reading("", "now", 1)))
-        deadline = time.monotonic() + 5.0
+        deadline = time.monotonic() + LIMIT
         while True:
             with Recording(path) as recorded:
                 if len(recorded):
@@ -267,7 +268,7 @@ def test_turns_keep_two_threads_apart() -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(10)
+        thread.join(LIMIT)
     assert max(most) == 1
     assert overlaps == []
 
@@ -279,7 +280,7 @@ def test_a_turn_goes_to_others_while_its_owner_waits() -> None:
             assert turns.context is None
             other = threading.Thread(target=begin_and_end, args=(turns, "b"))
             other.start()
-            other.join(5)
+            other.join(LIMIT)
             assert not other.is_alive()
         assert turns.context == "a"
 
@@ -290,7 +291,7 @@ def test_a_thread_that_blocks_loses_its_turn_and_that_is_told() -> None:
     with turns.turn("a"):
         other = threading.Thread(target=begin_and_end, args=(turns, "b"))
         other.start()
-        other.join(5)
+        other.join(LIMIT)
     assert overlaps == [("b", "a")]
 
 

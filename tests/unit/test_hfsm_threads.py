@@ -16,7 +16,8 @@ from hfsm_runtime.runtime import Runtime, Status
 from hfsm_runtime.timeline import Timeline
 from tests.support.automata import after, automaton, finished, on, when
 from tests.support.documents import load
-from tests.support.running import LIMIT, eventually, running
+from tests.support.limits import LIMIT
+from tests.support.running import eventually, running
 from zenoh_ice import WallClock
 
 COMPONENTS = Path(__file__).parents[1] / "data" / "components"

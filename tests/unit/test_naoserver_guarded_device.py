@@ -13,6 +13,7 @@ from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
 from naoserver.safety import Safety
 from naoserver.watchdog import Watchdog
+from tests.support.limits import LIMIT
 from zenoh_ice import VirtualClock, WallClock
 
 
@@ -151,7 +152,7 @@ def test_the_watchdog_survives_a_device_that_fails(caplog):
     watchdog = Watchdog()
     watchdog.start([rig.guarded])
     try:
-        assert device.read_again.wait(5)
+        assert device.read_again.wait(LIMIT)
     finally:
         watchdog.close()
     assert "the bus is down" in caplog.text

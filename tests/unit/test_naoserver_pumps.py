@@ -6,6 +6,7 @@ import pytest
 
 from naoserver.pumps import Pump, Schedule, WallPump
 from naoserver.rate_meter import WINDOW, RateMeter
+from tests.support.limits import LIMIT
 from zenoh_ice import VirtualClock
 
 
@@ -32,7 +33,7 @@ def run_schedule(clock, period, work, rounds):
         clock.advance(0.01)
         if len(times) == rounds:
             done.wait(0.01)
-    thread.join(5)
+    thread.join(LIMIT)
     return times
 
 
@@ -55,7 +56,7 @@ def test_a_clock_that_has_ended_does_not_keep_a_schedule_from_stopping():
     waiting = threading.Thread(target=Schedule(EndedClock()).wait_for_next, args=(stopping, lambda: 0.1))
     waiting.start()
     stopping.set()
-    waiting.join(5)
+    waiting.join(LIMIT)
     assert not waiting.is_alive()
 
 
@@ -78,7 +79,7 @@ def test_a_pump_goes_on_after_an_error_and_tells_it(monkeypatch, caplog):
     pump = WallPump("test", 1000.0, publish)
     pump.start()
     try:
-        assert went_on.wait(5)
+        assert went_on.wait(LIMIT)
     finally:
         pump.ask_to_stop()
         pump.join()

@@ -9,6 +9,8 @@ from datetime import UTC, datetime
 
 import pytest
 
+from tests.support.limits import LIMIT
+
 pytest.importorskip("matplotlib")
 from PIL import Image
 
@@ -108,7 +110,7 @@ def test_a_pipe_is_written_to_and_not_replaced(tmp_path):
     reader = threading.Thread(target=lambda: read.append(pipe.read_text(encoding="utf-8")), daemon=True)
     reader.start()
     write_report(pipe, ReportContents(recorded(0.1), (320, 240), BEGAN))
-    reader.join(10)
+    reader.join(LIMIT)
     assert pipe.is_fifo()
     assert read[0].rstrip().endswith("</html>")
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.support.limits import LIMIT
 from visualhfsm.web.work import Queue, Workers
 
 
@@ -16,7 +17,7 @@ def run(test: Callable[[Workers], Coroutine[Any, Any, None]]) -> None:
     async def with_workers() -> None:
         workers = Workers(3)
         try:
-            await asyncio.wait_for(test(workers), 10)
+            await asyncio.wait_for(test(workers), LIMIT)
         finally:
             await workers.close()
 
@@ -32,7 +33,7 @@ def test_work_on_one_thing_neither_overlaps_nor_overtakes() -> None:
 
         def first() -> None:
             first_runs.set()
-            assert go_on.wait(10)
+            assert go_on.wait(LIMIT)
             log.append("first")
 
         one = asyncio.create_task(queue.do(first))
@@ -55,7 +56,7 @@ def test_work_whose_caller_gave_up_ends_before_the_next_begins() -> None:
         go_on = threading.Event()
 
         def slow() -> None:
-            assert go_on.wait(10)
+            assert go_on.wait(LIMIT)
             log.append("slow")
 
         with pytest.raises(TimeoutError):

@@ -9,6 +9,7 @@ from functools import partial
 
 import pytest
 
+from tests.support.limits import LIMIT
 from zenoh_ice.clock import Clock, ClockStalledException, VirtualClock, WallClock
 
 
@@ -20,7 +21,7 @@ def start(function: Callable[[], object], name: str | None = None) -> threading.
 
 def join(*threads: threading.Thread) -> None:
     for thread in threads:
-        thread.join(10.0)
+        thread.join(LIMIT)
         assert not thread.is_alive()
 
 
@@ -122,7 +123,7 @@ def test_a_woken_thread_that_hangs_is_named() -> None:
 
     def hang() -> None:
         clock.sleep(1.0)
-        release.wait(10.0)
+        release.wait(LIMIT)
 
     thread = start(hang, name="culprit")
     clock.wait_for_waiters(1)

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.support.limits import LIMIT
 from zenoh_ice import ObjectNotExistException, OverloadedException
 from zenoh_ice.dispatch import Dispatcher, Lane
-
-LIMIT = 5.0
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.limits import LIMIT
 from zenoh_ice import estimated_clock
 from zenoh_ice.clock import Clock
 from zenoh_ice.estimated_clock import EstimatedClock
@@ -163,7 +164,7 @@ def asleep(function: Callable[[], object]) -> tuple[threading.Thread, list[objec
 
 
 def join(thread: threading.Thread) -> None:
-    thread.join(10.0)
+    thread.join(LIMIT)
     assert not thread.is_alive()
 
 
@@ -203,7 +204,7 @@ def test_a_restart_wakes_sleepers() -> None:
     clock = EstimatedClock(1000.0, 1.0, simulated=True)
     event = threading.Event()
     sleepers = [asleep(lambda: clock.sleep(60.0)), asleep(lambda: clock.wait(event, 60.0))]
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + LIMIT
     while any(not outcome for _, outcome in sleepers) and time.monotonic() < deadline:
         clock.update(clock.now() - 10.0, 1.0, simulated=True)  # until both have begun to wait
         time.sleep(0.01)
