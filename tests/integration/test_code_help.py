@@ -132,6 +132,7 @@ def test_operations_come_with_their_documentation_and_streams_have_types(typing:
         assert "Turn the head to a pose" in options["setPose"]["info"]
         assert options["setPose"]["detail"].startswith("(pan: float, tilt: float, fraction: float)")
         assert "Return where the head points" in options["getPose"]["info"]
+        assert list(options)[:2] == ["getLimits", "getPose"]  # before the casts, which every proxy has
         assert await person.labels(WALK, "self.Head.getPose().p|") == ["pan", "panSpeed"]
         assert await person.labels(WALK, "s = self.Head.getPose.latest()\ns.value.t|") == [
             "tilt",

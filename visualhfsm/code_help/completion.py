@@ -28,6 +28,7 @@ _LONGEST_DETAIL: Final = 200
 _MADE_UP: Final = re.compile(r"\b_+Proxy\d+_\w*\.")
 _OWN, _OUR, _INTERNAL = 2, 1, -1
 _COMPONENT: Final = frozenset({"clock", "log", "send", "sleep"})
+_CASTS: Final = frozenset({"checkedCast", "uncheckedCast"})
 _KINDS: Final = {
     "class": "class",
     "function": "function",
@@ -125,7 +126,8 @@ class _Boosts:
             return _OWN
         if name in self._our:
             return _OUR
-        return _INTERNAL if name.startswith("ice_") or name.endswith("Async") else 0
+        behind = name in _CASTS or name.startswith("ice_") or name.endswith("Async")
+        return _INTERNAL if behind else 0
 
 
 def _option(found: Any, boost: int, *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's
