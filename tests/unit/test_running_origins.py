@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
@@ -77,6 +78,52 @@ def test_other_lines_come_from_nowhere(origins: Origins, component: Path, line: 
     assert origins.find(line.replace("{component}", str(component))) is None
 
 
-def test_a_component_that_cannot_be_read_has_no_origins(component: Path) -> None:
+def test_without_its_component_lines_of_the_document_are_found(component: Path) -> None:
     component.unlink()
-    assert read_origins(component.with_suffix(".xml"), component) is None
+    origins = read_origins(component.with_suffix(".xml"), component)
+    assert origins is not None
+    assert origins.find(f'  File "{component}", line 30, in walk') is None
+    document = component.with_suffix(".xml").read_text().split("\n")
+    line = next(number for number, text in enumerate(document, 1) if "<code>" in text)
+    found = origins.find(f"at walk.py:57 (walk.xml:{line})")
+    assert found is not None
+    assert found.place.part == "code"
+
+
+def test_pieces_that_share_a_line_are_told_apart(tmp_path: Path) -> None:
+    path = tmp_path / "walk.xml"
+    text = document(
+        sub(
+            1, 0, state(1, "go", "print(1)", initial=True, child=2), state(2, "end", "print(2)"),
+            transition(1, 1, 2, "self.x == 1", code="print(2)", name="t"), transition(2, 2, 1, "self.x == 2", name="u"),
+        ),
+        sub(2, 1, state(1, "inner", "print(2)", initial=True)),
+    )  # fmt: skip
+    path.write_text(text.replace("\n", ""))
+    component = generate_component(path, None, Diagnostics())
+    assert component is not None
+    origins = read_origins(path, component)
+    assert origins is not None
+    lines = component.read_text().split("\n")
+
+    def place(function: str) -> Place | None:
+        above = next(number for number, line in enumerate(lines, 1) if f"def {function}(" in line)
+        found = origins.find(f'  File "{component}", line {above + 2}, in {function}')
+        return found and found.place
+
+    def automaton(number: int, kind: Literal["state", "transition"], id: int, part: str) -> Place:
+        return Place(kind=kind, automaton=number, id=id, part=part)
+
+    assert place("state_go") == automaton(1, "state", 1, "code")
+    assert place("state_end") == automaton(1, "state", 2, "code")
+    assert place("guard_t") == automaton(1, "transition", 1, "trigger")
+    assert place("guard_u") == automaton(1, "transition", 2, "trigger")
+    assert place("fired_t") == automaton(1, "transition", 1, "fired")
+    assert place("state_inner") == automaton(2, "state", 1, "code")
+
+    reported = origins.find("walk.py:9 (walk.xml:1)", automaton=1, state=2)
+    assert reported is not None
+    assert reported.place == automaton(1, "state", 2, "code")
+    reported = origins.find("walk.py:9 (walk.xml:1)", automaton=2, state=1)
+    assert reported is not None
+    assert reported.place == automaton(2, "state", 1, "code")

@@ -16,7 +16,10 @@ __all__ = ["Origin", "Origins", "read_origins"]
 
 _MARKER: Final = re.compile(r"\s*# (.+\.xml):(\d+)\s*", re.IGNORECASE)
 """What the generator writes above each piece of code."""
-_END_OF_LINE: Final = 1 << 30
+_FUNCTION: Final = re.compile(r"        def (entry|state|exit|guard|fired)_\w+\(.*")
+_AUTOMATON: Final = re.compile(r'        """Return automaton (\d{1,10}), .*')
+_PARTS: Final = {"entry": "entry", "state": "code", "exit": "exit", "fired": "fired"}
+"""What the functions of the pieces of code are called after, by the parts; a guard may be one of two."""
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
 _TOLD: Final = re.compile(r"\((.{1,200}?\.xml):(\d{1,9})\)", re.IGNORECASE)
 """How the component's own log names a place: `follow_ball.py:57 (follow_ball.xml:31)`."""
@@ -38,34 +41,60 @@ class Origins:
         self._component = component
         self._lines = text.split("\n")
 
-    def find(self, line: str) -> Origin | None:
-        """Return the piece of code of which a line of output speaks; None for other documents'."""
+    def find(self, line: str, *, automaton: int = 0, state: int = 0) -> Origin | None:
+        """Return the piece of code of which a line of output speaks; None for other documents'.
+
+        Of pieces that share a line of the document that of the `automaton` and the `state` is preferred, the
+        ids in a report of the component.
+        """
         frame = _FRAME.match(line)
         if frame is not None:
             return self._generated(int(frame[2])) if Path(frame[1]).name == self._component.name else None
         told = _TOLD.search(line)
-        return self._written(told[1], int(told[2])) if told else None
+        return self._written(told[1], int(told[2]), automaton=automaton, state=state) if told else None
 
     def _generated(self, line: int) -> Origin | None:
         """Return where a line of the component comes from; None when it is none of a person's code."""
         for number in range(min(line, len(self._lines)), 0, -1):
             marker = _MARKER.fullmatch(self._lines[number - 1])
             if marker:
-                return self._written(marker[1], int(marker[2]) + line - number - 1)
+                part, automaton = self._around(number)
+                written = int(marker[2]) + line - number - 1
+                code = self._lines[line - 1] if line <= len(self._lines) else ""
+                return self._written(marker[1], written, code=code, part=part, automaton=automaton)
         return None
 
-    def _written(self, file: str, line: int) -> Origin | None:
-        located = self._locator.find(line, _END_OF_LINE) if file == self._name else None
-        return Origin(located.place, located.line) if located and located.line else None
+    def _around(self, line: int) -> tuple[str, int]:
+        """Return in which part of which automaton a line of the component stands, as far as it tells."""
+        part = ""
+        for number in range(line - 1, -1, -1):
+            function = _FUNCTION.fullmatch(self._lines[number])
+            if function and not part:
+                part = _PARTS.get(function[1], "")
+            method = _AUTOMATON.fullmatch(self._lines[number])
+            if method:
+                return part, int(method[1])
+        return "", 0
+
+    def _written(
+        self, file: str, line: int, *, code: str = "", part: str = "", automaton: int = 0, state: int = 0
+    ) -> Origin | None:
+        if file != self._name:
+            return None
+        found = self._locator.find_code(line, code=code, part=part, automaton=automaton, state=state)
+        return Origin(found.place, found.line) if found else None
 
 
 def read_origins(document: Path, component: Path) -> Origins | None:
-    """Return where the lines of a component that was just generated come from, or None."""
+    """Return where the lines of a component come from, or None without its document.
+
+    Without its file only what names the document is found.
+    """
     read = read_document(document, Diagnostics())
     if read is None:
         return None
     try:
         text = component.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
-        return None
+        text = ""
     return Origins(read, document.name, component, text)
