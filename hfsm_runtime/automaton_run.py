@@ -41,6 +41,8 @@ class Run:
     children: dict[int, tuple[Run, ...]] = field(default_factory=dict)
     """The automata below it, by the id of the state that owns them."""
     current: State = field(init=False)
+    first: State | None = None
+    """The state that it is to enter when it becomes active for the first time, instead of its initial one."""
     active: bool = False
     """Whether every ancestor is in the state that owns the chain down to here: if not, it is a ghost."""
     finished: bool = False
@@ -110,6 +112,11 @@ class Run:
         """Return the active time since the entry into the current state in ns."""
         return self.waited + (0 if self.since is None else max(0, now - self.since))
 
+    def begin_in(self, state: State) -> None:
+        """Let a state be the first one, before anything has begun."""
+        self.first = self.current = state
+        self.owed = owes(state)
+
     def adopt(self, automaton: Automaton) -> State | None:
         """Go on as another version of the automaton; return the state that it does not have any more.
 
@@ -117,6 +124,7 @@ class Run:
         """
         left, self.automaton = self.current, automaton
         found = _counterpart(left, automaton)
+        self.first = _counterpart(self.first, automaton) if self.first else None
         forced = self.forced
         self.forced = next((t for t in automaton.transitions if forced and t.id == forced.id), None)
         if self.last_transition not in {transition.id for transition in automaton.transitions}:

@@ -44,6 +44,14 @@ _Seconds = Annotated[
         help="End after so long, by the component's clock.",
     ),
 ]
+_BeginAt = Annotated[
+    str | None,
+    typer.Option(
+        "--begin-at",
+        metavar="AUTOMATON.STATE",
+        help="Begin in this state, and above it in those that lead to it: ids of the document, such as 4.2.",
+    ),
+]
 _StayHalted = Annotated[
     bool,
     typer.Option(
@@ -102,10 +110,12 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         parameters: dict[str, object],
         on_error: _OnError = None,
         seconds: _Seconds = None,
+        begin_at: _BeginAt = None,
         stay_halted: _StayHalted = False,
         record: _Record = None,
         record_images: _RecordImages = False,
     ) -> None:
+        first = _ids(begin_at)
         if record_images and record is None:
             raise typer.BadParameter("--record-images needs --record")
         with initialize(settings) as communicator, ExitStack() as stack:
@@ -122,6 +132,8 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
                 runtime = RecordedRuntime(made, communicator.clock, recorder, on_error, present)
+            if first is not None:
+                runtime.begin_at(*first)
             _run(runtime, communicator, seconds, stay_halted=stay_halted)
 
     return app
@@ -133,6 +145,20 @@ def _example(component: type[Component], name: str) -> str:
         value = "" if isinstance(declared.default, bool) else f" {shlex.quote(str(declared.default))}"
         return f"\n  {name} {option_of(parameter)}{value}"
     return ""
+
+
+def _ids(text: str | None) -> tuple[int, int] | None:
+    """Return the ids of an automaton and a state; raises BadParameter."""
+    if text is None:
+        return None
+    automaton, _, state = text.partition(".")
+    if not (_is_id(automaton) and _is_id(state)):
+        raise typer.BadParameter(f"--begin-at takes AUTOMATON.STATE, such as 4.2, not {text!r}")
+    return int(automaton), int(state)
+
+
+def _is_id(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) < 12
 
 
 def _run(runtime: Runtime, communicator: Communicator, seconds: float | None, *, stay_halted: bool) -> None:

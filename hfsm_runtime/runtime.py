@@ -106,6 +106,13 @@ class Runtime:
         """Whether a cycle is running at this moment."""
         return any(run.in_cycle for run in self.tree.runs)
 
+    def begin_at(self, automaton: int, state: int) -> None:
+        """Let a state and those above it be the first ones; call it before `start`.
+
+        Raises UnknownElementError.
+        """
+        self.tree.begin_at(automaton, state)
+
     def start(self) -> None:
         """Start the automata."""
         self._threads.start()

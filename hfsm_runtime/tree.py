@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from .automaton import Automaton, Event, State, Transition
 from .automaton_run import ChangeKind, Run, grow, owes
+from .errors import UnknownElementError
 from .observer import Observer
 
 __all__ = ["ChangeKind", "Replaced", "Run", "Tree", "grow"]
@@ -64,6 +65,26 @@ class Tree:
     def run(self, id: int) -> Run | None:
         """Return an automaton by its id, or None."""
         return self._by_id.get(id)
+
+    def begin_at(self, automaton: int, state: int) -> None:
+        """Let `start` enter a state, and above it those that own its automaton, instead of the initial ones.
+
+        Each begins anew as usual when it is entered the next time. Raises UnknownElementError.
+        """
+        run = self._by_id.get(automaton)
+        if run is None:
+            known = ", ".join(map(str, self._by_id))
+            raise UnknownElementError(f"there is no automaton {automaton} to begin at: there are {known}")
+        try:
+            first = run.automaton.state(state)
+        except KeyError:
+            known = ", ".join(f"{each.id} ({each.name})" for each in run.automaton.states)
+            what = f"automaton {automaton} has no state {state} to begin at: there are {known}"
+            raise UnknownElementError(what) from None
+        run.begin_in(first)
+        while run.parent is not None and run.owner is not None:
+            run.parent.begin_in(run.owner)
+            run = run.parent
 
     def start(self, now: int) -> None:
         """Enter the initial states: the timers of all that is active begin to count."""
@@ -241,7 +262,8 @@ class Tree:
         run.activations += 1
         if initial:
             run.last_transition = 0
-            self._set(run, run.automaton.initial, now)
+            first, run.first = run.first, None
+            self._set(run, first or run.automaton.initial, now)
         else:
             self._changed(now, run, ChangeKind.RESUMED)
         if run.owed:

@@ -147,6 +147,11 @@ class RecordedRuntime(Runtime):
         policy = (on_error or component._hfsm_on_error).value
         recorder.put("/actions", Action("made", {"on_error": policy, "periods": periods}))
 
+    def begin_at(self, automaton: int, state: int) -> None:
+        """Let a state and those above it be the first ones."""
+        super().begin_at(automaton, state)
+        self._recorder.action("begin_at", automaton=automaton, state=state)
+
     def start(self) -> None:
         """Start the automata."""
         self._recorder.action("start")

@@ -266,6 +266,8 @@ class Replay:
     def _act(self, action: Action) -> None:
         if action.kind == "made":
             self._take_settings(action.arguments)
+        elif action.kind == "begin_at":
+            self._host.begin_at(action.arguments)
         elif action.kind == "start":
             self._host.start(self._on_error)
         elif self._host.started:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from functools import partial
 from typing import Final
@@ -14,7 +14,7 @@ from ..automaton import Automaton, Transition
 from ..component import Component, equip, make_automata, parameters_of, source_of
 from ..control.carrying import take_attributes
 from ..control.replacement import Replacement, first_values_of
-from ..errors import ComponentStoppedError, CycleCutError
+from ..errors import ComponentStoppedError, CycleCutError, UnknownElementError
 from ..events import make_event
 from ..recording.clocks import replaced_time
 from ..recording.recorder import Recorder
@@ -64,6 +64,13 @@ class Host:
         self.tree.on_change.append(self._changed)
         self._first = first_values_of(self.tree.runs)
         self._timeline = ReplayTimeline(self._answers)
+
+    def begin_at(self, arguments: Mapping[str, object]) -> None:
+        """Let the state be the first one that was it in the recording, if it is still there."""
+        automaton, state = arguments.get("automaton"), arguments.get("state")
+        if isinstance(automaton, int) and isinstance(state, int) and not self.started:
+            with suppress(UnknownElementError):
+                self.tree.begin_at(automaton, state)
 
     def start(self, on_error: OnError | None) -> None:
         """Enter the initial states."""

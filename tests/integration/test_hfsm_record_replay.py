@@ -99,7 +99,12 @@ World = tuple[Communicator, HeadI]
 
 @contextmanager
 def running(
-    make: Callable[[], Component], world: World, path: Path, *, on_error: str = "continue"
+    make: Callable[[], Component],
+    world: World,
+    path: Path,
+    *,
+    on_error: str = "continue",
+    begin_at: tuple[int, int] | None = None,
 ) -> Iterator[tuple[RecordedRuntime, FastClock]]:
     """Record a component on its threads, ten times as fast as the wall's clock."""
     from hfsm_runtime.supervision import OnError
@@ -110,6 +115,8 @@ def running(
     clock = FastClock()
     with recording(component, path) as recorder:
         runtime = RecordedRuntime(component, clock, recorder, OnError(on_error))
+        if begin_at is not None:
+            runtime.begin_at(*begin_at)
         runtime.start()
         try:
             yield runtime, clock
@@ -324,6 +331,14 @@ def test_what_others_did_to_it_is_done_again(tmp_path: Path, world: World) -> No
         clock.sleep(0.3)
     comparison = identical(path, Steered)
     assert [step.state for step in comparison.replayed_steps] == ["a", "b", "a"]
+
+
+def test_a_run_that_began_elsewhere_is_replayed_from_there(tmp_path: Path, world: World) -> None:
+    path = tmp_path / "run.mcap"
+    with running(Watcher, world, path, begin_at=(1, 2)) as (_, clock):
+        clock.sleep(0.5)
+    comparison = identical(path, Watcher)
+    assert comparison.replayed_steps[0].state == "b"
 
 
 def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, world: World) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hfsm_runtime import State
-from hfsm_runtime.errors import DefinitionError
+from hfsm_runtime.errors import DefinitionError, UnknownElementError
 from hfsm_runtime.tree import Tree
-from tests.support.automata import automaton
+from tests.support.automata import after, automaton
 
 
 def started() -> Tree:
@@ -52,3 +52,40 @@ def test_two_automata_of_one_id_are_refused() -> None:
     child = automaton(1, "child", [State(id=1, name="x")])
     with pytest.raises(DefinitionError, match="two automata have one id"):
         Tree(automaton(1, "root", [State(id=1, name="a", children=(child,))]))
+
+
+def nested() -> Tree:
+    """Root with two states; `there` owns an automaton with two states, and is begun anew each time."""
+    child = automaton(2, "child", [State(id=1, name="a"), State(id=2, name="b")], [after(1.0, 2, 1)])
+    states = [State(id=1, name="here"), State(id=2, name="there", children=(child,), restart=True)]
+    return Tree(automaton(1, "root", states, [after(1.0, 2, 1), after(1.0, 1, 2)]))
+
+
+def test_a_state_that_is_begun_at_is_the_first_one_with_those_above() -> None:
+    tree = nested()
+    tree.begin_at(2, 2)
+    tree.start(0)
+    assert tree.active == "there/b"
+    assert [run.active for run in tree.runs] == [True, True]
+
+
+def test_what_was_begun_at_is_the_first_one_once() -> None:
+    tree = nested()
+    tree.begin_at(2, 2)
+    tree.start(0)
+    root = tree.root
+    for transition in root.automaton.transitions:
+        assert tree.begin_cycle(root)
+        assert tree.leave(root, 1)
+        assert tree.change(root, transition, 1)
+        tree.enter(root, 1)
+        tree.end_cycle(root)
+    assert tree.active == "there/a"
+
+
+@pytest.mark.parametrize(("number", "state", "told"), [(7, 1, "there are 1, 2"), (2, 9, r"1 \(a\), 2 \(b\)")])
+def test_what_is_not_there_cannot_be_begun_at(number: int, state: int, told: str) -> None:
+    tree = nested()
+    with pytest.raises(UnknownElementError, match=told):
+        tree.begin_at(number, state)
+    assert tree.active == "here"
