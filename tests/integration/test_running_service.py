@@ -233,3 +233,18 @@ def test_saving_what_runs_aside_leaves_it_there_until_the_next_run(tmp_path: Pat
             assert not component.exists()
 
     asyncio.run(go())
+
+
+def test_a_report_of_a_component_that_runs_elsewhere_is_located_in_its_document(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        async with running(Told()) as service:
+            known = source(tmp_path / "walk.xml", text("x = 1\nx / 0"))
+            assert known.path is not None
+            lines = known.path.read_text().split("\n")
+            line = next(number for number, content in enumerate(lines, 1) if "x / 0" in content)
+            found = await service.locate(known, f"walk.py:57 (walk.xml:{line})")
+            assert found == {"place": Place(kind="state", automaton=1, id=1, part="code"), "line": 2}
+            assert await service.locate(known, "walk.py:57 (other.xml:3)") is None
+            assert await service.locate(replace(known, path=None), "walk.py:57 (walk.xml:3)") is None
+
+    asyncio.run(scenario())

@@ -318,6 +318,22 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
 
 # ------------------------------------------------------------------------------------------ services
 
+# ------------------------------------------------------------------------------------------ imports
+
+
+def test_the_content_of_imported_automata_is_told(running: Editor, root: Path) -> None:
+    stub = '<SubAutomata id="2" idFather="1"><import>robot.xml</import></SubAutomata>'
+    owning = DOCUMENT.replace("<name>go</name>", "<name>go</name><idSubautomataSon>2</idSubautomataSon>")
+    (root / "patrol.xml").write_text(owning.replace("</VisualHFSM>", f"{stub}</VisualHFSM>"))
+    with running.window() as window:
+        window.ask("open", path="patrol.xml")
+        (content,) = window.ask("imported", tab=1)
+        assert (content["id"], content["father"]) == (2, 1)
+        assert content["imported"] == {"file": "robot.xml", "automaton": 0}
+        assert [state["name"] for state in content["states"]] == ["wait", "go"]
+        assert window.ask("locate", tab=1, text="patrol.py:9 (patrol.xml:8)") is None
+
+
 
 class FakeRunning(NoRunning):
     """Says hello, and ends."""

@@ -15,7 +15,7 @@ from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
 
 from .directory import Generated, RunDirectory
-from .origins import Origin
+from .origins import Origin, Origins
 from .process import ChildProcess, Lines, Stream
 
 __all__ = ["DocumentSource", "OutputLine", "Run", "RunChange", "Status", "describe_exit"]
@@ -84,6 +84,11 @@ class Run:
     def is_running(self) -> bool:
         """Whether the process is there."""
         return self._watch is not None and not self._watch.done()
+
+    @property
+    def origins(self) -> Origins | None:
+        """Where the lines of the component that runs come from; None while none does."""
+        return self._generated.origins if self._generated and self.is_running else None
 
     async def generate(self, source: DocumentSource) -> Generated:
         """Write the component, for a start or for a reload of the one that runs. Raises VisualHfsmError.

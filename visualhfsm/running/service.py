@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 
+from codegen.hfsm import component_path
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.web.protocol import Output, RunPush
 from visualhfsm.web.protocol import OutputLine as OutputLineMessage
 from visualhfsm.web.services import Publish, ServiceError, Source
 from zenoh_ice import Settings
 
+from .origins import read_origins
 from .run import DocumentSource, OutputLine, Run, RunChange
 
 __all__ = ["RunningComponents", "run_environment"]
@@ -50,6 +52,19 @@ class RunningComponents:
         if run is not None:
             await asyncio.shield(run.stop())
         return None
+
+    async def locate(self, source: Source, text: str) -> object:
+        """Return the place and the line of the code of which a line of a log or of a report speaks, or None.
+
+        It may be that of a component that runs elsewhere, of the file that the document has.
+        """
+        run = self._runs.get(source.tab)
+        origins = run.origins if run is not None else None
+        if origins is None and source.path is not None:
+            path = source.path
+            origins = await asyncio.to_thread(read_origins, path, component_path(path, None))
+        found = None if origins is None else origins.find(text)
+        return None if found is None else {"place": found.place, "line": found.line}
 
     async def close(self) -> None:
         """Stop everything that runs."""

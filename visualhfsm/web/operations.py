@@ -9,6 +9,7 @@ from codegen.hfsm.document import Document
 from visualhfsm.editing.commands import decode_command
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.files import read_file
+from visualhfsm.editing.imported import imported_views
 from visualhfsm.editing.search import search
 from visualhfsm.editing.session import parse_file
 from visualhfsm.editing.templates import find_templates
@@ -29,9 +30,11 @@ CONCURRENT: Final = (
     | p.Export
     | p.Generate
     | p.Interfaces
+    | p.Imported
     | p.Lint
     | p.ListFiles
     | p.Recording
+    | p.Locate
     | p.Run
     | p.Search
     | p.Signature
@@ -54,7 +57,9 @@ _FileRequest = (
     | p.Resolve
 )
 _EditRequest = p.Do | p.Undo | p.Redo | p.Seal | p.Copy | p.Cut | p.Paste
-_ReadRequest = p.Search | p.Diff | p.Export | p.Complete | p.Signature | p.Lint | p.Interfaces
+_ReadRequest = (
+    p.Search | p.Diff | p.Export | p.Imported | p.Locate | p.Complete | p.Signature | p.Lint | p.Interfaces
+)
 
 
 class Operations:
@@ -156,6 +161,14 @@ class Operations:
             case p.Signature(tab=tab, place=place, code=code, line=line, column=column):
                 source = self._workspace.tab(tab).source
                 return await code_help.signature(source, place, code, line, column)
+            case p.Imported(tab=tab):
+                shown = self._workspace.tab(tab).shown
+                if shown.path is None:
+                    return []  # imports are relative to the file
+                path = shown.path
+                return await self._workspace.workers.do(lambda: imported_views(shown.document, path))
+            case p.Locate(tab=tab, text=text):
+                return await self._workspace.services.running.locate(self._workspace.tab(tab).source, text)
             case p.Lint(tab=tab, place=place, code=code):
                 return await code_help.lint(self._workspace.tab(tab).source, place, code)
             case p.Interfaces():

@@ -110,6 +110,10 @@ class Running(Protocol):
         """Stop what `run` started; nothing happens when nothing runs."""
         ...
 
+    async def locate(self, source: Source, text: str) -> object:
+        """Return which line of the document's code a line of a log speaks of, with its place; else None."""
+        ...
+
     async def close(self) -> None:
         """Stop everything that runs."""
         ...
@@ -201,6 +205,10 @@ class NoRunning(_Missing):
 
     async def stop(self, tab: int) -> object:
         """Do nothing: nothing runs."""
+
+    async def locate(self, source: Source, text: str) -> object:  # noqa: ARG002
+        """Know of nothing."""
+        return None
 
 
 class NoLive(_Missing):

@@ -204,6 +204,19 @@ class Diff(_Request):
 
 
 class Complete(_Request):
+class Imported(_Request):
+    """Ask for the content of the automata that a document imports from other files."""
+
+    tab: TabId
+
+
+class Locate(_Request):
+    """Ask which line of which piece of code a line of a log, or of an error's report, speaks of."""
+
+    tab: TabId
+    text: Name
+
+
     """Ask for what could follow in a piece of code; `line` from 1, `column` from 0."""
 
     tab: TabId

@@ -12,6 +12,7 @@ import {icon} from "./icons.js";
 import {listenForKeys} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
+import {showImports} from "./imports.js";
 import {monitor} from "./monitor/monitor.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
@@ -80,6 +81,7 @@ export class HfsmApp extends PageElement {
     listenForStop();
     store.connect();
   }
+    showImports();
 
   /** Show an element beside the canvas; an empty tag closes it. */
   async showSide(tag) {

@@ -122,7 +122,8 @@ class Status extends PageElement {
       <button type="button" class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}" title="Problems" @click=${() => perform("problems", this.context)}>
         ${icon(errors + warnings ? "problems" : "properties")}${errors + warnings ? [errors && count(errors, "error"), warnings && count(warnings, "warning")].filter(Boolean).join(", ") : "No problems"}</button>
       <span>${selectionTitle() || `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`}</span>
-      ${automaton && !automaton.imported ? html`<span title="Time between two cycles of this automaton">every ${automaton.period.trim() || "?"} ms</span>` : nothing}
+      ${automaton?.imported ? html`<span title="It is changed in that file">from ${automaton.imported.file}</span>` : nothing}
+      ${automaton?.states.length || !automaton?.imported ? html`<span title="Time between two cycles of this automaton">every ${automaton?.period.trim() || "?"} ms</span>` : nothing}
       <span class="room"></span>
       ${document.undo.length ? html`<span class="last-step" title="The last step, which can be undone">${document.undo[0]}</span>` : nothing}
       <span class="zoom"></span>

@@ -29,8 +29,8 @@ export class HfsmCanvas extends HTMLElement {
   tool = undefined;
   /** A comparison with another version, see comparison.js. */
   comparison = undefined;
-  /** Whether changes are refused, as for another version of the document. */
-  readOnly = false;
+  /** Whether another version of the document is shown. */
+  compares = false;
 
   #size = {width: 0, height: 0};
   #views = new Map(); // of each automaton that was seen: where and how large
@@ -38,6 +38,11 @@ export class HfsmCanvas extends HTMLElement {
   #unfitted = false;
   #fitted = ""; // the view after everything was shown; as long as nobody changed it, it is kept so
   #live;
+
+  /** Whether changes are refused: of another version, and of what comes from another file. */
+  get readOnly() {
+    return this.compares || Boolean(page.automaton?.imported);
+  }
 
   connectedCallback() {
     if (this.svg) return;
@@ -206,7 +211,8 @@ export class HfsmCanvas extends HTMLElement {
   #leave() {
     this.cancel();
     this.rename.cancel();
-    if (this.#shown) this.#views.set(this.#shown, {x: this.viewport.x, y: this.viewport.y, scale: this.viewport.scale});
+    if (this.#fitted === this.#view()) this.#views.delete(this.#shown); // fitted anew: panels may have come or gone
+    else if (this.#shown) this.#views.set(this.#shown, {x: this.viewport.x, y: this.viewport.y, scale: this.viewport.scale});
     this.order.forget();
     this.hadFocus = this.contains(document.activeElement);
   }

@@ -42,7 +42,7 @@ class Comparison {
     this.legend.setAttribute("aria-label", "Comparison");
     this.canvas.append(this.legend);
     this.canvas.comparison = this;
-    this.canvas.readOnly = true;
+    this.canvas.compares = true;
     store.addEventListener("document", ({detail}) => detail.tab === this.tab && this.#reload(), {signal});
     page.addEventListener("tab", () => this.end(), {signal});
     this.index = -1;
@@ -54,7 +54,7 @@ class Comparison {
     this.stop.abort();
     this.legend.remove();
     this.canvas.comparison = undefined;
-    this.canvas.readOnly = false;
+    this.canvas.compares = false;
     this.canvas.redraw();
   }
 

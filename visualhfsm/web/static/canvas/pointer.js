@@ -112,7 +112,7 @@ export class Pointer {
     const target = this.#pressed; // that of the event is what has captured the pointer
     const key = keyOf(target);
     if (!key) {
-      if (!canvas.readOnly && page.automaton && !page.automaton.imported) this.#addState(canvas.point(event));
+      if (!canvas.readOnly && page.automaton) this.#addState(canvas.point(event));
       return;
     }
     const [kind, id] = [key.startsWith("s") ? "state" : "transition", idOf(key)];

@@ -3,7 +3,7 @@
 import {html, nothing} from "lit";
 
 import {page} from "../page.js";
-import {outputLog} from "../panels/output-log.js";
+import {store} from "../store.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {monitor} from "./monitor.js";
 
@@ -33,11 +33,14 @@ function grouped(errors) {
   return [...found.values()];
 }
 
-/** Show the code that failed: its very line where the output told it, else the code of the state. */
-function jump({automaton, state, location}) {
-  if (monitor.tab) page.show(monitor.tab);
-  const told = location && outputLog.of(monitor.tab).findLast((each) => each.place && each.text.includes(location));
-  if (told) page.jump(told.place, {line: told.line || 1});
+/** Show the code that failed: its very line where that is known, else the code of the state. */
+async function jump({automaton, state, location}) {
+  const {tab} = monitor;
+  if (!tab) return;
+  page.show(tab);
+  const found = location && (await store.request("locate", {tab, text: location}).catch(() => undefined));
+  if (page.tab !== tab) return;
+  if (found) page.jump(found.place, {line: found.line});
   else page.jump({kind: "state", automaton, id: state, part: "code"});
 }
 

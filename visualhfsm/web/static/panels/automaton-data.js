@@ -19,7 +19,7 @@ export function automatonData({tab, document, automaton}) {
       <div class="section"><h3>Functions <span class="faint">called as self.name() by all automata</span></h3>
         <hfsm-code-field data-section="functions" class="grow tall" .tab=${tab} .place=${{...place, part: "functions"}} .text=${automaton.functions} label="Functions" hint=${"def name(self):\n    ..."}></hfsm-code-field></div>
       ${isRoot ? "" : html`<hfsm-entries data-section="inputs" .tab=${tab} .automaton=${automaton.id} .of=${LISTS.inputs} .entries=${automaton.inputs} .problems=${document.problems}></hfsm-entries>`}`}
-    ${isRoot ? "" : importSection(tab, automaton, place)}`;
+    ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;
 }
 
 /** How often that is, in words. */
