@@ -330,6 +330,8 @@ Request = (
     | Attach
     | Detach
     | Control
+    | Imported
+    | Locate
     | Export
     | Recording
 )
