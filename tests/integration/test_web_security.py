@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import re
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +14,8 @@ import pytest
 from websockets.exceptions import ConnectionClosedError
 
 from tests.support.editor import DOCUMENT, Editor, Refused, editor
+from tests.support.limits import LIMIT
+from visualhfsm.web import http_connection
 from visualhfsm.web.limits import Limits
 
 
@@ -79,6 +82,19 @@ def test_a_wrong_cookie_opens_no_websocket(running: Editor, cookie: str) -> None
     assert _upgrade(running, cookie=cookie.replace("PORT", str(running.port))) == 403
 
 
+@pytest.mark.parametrize(
+    "other", ['prefs={"a": 1, "b": 2}', "a@b=1", "n=é", "c", "a b=c d", "visualhfsm-PORT=old"]
+)
+def test_cookies_of_other_servers_on_loopback_keep_nobody_out(running: Editor, other: str) -> None:
+    cookies = f"{other.replace('PORT', str(running.port))}; {running.cookie()}; a=b"
+    assert running.get("/", {"Cookie": cookies})[0] == 200
+    assert _upgrade(running, cookie=cookies) == 101
+
+
+def test_a_query_that_is_none_is_refused(running: Editor) -> None:
+    assert running.get("/?" + "&".join(100 * "a"))[0] == 403
+
+
 def test_a_token_opens_no_websocket(running: Editor) -> None:
     token = running.server.credentials.token
     assert _upgrade(running, path=f"/ws?token={token}", cookie="") == 403
@@ -100,6 +116,7 @@ def test_the_page_opens_websockets(running: Editor, path: str) -> None:
         "http://127.0.0.1",
         "http://127.0.0.1:PORT.evil.example",
         "http://127.0.0.1:PORT@evil.example",
+        "http://[",
         "null",
         "",
     ],
@@ -120,7 +137,13 @@ def test_a_websocket_without_an_origin_is_refused(running: Editor) -> None:
         "127.0.0.1.evil.example",
         "10.0.0.1:PORT",
         "[",
+        "[::]:PORT",
+        "0.0.0.0:PORT",
+        "localhost.:PORT",
         "localhost@evil.example",
+        "evil.example@localhost",
+        "localhost/evil.example",
+        "localhost; script-src *",
     ],
 )
 def test_a_name_that_was_rebound_to_loopback_is_refused(running: Editor, host: str) -> None:
@@ -129,7 +152,7 @@ def test_a_name_that_was_rebound_to_loopback_is_refused(running: Editor, host: s
     assert _upgrade(running, host=host, origin=f"http://{host}") in {400, 403}
 
 
-@pytest.mark.parametrize("host", ["localhost", "localhost:9000", "127.0.0.1:9000", "[::1]:9000"])
+@pytest.mark.parametrize("host", ["localhost", "localhost:9000", "127.0.0.1:9000", "[::1]:9000", "LocalHost"])
 def test_tunnels_to_loopback_get_in(running: Editor, host: str) -> None:
     assert running.get("/", {"Host": host, "Cookie": running.cookie()})[0] == 200
 
@@ -345,6 +368,21 @@ def close_code(running: Editor, message: str | bytes) -> int:
             client.recv(10)
     assert client.close_code is not None
     return client.close_code
+
+
+def test_what_connects_and_says_nothing_keeps_nobody_out(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(http_connection, "_PATIENCE", 0.2)
+    monkeypatch.setattr(http_connection, "MOST_CONNECTIONS", 4)
+    with editor(root) as own, contextlib.ExitStack() as stack, own.window() as window:
+        silent = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", own.port), LIMIT)) for _ in range(8)
+        ]
+        silent[0].sendall(b"GET / HT")
+        for each in silent:
+            with contextlib.suppress(ConnectionResetError):  # one too many
+                assert each.recv(1) == b""
+        assert own.get("/", {"Cookie": own.cookie()})[0] == 200
+        assert window.ask("listFiles")
 
 
 def test_so_many_windows_and_no_more(root: Path) -> None:

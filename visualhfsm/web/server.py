@@ -21,6 +21,7 @@ from visualhfsm.errors import VisualHfsmError
 
 from .app import make_app
 from .documents import Documents
+from .http_connection import HttpConnection
 from .limits import Limits
 from .paths import Root
 from .security import Credentials
@@ -33,7 +34,6 @@ LOOPBACK: Final = "127.0.0.1"
 
 _GOODBYE: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
-_REQUESTS: Final = 256  # at a time, websockets included
 _SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _logger = logging.getLogger(__name__)
@@ -144,9 +144,8 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         app,
         access_log=False,
         h11_max_incomplete_event_size=16 * 1024,
-        http="h11",
+        http=HttpConnection,
         lifespan="off",
-        limit_concurrency=_REQUESTS,
         log_config=None,
         log_level="warning",  # what is less severe would hold the token and the cookie
         loop="asyncio",
