@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..diagnostics import Diagnostics, Location, Note
 from .code.names import camel_case, component_name
+from .code.trees import parse_python
 from .program import ExtensionProgram
 
 __all__ = ["extension_path", "find_extension"]
@@ -32,7 +33,7 @@ def find_extension(document: Path, component: Path, diagnostics: Diagnostics) ->
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
     try:
-        tree = ast.parse(content, filename=str(path))
+        tree = parse_python(content, filename=str(path))
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         place = Location(path, getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1)
         reason = error.msg if isinstance(error, SyntaxError) else str(error)

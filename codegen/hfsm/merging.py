@@ -11,6 +11,7 @@ from typing import TypeVar
 from ..diagnostics import Diagnostics, Location, Note
 from .code.python import analyze_library
 from .code.text import CodeError
+from .code.trees import parse_python
 from .document import Document, Event, Interface, Library, Parameter
 
 __all__ = ["merge"]
@@ -92,7 +93,7 @@ def _bindings(library: Library) -> Iterator[tuple[str, tuple[str, ...]]]:
         statement, _ = analyze_library(library.name)
     except CodeError:
         return  # told when the code is analyzed
-    for node in ast.parse(statement).body:
+    for node in parse_python(statement).body:
         if isinstance(node, ast.Import):
             for alias in node.names:
                 module = alias.name if alias.asname else alias.name.split(".")[0]

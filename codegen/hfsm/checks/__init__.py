@@ -14,6 +14,7 @@ from ..code.names import RESERVED
 from ..code.pieces import is_foreign
 from ..code.python import analyze_library
 from ..code.text import CodeError
+from ..code.trees import parse_python
 from ..document import Document
 from ..known_interfaces import KnownInterfaces
 from .accesses import accesses, defined_names
@@ -126,7 +127,7 @@ def _libraries(document: Document) -> dict[str, str]:
             statement, _ = analyze_library(library.name)
         except CodeError:  # told when the component is generated
             continue
-        for node in ast.parse(statement).body:
+        for node in parse_python(statement).body:
             if isinstance(node, ast.Import | ast.ImportFrom):
                 found.update(imported_names(node))
     return found

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..code.names import identifier
+from ..code.trees import parse_python
 from ..extension import extension_path
 
 __all__ = ["Extension", "extension_of"]
@@ -25,7 +26,7 @@ def extension_of(document: Path) -> Extension:
     """Return the extension that lies beside a document, or an empty one when there is no such file."""
     path = extension_path(document.with_stem(identifier(document.stem, "component")))
     try:
-        tree = ast.parse(path.read_bytes())
+        tree = parse_python(path.read_bytes())
     except FileNotFoundError:
         return Extension()
     except (OSError, SyntaxError, ValueError):  # whoever imports it is told

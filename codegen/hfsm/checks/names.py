@@ -15,6 +15,7 @@ from pyflakes import messages
 from pyflakes.checker import Checker
 
 from ...diagnostics import did_you_mean
+from ..code.trees import parse_python
 from .pieces import Piece
 from .report import Report
 
@@ -98,7 +99,7 @@ def _as_module(piece: Piece) -> ast.Module:
         head = "class Component: pass"
     else:
         head = "def piece(self, event): pass" if piece.has_event else "def piece(self): pass"
-    module = ast.parse(head)
+    module = parse_python(head)
     (whole,) = module.body
     assert isinstance(whole, ast.ClassDef | ast.FunctionDef)
     whole.body = piece.tree.body or whole.body

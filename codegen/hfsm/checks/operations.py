@@ -8,6 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
+from ..code.trees import parse_python
 from ..known_interfaces import KnownInterface
 
 __all__ = ["STREAM", "Operation", "operations_of"]
@@ -84,7 +85,7 @@ def _module(file: Path) -> _Module | None:
 
 @lru_cache(maxsize=64)
 def _parse(file: Path, _changed: int) -> _Module:
-    tree = ast.parse(file.read_bytes())
+    tree = parse_python(file.read_bytes())
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     imports: dict[str, tuple[Path, str]] = {}
     for node in tree.body:

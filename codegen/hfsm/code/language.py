@@ -15,6 +15,7 @@ from typing import Final
 
 from ..document import Document
 from .python2 import mend
+from .trees import parse_python
 
 __all__ = ["CPP", "PYTHON", "language_of", "looks_like_cpp"]
 
@@ -142,6 +143,6 @@ def _parsed(code: str) -> ast.Module | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return ast.parse(textwrap.dedent(code).strip("\n"))
+            return parse_python(textwrap.dedent(code).strip("\n"))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None

@@ -11,6 +11,7 @@ from typing import Final
 
 from ..document import Text
 from .text import INDENT, Code, CodeError, compile_source, parse, split, without_warnings
+from .trees import parse_python
 
 __all__ = [
     "Code",
@@ -106,7 +107,7 @@ def analyze_library(text: Text) -> tuple[str, frozenset[str]]:
     written = text.text.strip()
     statement = written if re.match(r"(import|from)\s", written) else f"import {written}"
     try:
-        body = ast.parse(statement).body
+        body = parse_python(statement).body
     except SyntaxError:
         body = []
     if len(body) != 1 or not isinstance(body[0], ast.Import | ast.ImportFrom) or "\n" in statement:

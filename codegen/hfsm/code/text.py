@@ -18,6 +18,7 @@ from typing import Final
 
 from ..document import Text
 from .language import looks_like_cpp
+from .trees import parse_python
 
 __all__ = [
     "INDENT",
@@ -131,7 +132,7 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
     source = "\n".join(lines)
     try:
         with without_warnings():
-            return ast.parse(source)
+            return parse_python(source)
     except (SyntaxError, ValueError) as error:
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         reason = error.msg if isinstance(error, SyntaxError) else str(error)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from ..code.trees import parse_python
 from ..document import Document, Text
 
 __all__ = ["Command", "Commands", "Operations", "is_command", "read_operations"]
@@ -205,6 +206,6 @@ def _string(node: ast.expr, strings: Strings) -> str | None:
 
 def _parsed(text: Text) -> ast.Module | None:
     try:
-        return ast.parse(textwrap.dedent(text.text))
+        return parse_python(textwrap.dedent(text.text))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None

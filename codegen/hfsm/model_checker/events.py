@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from ..code.trees import parse_python
 from ..document import Document, Text
 from .model import AutomatonModel, Model
 
@@ -98,7 +99,7 @@ def _sent_by(source: str) -> frozenset[str] | None:
     if not _MENTIONED.search(source):
         return frozenset()
     try:
-        tree = ast.parse(textwrap.dedent(source))
+        tree = parse_python(textwrap.dedent(source))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
     sent: set[str] = set()

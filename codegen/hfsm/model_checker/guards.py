@@ -12,6 +12,8 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
+from ..code.trees import parse_python
+
 __all__ = ["Assignment", "Conjunction", "conjunction", "satisfy"]
 
 Conjunction = tuple[tuple[str, bool], ...]
@@ -34,7 +36,7 @@ def conjunction(text: str, unique: str) -> Conjunction | None:
     """
     source = textwrap.dedent(text).strip()
     try:
-        tree: ast.expr | None = ast.parse(source, mode="eval").body
+        tree: ast.expr | None = parse_python(source, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         tree = None
     if tree is None or _CHANGES_WHEN_ASKED.search(source):

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Collection
 from typing import Final
 
+from ..code.trees import parse_python
 from ..document import Document, Parameter, Text
 
 __all__ = ["assignments", "expression_of", "is_expression", "is_name", "plain_parameters"]
@@ -61,6 +62,6 @@ def expression_of(code: str) -> ast.Expression | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return ast.parse(code, mode="eval")
+            return parse_python(code, mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import textwrap
 import warnings
 from bisect import bisect_right
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
+from ..trees import parse_python
 from .matches import Match, Rule
 from .name_rules import bound_names, has_keys, modules, names
 from .statement_rules import excepts, execs, prints, raises
@@ -85,7 +85,7 @@ def is_python(code: str) -> bool:
         warnings.simplefilter("ignore")
         for source in (textwrap.dedent(code).strip("\r\n"), f"(\n{code}\n)"):
             try:
-                ast.parse(source)
+                parse_python(source)
             except (SyntaxError, ValueError, RecursionError, MemoryError):
                 continue
             return True

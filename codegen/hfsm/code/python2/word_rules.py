@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import ast
 import re
 import warnings
 from collections.abc import Iterator, Sequence
 
+from ..trees import parse_python
 from .matches import Edit, Match
 from .words import Word
 
@@ -74,7 +74,7 @@ def _mixes_tabs(code: str) -> bool:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            ast.parse(code.strip("\r\n"))
+            parse_python(code.strip("\r\n"))
     except TabError:
         return True
     except (SyntaxError, ValueError, RecursionError, MemoryError):
