@@ -13,6 +13,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from tests.support.editor import DOCUMENT, Editor, Refused, Window, editor
+from tests.support.limits import LIMIT
+from tests.support.robot_server import eventually
 from visualhfsm.editing.places import Place
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.web.limits import Limits
@@ -99,8 +101,8 @@ def test_only_automata_that_changed_are_sent(window: Window) -> None:
     window.pushes.clear()
     window.ask("do", tab=1, command={**ADD_STATE, "automaton": inner})
     (push,) = [push for push in window.pushes if push["push"] == "document"]
-    assert [automaton["id"] for automaton in push["patch"]["automata"]] == [inner]
-    assert push["patch"].keys() == {"automata"}
+    assert [automaton["id"] for automaton in push["patch"]["parts"]] == [inner]
+    assert push["patch"].keys() == {"parts"}
     # The name of the state is the title of the automaton in it.
     window.ask("do", tab=1, command={"command": "renameState", "automaton": 1, "state": 2, "name": "run"})
     assert [automaton["title"] for automaton in window.documents[1]["automata"]] == ["robot", "run"]
@@ -301,7 +303,7 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
 
     class SlowHelp(NoCodeHelp):
         async def interfaces(self) -> object:
-            return await asyncio.to_thread(gate.wait, 10)
+            return await asyncio.to_thread(gate.wait, LIMIT)
 
     limits = Limits(concurrent_operations=2)
     with (
@@ -315,8 +317,6 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
         gate.set()
         assert [window.answer(number) for number in reversed(waiting)] == [True, True]
 
-
-# ------------------------------------------------------------------------------------------ services
 
 # ------------------------------------------------------------------------------------------ imports
 
@@ -333,6 +333,8 @@ def test_the_content_of_imported_automata_is_told(running: Editor, root: Path) -
         assert [state["name"] for state in content["states"]] == ["wait", "go"]
         assert window.ask("locate", tab=1, text="patrol.py:9 (patrol.xml:8)") is None
 
+
+# ------------------------------------------------------------------------------------------ services
 
 
 class FakeRunning(NoRunning):
@@ -444,7 +446,7 @@ def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list
             window.ask("attach", component="chess")
     with served.window() as later:
         later.ask("listFiles")
-        assert not live.attached  # the window is gone
+        eventually(lambda: not live.attached)  # the window is gone
 
 
 def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:
@@ -482,18 +484,18 @@ def test_code_help_gets_the_document_as_it_is(served: Editor) -> None:
 
 def test_a_picture_is_sent_when_the_last_one_was_drawn(served: Editor) -> None:
     with served.socket("/camera/top") as socket:
-        assert socket.recv(10) == b"0"
+        assert socket.recv(LIMIT) == b"0"
         with pytest.raises(TimeoutError):
             socket.recv(0.1)
         for index in range(1, 5):
             socket.send("drawn")
-            assert socket.recv(10) == b"%d" % index
+            assert socket.recv(LIMIT) == b"%d" % index
 
 
 def test_a_camera_that_is_not_there_is_told(served: Editor) -> None:
     with served.socket("/camera/side") as socket:
         with pytest.raises(ConnectionClosed):
-            socket.recv(10)
+            socket.recv(LIMIT)
         assert socket.close_code == 4404
         assert socket.close_reason == "there is no camera side"
 

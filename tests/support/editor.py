@@ -236,11 +236,25 @@ def patched(document: dict[str, Any], patch: dict[str, Any]) -> None:
     """Apply a patch as docs/editor-protocol.md says."""
     document.update(patch.get("document", {}))
     automata = {automaton["id"]: automaton for automaton in document["automata"]}
-    automata.update({automaton["id"]: automaton for automaton in patch["automata"]})
+    automata.update({automaton["id"]: automaton for automaton in patch.get("automata", [])})
+    for part in patch.get("parts", []):
+        automaton = automata[part["id"]]
+        automaton.update(part.get("fields", {}))
+        for items in ("states", "transitions"):
+            if items in part:
+                automaton[items] = _patched_items(automaton[items], part[items])
     for number in patch.get("removed", []):
         del automata[number]
     order = patch.get("order", list(automata))
     document["automata"] = [automata[number] for number in order]
+
+
+def _patched_items(items: list[dict[str, Any]], patch: dict[str, Any]) -> list[dict[str, Any]]:
+    by_id = {item["id"]: item for item in items}
+    for number in patch.get("removed", []):
+        del by_id[number]
+    by_id.update({item["id"]: item for item in patch.get("changed", [])})
+    return [by_id[number] for number in patch.get("order", list(by_id))]
 
 
 @contextlib.contextmanager

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import msgspec
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.hfsm.document import Automaton, Document, State, Text
+from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editor import patched
-from visualhfsm.web.rendering import Renderer, Rendering, full, patch
+from visualhfsm.web.rendering import Rendering, full, patch, render
 
 codes = st.builds(Text, st.text(max_size=5))
 states = st.builds(
@@ -20,8 +21,16 @@ states = st.builds(
     code=codes,
     children=st.lists(st.integers(1, 6), max_size=2, unique=True).map(tuple),
 )
+transitions = st.builds(
+    Transition, id=st.integers(1, 5), origin=st.integers(1, 5), destination=st.integers(1, 5), code=codes
+)
 automata = st.builds(
-    Automaton, id=st.integers(1, 6), father=st.integers(0, 6), states=st.lists(states, max_size=3).map(tuple)
+    Automaton,
+    id=st.integers(1, 6),
+    father=st.integers(0, 6),
+    states=st.lists(states, max_size=4).map(tuple),
+    transitions=st.lists(transitions, max_size=4, unique_by=lambda each: each.id).map(tuple),
+    variables=codes,
 )
 documents = st.builds(
     Document,
@@ -37,11 +46,10 @@ def decoded(rendering: Rendering) -> dict[str, Any]:
 
 @given(st.lists(documents, min_size=2, max_size=4))
 def test_patches_lead_from_version_to_version(versions: list[Document]) -> None:
-    renderer = Renderer()
-    shown = renderer.render(versions[0], "robot")
+    shown = render(versions[0], "robot")
     page = decoded(shown)
     for version in versions[1:]:
-        rendering = renderer.render(version, "robot")
+        rendering = render(version, "robot")
         change = patch(shown, rendering)
         assert change is not None
         patched(page, msgspec.json.decode(change))
@@ -49,28 +57,49 @@ def test_patches_lead_from_version_to_version(versions: list[Document]) -> None:
         shown = rendering
 
 
+def changes(before: Document, after: Document) -> dict[str, Any]:
+    found: dict[str, Any] = msgspec.json.decode(patch(render(before, "nao"), render(after, "nao")) or b"")
+    return found
+
+
 def test_only_what_changed_is_in_a_patch() -> None:
-    renderer = Renderer()
     one, two = Automaton(id=1), Automaton(id=2, father=1)
-    before = renderer.render(Document(automata=(one, two)), "robot")
-    changed = Automaton(id=2, father=1, functions=Text("x = 1"))
-    after = renderer.render(Document(automata=(one, changed)), "robot")
-    found = msgspec.json.decode(patch(before, after) or b"")
-    assert found.keys() == {"automata"}
-    assert [automaton["id"] for automaton in found["automata"]] == [2]
-    renamed = msgspec.json.decode(
-        patch(after, renderer.render(Document(automata=(one, changed)), "nao")) or b""
-    )
+    before = Document(automata=(one, two))
+    after = Document(automata=(one, replace(two, functions=Text("x = 1"))))
+    assert changes(before, before) == {}
+    assert changes(before, after) == {"parts": [{"id": 2, "fields": {"functions": "x = 1"}}]}
+    renamed = msgspec.json.decode(patch(render(after, "robot"), render(after, "nao")) or b"")
     assert renamed["document"]["name"] == "nao"
-    assert [automaton["title"] for automaton in renamed["automata"]] == ["nao"]
+    assert renamed["parts"] == [{"id": 1, "fields": {"title": "nao"}}]
+    assert [automaton["id"] for automaton in changes(Document(automata=(one,)), before)["automata"]] == [2]
+
+
+def test_of_an_automaton_only_the_states_and_transitions_that_changed_are_sent() -> None:
+    many = tuple(State(id=number, name=f"state {number}") for number in range(1, 301))
+    loops = tuple(Transition(id=number, origin=number, destination=number) for number in range(1, 301))
+    before = Automaton(id=1, states=many, transitions=loops)
+    named = replace(many[1], name="wait")
+    after = replace(before, states=(many[0], named, *many[3:], State(id=301, name="")), transitions=loops[1:])
+    [part] = changes(Document(automata=(before,)), Document(automata=(after,)))["parts"]
+    assert [(each["id"], each["name"]) for each in part["states"]["changed"]] == [(2, "wait"), (301, "")]
+    assert part["states"]["removed"] == [3]
+    assert part["transitions"] == {"removed": [1]}
+    swapped = replace(before, transitions=(loops[1], loops[0], *loops[2:]))
+    [part] = changes(Document(automata=(before,)), Document(automata=(swapped,)))["parts"]
+    assert part["transitions"] == {"order": [2, 1, *range(3, 301)]}
+
+
+def test_automata_whose_states_share_an_id_are_sent_whole() -> None:
+    before = Automaton(id=1, states=(State(id=1, name="one"),))
+    after = replace(before, states=(*before.states, State(id=1, name="other")))
+    found = changes(Document(automata=(before,)), Document(automata=(after,)))
+    assert [each["name"] for each in found["automata"][0]["states"]] == ["one", "other"]
 
 
 def test_automata_are_called_after_the_states_that_own_them() -> None:
     root = Automaton(id=1, states=(State(id=7, name="search", children=(2,)),))
     found = decoded(
-        Renderer().render(
-            Document(automata=(root, Automaton(id=2, father=1), Automaton(id=3, father=1))), "nao"
-        )
+        render(Document(automata=(root, Automaton(id=2, father=1), Automaton(id=3, father=1))), "nao")
     )
     assert [(each["title"], each["owner"]) for each in found["automata"]] == [
         ("nao", 0),
@@ -80,8 +109,7 @@ def test_automata_are_called_after_the_states_that_own_them() -> None:
 
 
 def test_automata_with_the_same_id_are_sent_whole() -> None:
-    renderer = Renderer()
-    before = renderer.render(Document(automata=(Automaton(id=1),)), "nao")
-    after = renderer.render(Document(automata=(Automaton(id=1), Automaton(id=1, father=1))), "nao")
+    before = render(Document(automata=(Automaton(id=1),)), "nao")
+    after = render(Document(automata=(Automaton(id=1), Automaton(id=1, father=1))), "nao")
     assert patch(before, after) is None
     assert len(decoded(after)["automata"]) == 2

@@ -10,7 +10,16 @@ import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Parameter, State, Transition
 
-__all__ = ["AutomatonView", "DocumentView", "automaton_view", "document_view"]
+__all__ = [
+    "AutomatonView",
+    "DocumentView",
+    "StateView",
+    "TransitionView",
+    "automaton_view",
+    "document_view",
+    "state_view",
+    "transition_view",
+]
 
 
 class _View(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -170,12 +179,13 @@ def automaton_view(automaton: Automaton) -> AutomatonView:
         imported=None
         if imported is None
         else ImportView(file=imported.file.text, automaton=imported.automaton),
-        states=tuple(_state(each) for each in automaton.states),
-        transitions=tuple(_transition(each) for each in automaton.transitions),
+        states=tuple(state_view(each) for each in automaton.states),
+        transitions=tuple(transition_view(each) for each in automaton.transitions),
     )
 
 
-def _state(state: State) -> StateView:
+def state_view(state: State) -> StateView:
+    """Return a state for the page."""
     return StateView(
         id=state.id,
         name=state.name,
@@ -194,7 +204,8 @@ def _state(state: State) -> StateView:
     )
 
 
-def _transition(transition: Transition) -> TransitionView:
+def transition_view(transition: Transition) -> TransitionView:
+    """Return a transition for the page."""
     return TransitionView(
         id=transition.id,
         name=transition.name,

@@ -14,7 +14,7 @@ from visualhfsm.editing.commands.paste import PasteStates
 from visualhfsm.editing.session import Change, Choice, DocumentSession
 
 from .protocol import OutputLine, Outside, Problems, RunPush
-from .rendering import Renderer, Rendering
+from .rendering import Rendering, render
 from .services import Source
 from .work import Queue, Workers
 
@@ -64,7 +64,6 @@ class Tab:
         self.run: RunPush | None = None
         self.output: deque[OutputLine] = deque(maxlen=output_lines)
         self._session = session
-        self._renderer = Renderer()
         self._changed = changed
         self.shown = self._show()
         self._fresh = self.shown
@@ -159,7 +158,7 @@ class Tab:
         return Shown(
             session.revision,
             session.document,
-            self._renderer.render(session.document, session.name),
+            render(session.document, session.name),
             tuple(undo[:_NAMES]),
             tuple(session.redo_names[:_NAMES]),
             session.dirty,
