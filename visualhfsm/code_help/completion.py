@@ -25,6 +25,8 @@ _DOCUMENTATION_TIME: Final = 0.3
 """Seconds in which documentation is looked up; the rest goes without."""
 _LONGEST: Final = 2000
 _LONGEST_DETAIL: Final = 200
+_CALLABLE: Final = frozenset({"class", "function"})
+_STREAMED: Final = re.compile(rf"\bclass _(\w+){STREAM}\(")
 _MADE_UP: Final = re.compile(r"\b_+Proxy\d+_\w*\.")
 _OWN, _OUR, _INTERNAL = 2, 1, -1
 _COMPONENT: Final = frozenset({"clock", "log", "send", "sleep"})
@@ -81,6 +83,7 @@ def complete(module: Synthetic, path: Path, line: int, column: int) -> Completio
     before = text[: len(text) - typed]
     boosts = _Boosts(module.own_names, before)
     private = text[len(before) :].startswith("_")
+    streams = frozenset(_STREAMED.findall(module.source))
     until = time.monotonic() + _DOCUMENTATION_TIME
     ranked = sorted(
         (each for each in found if private or not each.name.startswith("_")),
@@ -90,6 +93,7 @@ def complete(module: Synthetic, path: Path, line: int, column: int) -> Completio
         _option(
             each,
             boost := boosts.of(each.name),
+            streams,
             documented=boost >= 0 and rank < _DOCUMENTED and time.monotonic() < until,
         )
         for rank, each in enumerate(ranked[:_MOST])
@@ -130,12 +134,14 @@ class _Boosts:
         return _INTERNAL if behind else 0
 
 
-def _option(found: Any, boost: int, *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's
+def _option(found: Any, boost: int, streams: frozenset[str], *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's
     kind, detail, info = _KINDS.get(found.type, ""), "", ""
     if documented:
-        stream = _stream_of(found) if found.type == "statement" else None
+        # Nothing else is inferred: what stands behind a variable may be all of numpy.
+        stream = _stream_of(found) if found.type == "statement" and found.name in streams else None
         kind = "function" if stream else kind
-        detail, info = _detail(found), _documentation(stream or found)
+        detail = _detail(found) if stream or found.type in _CALLABLE else ""
+        info = _documentation(stream or found)
     return Completion(label=found.name, type=kind, detail=detail, info=info, boost=boost)
 
 
@@ -170,12 +176,15 @@ def _shown(text: str) -> str:
 
 
 def _script(source: str, path: Path) -> Any:  # noqa: ANN401
-    return jedi.Script(
+    script = jedi.Script(
         source,
         path=path.with_name("_being_typed.py"),
         project=_project(path.parent),
         environment=_environment(),
     )
+    # Which branch of an `if` runs depends on more than jedi sees, and it would infer all conditions for that.
+    script._inference_state.flow_analysis_enabled = False
+    return script
 
 
 @lru_cache(maxsize=8)
