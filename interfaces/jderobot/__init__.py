@@ -9,6 +9,7 @@ from __future__ import annotations
 from .camera import Camera, CameraDescription, CameraPrx
 from .common import (
     ByteSeq,
+    CommandRefusedException,
     ConfigurationNotExistException,
     DataNotExistException,
     HardwareFailedException,
@@ -27,6 +28,7 @@ __all__ = [
     "Camera",
     "CameraDescription",
     "CameraPrx",
+    "CommandRefusedException",
     "ConfigurationNotExistException",
     "DataNotExistException",
     "Encoders",

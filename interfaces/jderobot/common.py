@@ -11,6 +11,7 @@ from zenoh_ice.generated import Int, Long, Struct, UserException
 
 __all__ = [
     "ByteSeq",
+    "CommandRefusedException",
     "ConfigurationNotExistException",
     "DataNotExistException",
     "HardwareFailedException",
@@ -82,3 +83,22 @@ class InvalidValueException(JderobotException):
         super().__init__(what)
         self.args = (what, field)
         self.field = field
+
+
+class CommandRefusedException(JderobotException):
+    """The robot takes no command from this caller now: its emergency stop is latched, or somebody else holds
+    it.
+    """
+
+    ice_type_id: ClassVar[str] = "::jderobot::CommandRefusedException"
+
+    class Members(JderobotException.Members):
+        """The members that travel."""
+
+        holder: str
+        """Who holds the robot; empty when it is stopped."""
+
+    def __init__(self, what: str, holder: str) -> None:
+        super().__init__(what)
+        self.args = (what, holder)
+        self.holder = holder

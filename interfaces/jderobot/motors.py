@@ -11,7 +11,7 @@ from typing import ClassVar, Final
 
 from zenoh_ice.generated import Current, Int, Interface, Object, ObjectPrx, Operation, Struct
 
-from .common import InvalidValueException
+from .common import CommandRefusedException, InvalidValueException
 
 __all__ = ["Motors", "MotorsPrx"]
 
@@ -44,7 +44,7 @@ _Motors_setV: Final[Operation[[float], Int]] = Operation(
     "setV",
     arguments=_Motors_setV_Arguments,
     result=_Motors_setV_Result,
-    exceptions=(InvalidValueException,),
+    exceptions=(InvalidValueException, CommandRefusedException),
 )
 
 
@@ -72,7 +72,7 @@ _Motors_setW: Final[Operation[[float], Int]] = Operation(
     "setW",
     arguments=_Motors_setW_Arguments,
     result=_Motors_setW_Result,
-    exceptions=(InvalidValueException,),
+    exceptions=(InvalidValueException, CommandRefusedException),
 )
 
 
@@ -100,22 +100,24 @@ _Motors_setL: Final[Operation[[float], Int]] = Operation(
     "setL",
     arguments=_Motors_setL_Arguments,
     result=_Motors_setL_Result,
-    exceptions=(InvalidValueException,),
+    exceptions=(InvalidValueException, CommandRefusedException),
 )
 
 _Motors: Final = Interface(
     "::jderobot::Motors",
     operations=(_Motors_getV, _Motors_setV, _Motors_getW, _Motors_setW, _Motors_getL, _Motors_setL),
-    fingerprint="dde72eae9d819730",
+    fingerprint="07a66b4c8c9e1c54",
     definition="""\
+::jderobot::CommandRefusedException::holder: string
 ::jderobot::InvalidValueException::field: string
 ::jderobot::JderobotException::what: string
 ::jderobot::Motors::getL(): float idempotent
 ::jderobot::Motors::getV(): float idempotent
 ::jderobot::Motors::getW(): float idempotent
-::jderobot::Motors::setL(float l): int throws ::jderobot::InvalidValueException
-::jderobot::Motors::setV(float v): int throws ::jderobot::InvalidValueException
-::jderobot::Motors::setW(float w): int throws ::jderobot::InvalidValueException
+::jderobot::Motors::setL(float l): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
+::jderobot::Motors::setV(float v): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
+::jderobot::Motors::setW(float w): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
+exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
 exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
 exception ::jderobot::JderobotException
 interface ::jderobot::Motors
@@ -139,7 +141,7 @@ class MotorsPrx(ObjectPrx):
     def setV(self, v: float) -> Int:
         """Command the forward velocity in m/s; returns 0 when taken, 1 when it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
         return self.ice_invoke(_Motors_setV, v)
 
@@ -158,7 +160,7 @@ class MotorsPrx(ObjectPrx):
     def setW(self, w: float) -> Int:
         """Command the turning velocity in rad/s; returns 0 when taken, 1 when it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
         return self.ice_invoke(_Motors_setW, w)
 
@@ -177,7 +179,7 @@ class MotorsPrx(ObjectPrx):
     def setL(self, l: float) -> Int:
         """Command the sideways velocity in m/s; returns 0 when taken, 1 when it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
         return self.ice_invoke(_Motors_setL, l)
 
@@ -199,7 +201,7 @@ class Motors(Object):
     def setV(self, v: float, current: Current) -> Int:
         """Command the forward velocity in m/s; returns 0 when taken, 1 when it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
 
     @abstractmethod
@@ -210,7 +212,7 @@ class Motors(Object):
     def setW(self, w: float, current: Current) -> Int:
         """Command the turning velocity in rad/s; returns 0 when taken, 1 when it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
 
     @abstractmethod
@@ -221,5 +223,5 @@ class Motors(Object):
     def setL(self, l: float, current: Current) -> Int:
         """Command the sideways velocity in m/s; returns 0 when taken, 1 when it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """

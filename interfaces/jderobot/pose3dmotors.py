@@ -11,7 +11,7 @@ from typing import ClassVar, Final
 
 from zenoh_ice.generated import Current, Int, Interface, Object, ObjectPrx, Operation, Struct
 
-from .common import InvalidValueException
+from .common import CommandRefusedException, InvalidValueException
 
 __all__ = ["Pose3DMotors", "Pose3DMotorsData", "Pose3DMotorsParams", "Pose3DMotorsPrx"]
 
@@ -88,7 +88,7 @@ _Pose3DMotors_setPose3DMotorsData: Final[Operation[[Pose3DMotorsData], Int]] = O
     "setPose3DMotorsData",
     arguments=_Pose3DMotors_setPose3DMotorsData_Arguments,
     result=_Pose3DMotors_setPose3DMotorsData_Result,
-    exceptions=(InvalidValueException,),
+    exceptions=(InvalidValueException, CommandRefusedException),
 )
 
 
@@ -110,13 +110,14 @@ _Pose3DMotors: Final = Interface(
         _Pose3DMotors_setPose3DMotorsData,
         _Pose3DMotors_getPose3DMotorsParams,
     ),
-    fingerprint="250d73b544e51c6a",
+    fingerprint="4bfaef199b5f2a26",
     definition="""\
+::jderobot::CommandRefusedException::holder: string
 ::jderobot::InvalidValueException::field: string
 ::jderobot::JderobotException::what: string
 ::jderobot::Pose3DMotors::getPose3DMotorsData(): ::jderobot::Pose3DMotorsData idempotent
 ::jderobot::Pose3DMotors::getPose3DMotorsParams(): ::jderobot::Pose3DMotorsParams idempotent
-::jderobot::Pose3DMotors::setPose3DMotorsData(::jderobot::Pose3DMotorsData data): int throws ::jderobot::InvalidValueException
+::jderobot::Pose3DMotors::setPose3DMotorsData(::jderobot::Pose3DMotorsData data): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
 ::jderobot::Pose3DMotorsData::pan: float
 ::jderobot::Pose3DMotorsData::panSpeed: float
 ::jderobot::Pose3DMotorsData::roll: float
@@ -139,6 +140,7 @@ _Pose3DMotors: Final = Interface(
 ::jderobot::Pose3DMotorsParams::minX: float
 ::jderobot::Pose3DMotorsParams::minY: float
 ::jderobot::Pose3DMotorsParams::minZ: float
+exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
 exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
 exception ::jderobot::JderobotException
 interface ::jderobot::Pose3DMotors
@@ -164,7 +166,7 @@ class Pose3DMotorsPrx(ObjectPrx):
     def setPose3DMotorsData(self, data: Pose3DMotorsData) -> Int:
         """Command the axes; returns 0 when taken as it is, 1 when a value was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
         return self.ice_invoke(_Pose3DMotors_setPose3DMotorsData, data)
 
@@ -194,7 +196,7 @@ class Pose3DMotors(Object):
     def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> Int:
         """Command the axes; returns 0 when taken as it is, 1 when a value was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
 
     @abstractmethod

@@ -11,7 +11,7 @@ from typing import ClassVar, Final
 
 from zenoh_ice.generated import Current, Interface, Object, ObjectPrx, Operation, Publisher, Struct, streamed
 
-from ..jderobot.common import InvalidValueException
+from ..jderobot.common import CommandRefusedException, InvalidValueException
 
 __all__ = [
     "JointLimits",
@@ -121,7 +121,7 @@ _Joints_setJointPositions: Final[Operation[[JointTargets, float], JointTargets]]
     "setJointPositions",
     arguments=_Joints_setJointPositions_Arguments,
     result=_Joints_setJointPositions_Result,
-    exceptions=(InvalidValueException,),
+    exceptions=(InvalidValueException, CommandRefusedException),
 )
 
 _Joints_stop: Final[Operation[[], None]] = Operation(
@@ -140,8 +140,9 @@ _Joints: Final = Interface(
         _Joints_setJointPositions,
         _Joints_stop,
     ),
-    fingerprint="9ff559e07a156715",
+    fingerprint="258a8f33254be83e",
     definition="""\
+::jderobot::CommandRefusedException::holder: string
 ::jderobot::InvalidValueException::field: string
 ::jderobot::JderobotException::what: string
 ::nao::JointLimits::lower: double
@@ -157,8 +158,9 @@ _Joints: Final = Interface(
 ::nao::Joints::getJointLimits(): sequence<::nao::JointLimits> idempotent
 ::nao::Joints::getJointNames(): sequence<string> idempotent
 ::nao::Joints::getJointState(): ::nao::JointState idempotent stream
-::nao::Joints::setJointPositions(dictionary<string, double> targets, double fraction): dictionary<string, double> throws ::jderobot::InvalidValueException
+::nao::Joints::setJointPositions(dictionary<string, double> targets, double fraction): dictionary<string, double> throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
 ::nao::Joints::stop(): void idempotent
+exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
 exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
 exception ::jderobot::JderobotException
 interface ::nao::Joints
@@ -202,7 +204,7 @@ class JointsPrx(ObjectPrx):
         """Command some joints at a fraction of their full speed, above 0 and at most 1; returns the targets
         as they were limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
         return self.ice_invoke(_Joints_setJointPositions, targets, fraction)
 
@@ -246,7 +248,7 @@ class Joints(Object):
         """Command some joints at a fraction of their full speed, above 0 and at most 1; returns the targets
         as they were limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
 
     @abstractmethod

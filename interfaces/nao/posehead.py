@@ -11,7 +11,7 @@ from typing import ClassVar, Final
 
 from zenoh_ice.generated import Current, Interface, Object, ObjectPrx, Operation, Publisher, Struct, streamed
 
-from ..jderobot.common import InvalidValueException
+from ..jderobot.common import CommandRefusedException, InvalidValueException
 
 __all__ = ["HeadLimits", "HeadPose", "PoseHead", "PoseHeadPrx"]
 
@@ -62,7 +62,7 @@ _PoseHead_setPose: Final[Operation[[float, float, float], HeadPose]] = Operation
     "setPose",
     arguments=_PoseHead_setPose_Arguments,
     result=_PoseHead_setPose_Result,
-    exceptions=(InvalidValueException,),
+    exceptions=(InvalidValueException, CommandRefusedException),
 )
 
 
@@ -79,7 +79,7 @@ _PoseHead_setSpeed: Final[Operation[[float, float], HeadPose]] = Operation(
     "setSpeed",
     arguments=_PoseHead_setSpeed_Arguments,
     result=_PoseHead_setSpeed_Result,
-    exceptions=(InvalidValueException,),
+    exceptions=(InvalidValueException, CommandRefusedException),
 )
 
 _PoseHead_stop: Final[Operation[[], None]] = Operation(
@@ -123,8 +123,9 @@ _PoseHead: Final = Interface(
         _PoseHead_getPose,
         _PoseHead_getLimits,
     ),
-    fingerprint="6cc476bf0414bcb3",
+    fingerprint="8c1929ab33b66aff",
     definition="""\
+::jderobot::CommandRefusedException::holder: string
 ::jderobot::InvalidValueException::field: string
 ::jderobot::JderobotException::what: string
 ::nao::HeadLimits::maxPan: double
@@ -140,9 +141,10 @@ _PoseHead: Final = Interface(
 ::nao::HeadPose::time: double
 ::nao::PoseHead::getLimits(): ::nao::HeadLimits idempotent
 ::nao::PoseHead::getPose(): ::nao::HeadPose idempotent stream
-::nao::PoseHead::setPose(double pan, double tilt, double fraction): ::nao::HeadPose throws ::jderobot::InvalidValueException
-::nao::PoseHead::setSpeed(double pan, double tilt): ::nao::HeadPose throws ::jderobot::InvalidValueException
+::nao::PoseHead::setPose(double pan, double tilt, double fraction): ::nao::HeadPose throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
+::nao::PoseHead::setSpeed(double pan, double tilt): ::nao::HeadPose throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
 ::nao::PoseHead::stop(): void idempotent
+exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
 exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
 exception ::jderobot::JderobotException
 interface ::nao::PoseHead
@@ -161,7 +163,7 @@ class PoseHeadPrx(ObjectPrx):
         """Turn the head to a pose in rad at a fraction of its full speed, above 0 and at most 1; returns the
         pose as it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
         return self.ice_invoke(_PoseHead_setPose, pan, tilt, fraction)
 
@@ -173,7 +175,7 @@ class PoseHeadPrx(ObjectPrx):
         """Turn the head at speeds in rad/s; a command not renewed within 0.5 s stops. Returns the speeds as
         they were limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
         return self.ice_invoke(_PoseHead_setSpeed, pan, tilt)
 
@@ -217,7 +219,7 @@ class PoseHead(Object):
         """Turn the head to a pose in rad at a fraction of its full speed, above 0 and at most 1; returns the
         pose as it was limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
 
     @abstractmethod
@@ -225,7 +227,7 @@ class PoseHead(Object):
         """Turn the head at speeds in rad/s; a command not renewed within 0.5 s stops. Returns the speeds as
         they were limited.
 
-        Raises InvalidValueException.
+        Raises InvalidValueException, CommandRefusedException.
         """
 
     @abstractmethod

@@ -1,0 +1,300 @@
+"""What a robot may have beside joints and cameras: a walk, senses, lights, a voice, postures, a stage.
+
+A robot offers each as an attribute of `Robot`, or None where it has none; the server adds the servants of what
+is there. The contract of `naoserver.robot` holds here too: methods may be called from any thread, those that
+read return the newest immutable snapshot without blocking, those that command return at once. SI units and
+radians; x forward, y left, z up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class WalkVelocity:
+    """A velocity on the floor in the robot's own frame."""
+
+    forward: float = 0.0
+    """In m/s."""
+    left: float = 0.0
+    """In m/s."""
+    turn: float = 0.0
+    """In rad/s, positive to the left."""
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """Where the robot believes to be on the floor, in the frame in which it started."""
+
+    time: float
+    """Robot time in s."""
+    x: float
+    """In m."""
+    y: float
+    """In m."""
+    heading: float
+    """In rad, within (-pi, pi]."""
+
+
+@runtime_checkable
+class Walker(Protocol):
+    """The walk of a robot."""
+
+    @property
+    def limits(self) -> WalkVelocity:
+        """The highest velocity of each kind, each by itself."""
+        ...
+
+    def command(self, velocity: WalkVelocity) -> None:
+        """Walk at a velocity until the next command; all 0 ends the walk on both feet."""
+        ...
+
+    def commanded(self) -> WalkVelocity:
+        """Return the newest command."""
+        ...
+
+    def odometry(self) -> Odometry:
+        """Return where the robot believes to be, by its joints and its inertial unit."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class InertialReading:
+    """What the inertial unit in the torso measures, in the torso's frame."""
+
+    acceleration: Vector
+    """Specific force in m/s2: (0, 0, 9.81) while it stands upright at rest."""
+    angular_velocity: Vector
+    """In rad/s."""
+    roll: float
+    """Of the torso against the vertical in rad, positive to the right side."""
+    pitch: float
+    """Of the torso against the vertical in rad, positive forwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class FootReading:
+    """What presses on the sensors of a sole in N, none below 0."""
+
+    front_left: float
+    front_right: float
+    rear_left: float
+    rear_right: float
+
+
+@dataclass(frozen=True, slots=True)
+class SonarReading:
+    """Distances in m to what is nearest; infinite when nothing is in range."""
+
+    left: float = math.inf
+    right: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryReading:
+    """The state of the battery."""
+
+    charge: float
+    """From 0 to 1."""
+    current: float
+    """In A, negative while it discharges."""
+    temperature: float
+    """In degrees Celsius."""
+    plugged: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SenseReading:
+    """What all senses but joints and cameras tell at one moment."""
+
+    time: float
+    """Robot time in s."""
+    inertial: InertialReading
+    left_foot: FootReading
+    right_foot: FootReading
+    sonar: SonarReading
+    touched: frozenset[str]
+    """Names of the touch sensors that are pressed: of `Senses.touch_names`."""
+    battery: BatteryReading
+
+
+@runtime_checkable
+class Senses(Protocol):
+    """The senses of a robot but joints and cameras."""
+
+    @property
+    def touch_names(self) -> tuple[str, ...]:
+        """The touch sensors: ChestButton, HeadFront, HeadMiddle, HeadRear, LHandBack, LFootBumperLeft, ..."""
+        ...
+
+    @property
+    def sonar_range(self) -> tuple[float, float]:
+        """Nearest and farthest distance that the sonar tells in m."""
+        ...
+
+    @property
+    def sonar_cone(self) -> float:
+        """Full angle of the sonar's cone in rad."""
+        ...
+
+    def read(self) -> SenseReading:
+        """Return the newest snapshot without blocking."""
+        ...
+
+
+Color = tuple[float, float, float]
+"""Red, green and blue from 0 to 1."""
+
+
+@runtime_checkable
+class Lights(Protocol):
+    """The lights of a robot, in groups of one colour each."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """LeftEye, RightEye, LeftEar, RightEar, Head, Chest, LeftFoot, RightFoot."""
+        ...
+
+    def set(self, name: str, color: Color, seconds: float) -> None:
+        """Let a group fade to a colour in some seconds of robot time."""
+        ...
+
+    def reset(self) -> None:
+        """Turn every light to what it shows after the start."""
+        ...
+
+    def colors(self) -> Mapping[str, Color]:
+        """Return what each group shows now."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Utterance:
+    """What is being said, or was said last."""
+
+    text: str = ""
+    speaking: bool = False
+    count: int = 0
+    """How many texts were begun since the start."""
+
+
+@runtime_checkable
+class Voice(Protocol):
+    """The voice of a robot."""
+
+    def say(self, text: str) -> None:
+        """Say a text after those that were asked for before."""
+        ...
+
+    def stop(self) -> None:
+        """Fall silent, and forget what was not said yet."""
+        ...
+
+    def utterance(self) -> Utterance:
+        """Return what is being said."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where something is in the world and how it is turned."""
+
+    position: Vector
+    """In m."""
+    orientation: tuple[float, float, float, float]
+    """Unit quaternion w, x, y, z."""
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Where everything is, as only a simulation knows it, in the world's frame."""
+
+    time: float
+    """Robot time in s."""
+    torso: Pose
+    velocity: Vector
+    """Of the torso in m/s."""
+    angular_velocity: Vector
+    """Of the torso in rad/s, in the world's frame."""
+    objects: Mapping[str, Pose]
+    """The balls and what else can move, by name."""
+
+
+@runtime_checkable
+class Stage(Protocol):
+    """The scene around a simulated robot: only a simulation has one."""
+
+    @property
+    def objects(self) -> tuple[str, ...]:
+        """The names of what can be placed."""
+        ...
+
+    def truth(self) -> Truth:
+        """Return where everything is."""
+        ...
+
+    def reset(self) -> None:
+        """Put the robot and everything else back to where they began; time goes on."""
+        ...
+
+    def place_object(self, name: str, position: Vector) -> None:
+        """Put an object somewhere, at rest. Raises InvalidCommand when it cannot be there."""
+        ...
+
+    def place_robot(self, x: float, y: float, heading: float) -> None:
+        """Put the robot on its feet somewhere on the floor."""
+        ...
+
+    def push(self, force: Vector, seconds: float) -> None:
+        """Push the torso with a force in N in the world's frame, for some seconds of robot time."""
+        ...
+
+    def press(self, sensor: str, seconds: float) -> None:
+        """Press a touch sensor for some seconds of robot time."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class PostureProgress:
+    """How the way to a posture goes."""
+
+    name: str = ""
+    moving: bool = False
+    reached: bool = False
+    message: str = ""
+    """Why it was not reached, for people."""
+
+
+@runtime_checkable
+class OwnPostures(Protocol):
+    """A robot that itself knows how to go from any posture into another, as NAOqi does.
+
+    Of a robot that does not, the server's own key frames do it (`naoserver.motions`).
+    """
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The postures that it can go to."""
+        ...
+
+    def go(self, name: str, fraction: float) -> None:
+        """Begin to go to a posture at a fraction of full pace."""
+        ...
+
+    def stop(self) -> None:
+        """Stop on the way."""
+        ...
+
+    def current(self) -> str:
+        """Return the posture that it is in; empty when it is in none."""
+        ...
+
+    def progress(self) -> PostureProgress:
+        """Return how the newest way goes."""
+        ...
