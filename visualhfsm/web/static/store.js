@@ -12,8 +12,9 @@
  * @typedef {{code: string, severity: string, message: string, automaton?: number, state?: number, transition?: number,
  *   part?: string, line: number, column: number, length: number}} Problem
  * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: object,
- *   automata: Map<number, Automaton>, problems: Problem[], checked?: number}} OpenDocument
- *   `checked` is the revision that the problems are those of
+ *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[], checked?: number}} OpenDocument
+ *   `automata` are its `own` with the `content` of those that are imported; `checked` is the revision that the
+ *   problems are those of
  */
 
 const FIRST_RETRY = 250; // ms
@@ -85,6 +86,16 @@ export class Store extends EventTarget {
   /** Change a document by a command. */
   do(tab, command) {
     return this.request("do", {tab, command});
+  }
+
+  /** Show what the imported automata of a document stand for. @param {Automaton[]} content each before those below it */
+  showContent(tab, content) {
+    const former = this.documents.get(tab);
+    if (!former) return;
+    const next = {...former, content};
+    next.automata = withContent(next);
+    this.documents.set(tab, next);
+    this.#emit("document", {tab, changed: new Set(next.automata.keys()), whole: false});
   }
 
   async #greet() {
@@ -159,24 +170,25 @@ export class Store extends EventTarget {
   #takeDocument(message) {
     const {tab, revision, undo, redo, dirty} = message;
     const former = this.documents.get(tab);
-    const next = {tab, problems: former?.problems ?? [], fields: {}, automata: new Map(), ...former, revision, undo, redo, dirty};
+    const next = {tab, problems: former?.problems ?? [], fields: {}, own: new Map(), content: [], ...former, revision, undo, redo, dirty};
     const changed = new Set();
     if (message.full) {
       const {automata, ...fields} = message.full;
       next.fields = fields;
-      next.automata = new Map(automata.map((each) => [each.id, each]));
+      next.own = new Map(automata.map((each) => [each.id, each]));
       for (const {id} of automata) changed.add(id);
     } else if (message.patch) {
       const {document: fields, automata = [], parts = [], removed = [], order} = message.patch;
       if (fields) next.fields = {...next.fields, ...fields};
-      const known = new Map(next.automata);
+      const known = new Map(next.own);
       for (const id of removed) known.delete(id);
       for (const each of [...automata, ...parts.map((part) => patched(known.get(part.id), part))]) {
         known.set(each.id, each);
         changed.add(each.id);
       }
-      next.automata = order ? new Map(order.filter((id) => known.has(id)).map((id) => [id, known.get(id)])) : known;
+      next.own = order ? new Map(order.filter((id) => known.has(id)).map((id) => [id, known.get(id)])) : known;
     }
+    next.automata = withContent(next);
     this.documents.set(tab, next);
     this.#emit("document", {tab, changed, whole: Boolean(message.full)});
     const arrived = this.#late.filter((each) => each.tab === tab && each.revision <= revision);
@@ -187,6 +199,18 @@ export class Store extends EventTarget {
   #emit(kind, detail = {}) {
     this.dispatchEvent(new CustomEvent(kind, {detail}));
   }
+}
+
+/** The automata of a document with what is imported in the place of where it is. @param {OpenDocument} document */
+function withContent({own, content}) {
+  if (!content.length) return own;
+  const automata = new Map(own);
+  for (const each of content) {
+    const stub = own.get(each.id);
+    const fits = stub ? stub.imported?.file === each.imported.file && stub.imported.automaton === each.imported.automaton : automata.has(each.father);
+    if (fits) automata.set(each.id, stub ? {...each, father: stub.father} : each);
+  }
+  return automata;
 }
 
 /** An automaton after a change; what did not change in it is the very same object as before. */
