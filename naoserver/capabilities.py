@@ -1,9 +1,9 @@
 """What a robot may have beside joints and cameras: a walk, senses, lights, a voice, postures, a stage.
 
-A robot offers each as an attribute of `Robot`, or None where it has none; the server adds the servants of what
-is there. The contract of `naoserver.robot` holds here too: methods may be called from any thread, those that
-read return the newest immutable snapshot without blocking, those that command return at once. SI units and
-radians; x forward, y left, z up.
+A robot offers each as an attribute of `Robot`, or None where it has none; the server adds the servants of
+what is there. The contract of `naoserver.robot` holds here too: methods may be called from any thread, those
+that read return the newest immutable snapshot without blocking, those that command return at once. SI units
+and radians; x forward, y left, z up.
 """
 
 from __future__ import annotations
