@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -13,7 +14,8 @@ from hypothesis import strategies as st
 from tests.support.component import snapshot
 from visualhfsm.live.history import History
 from visualhfsm.live.series import SeriesTable
-from visualhfsm.live.values import LiveSnapshot, RobotState, numbers_of
+from visualhfsm.live.values import LiveSnapshot, RobotState, is_sound, numbers_of
+from visualhfsm.watch import state_log
 
 
 def live(time: float) -> LiveSnapshot:
@@ -115,3 +117,32 @@ def test_the_ring_holds_the_newest_rows(capacity: int, steps: list[float]) -> No
     first = max(0, len(times) - capacity)
     assert read == times[first:].tolist()
     assert values.get("n", []) == list(range(first, len(times)))
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"time": math.nan},
+        {"time": math.inf},
+        {"time": 1e17},
+        {"time": -1.0},
+        {"startedAt": math.nan},
+        {"automata": list(snapshot(0.0).automata) * 10_000},
+    ],
+    ids=["no number", "infinite", "beyond all time", "negative", "no start", "too many automata"],
+)
+def test_a_snapshot_of_no_run_is_none(changed: dict[str, Any]) -> None:
+    sound = snapshot(1.0)
+    assert is_sound(sound)
+    assert not is_sound(msgspec.structs.replace(sound, **changed))
+
+
+def test_automata_that_are_gone_are_forgotten_when_there_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(state_log, "_MOST_AUTOMATA", 100)
+    log = state_log.StateLog()
+    for number in range(1, 500):
+        one = snapshot(float(number))
+        one.automata = [msgspec.structs.replace(one.automata[0], id=number)]
+        log.add(one)
+    assert len(log._last) <= 101
+    assert len(log._open) <= 101

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.body import H25
-from visualhfsm.live.kinematics import BodyGeometry, load_body
+from visualhfsm.live.kinematics import BodyGeometry, Pose, load_body
 
 JOINTS = {joint.name: joint for joint in H25.joints}
 
@@ -108,3 +108,23 @@ def test_the_head_turns_and_nothing_else() -> None:
     still, turned = body.poses({}), body.poses({"HeadYaw": 0.5})
     moved = {name for name in still if still[name] != turned[name]}
     assert moved == {"neck", "head"}
+
+
+def tilt_of(poses: Mapping[str, Pose]) -> float:
+    x, y, _, _ = poses["torso"].rotation
+    return math.acos(1 - 2 * (x * x + y * y))
+
+
+@pytest.mark.parametrize("tilt", [0.6, 1.5, 3.0])
+@pytest.mark.parametrize("joints", [{}, {"LAnkleRoll": 0.2, "RAnkleRoll": 0.2}])
+def test_a_body_that_has_fallen_lies_on_the_floor_as_far_as_it_is_tilted(
+    tilt: float, joints: dict[str, float]
+) -> None:
+    poses = load_body().poses(joints, tilt)
+    assert tilt_of(poses) == pytest.approx(tilt)
+    assert 0.0 < min(pose.position[2] for pose in poses.values()) < 0.1
+
+
+def test_a_body_that_stands_about_as_it_is_tilted_stands_on_its_soles() -> None:
+    body = load_body()
+    assert body.poses({}, 0.1) == body.poses({})

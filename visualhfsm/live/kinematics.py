@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from importlib import resources
@@ -19,6 +19,13 @@ __all__ = ["BodyGeometry", "Pose", "load_body"]
 _FILE: Final = "nao_h25.json"
 _LEVEL: Final = 0.005
 """Metres by which the other sole must fit better for the body to stand on that one."""
+
+_UNSTEADY: Final = 0.35
+"""Radians that a body may be off the pose in which its soles stand level; beyond that it has fallen."""
+_LEANING: Final = 0.1
+"""Sine of the angle from which on it is known where to a torso leans."""
+_THICKNESS: Final = 0.05
+"""Metres from the origins of the links of a body that lies to the floor, about."""
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -88,14 +95,18 @@ class BodyGeometry:
             )
         return found
 
-    def poses(self, angles: Mapping[str, float]) -> dict[str, Pose]:
+    def poses(self, angles: Mapping[str, float], tilt: float | None = None) -> dict[str, Pose]:
         """Return the pose of each link in the world, in which the body stands level on one of its soles.
 
         No encoder tells where the torso is: the floor is taken to be below that sole, x to be where the torso
-        looks, and the origin to lie between the feet, as when the robot was put there.
+        looks, and the origin to lie between the feet, as when the robot was put there. When `tilt`, the angle
+        in rad between the torso's z axis and the vertical, says that it cannot stand so, it has fallen over:
+        further the way that it leans, or else forward.
         """
         in_torso = self.poses_in_torso(angles)
         torso = self._standing(in_torso)
+        if tilt is not None:
+            torso = _fallen(torso, in_torso.values(), tilt)
         return {
             name: Pose(_moved(torso, pose.position), _product(torso.rotation, pose.rotation))
             for name, pose in in_torso.items()
@@ -120,6 +131,21 @@ class BodyGeometry:
 
     def _lowest(self, frame: Pose, name: str, foot: Pose) -> float:
         return min(_moved(frame, _moved(foot, point))[2] for point in self._soles[name])
+
+
+def _fallen(torso: Pose, in_torso: Iterable[Pose], tilt: float) -> Pose:
+    """Return the pose of a torso that is tilted so, unless it is that about; all links are on the floor."""
+    x, y, z = _moved(Pose((0.0, 0.0, 0.0), torso.rotation), (0.0, 0.0, 1.0))
+    further = tilt - math.acos(min(1.0, max(-1.0, z)))
+    if abs(further) < _UNSTEADY:
+        return torso
+    lean = math.hypot(x, y)
+    axis = (-y / lean, x / lean, 0.0) if lean > _LEANING else (0.0, 1.0, 0.0)
+    over = Pose((0.0, 0.0, 0.0), _about(axis, further))
+    turned = Pose(_moved(over, torso.position), _product(over.rotation, torso.rotation))
+    lowest = min(_moved(turned, pose.position)[2] for pose in in_torso)
+    x, y, z = turned.position
+    return Pose((x, y, z - lowest + _THICKNESS), turned.rotation)
 
 
 @lru_cache(maxsize=1)

@@ -15,7 +15,7 @@ from zenoh_ice import Communicator, Sample
 
 from .history import History
 from .robot import RobotWatch
-from .values import LiveSnapshot, LiveStructure
+from .values import LiveSnapshot, LiveStructure, is_sound
 
 __all__ = ["Relay", "Silence"]
 
@@ -118,12 +118,23 @@ class Relay:
             self._silent = silent
             self._told(self.silence)
 
+    def _is_of_older(self, snapshot: ComponentSnapshot) -> bool:
+        """Return whether a snapshot is of another process that serves the same name, and was started earlier.
+
+        As long as the younger one speaks that one is followed, or each would end the run of the other.
+        """
+        before = self._history.newest
+        speaks = time.monotonic() - self._heard <= _SILENT
+        return before is not None and speaks and snapshot.startedAt < before.component.startedAt
+
     def _on_snapshot(self, sample: Sample[ComponentSnapshot]) -> None:
         if self._closed.is_set():
             return
         snapshot = sample.value
-        self._heard, self._heard_at = time.monotonic(), time.time()
         before = self._history.newest
+        if not is_sound(snapshot) or self._is_of_older(snapshot):
+            return
+        self._heard, self._heard_at = time.monotonic(), time.time()
         if before is not None and snapshot.startedAt != before.component.startedAt:
             self._run += 1
             self._history = History()

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import msgspec
 
@@ -15,19 +14,16 @@ from interfaces.jderobot import CameraPrx, MotorsPrx
 from interfaces.nao import HealthPrx, JointLimits, JointsPrx, PoseHeadPrx
 from visualhfsm.watch.fact import Fact
 from visualhfsm.watch.scene import STALE, STALE_HEALTH
-from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
+from zenoh_ice import Communicator, ZenohIceError
 from zenoh_ice.presence import Target
 
+from .streams import Newest
 from .values import RobotState
 
 __all__ = ["RobotFacts", "RobotWatch", "StopReport", "has_interface", "stop_robot"]
 
 _STOP_LIMIT: Final = 1.0
 """Wall seconds in which the robot has to answer to being stopped."""
-
-T = TypeVar("T")
-
-_logger = logging.getLogger(__name__)
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -46,6 +42,9 @@ class RobotWatch:
         self._head = PoseHeadPrx.uncheckedCast(proxy("Head"))
         self._body = JointsPrx.uncheckedCast(proxy("Body"))
         self._health = HealthPrx.uncheckedCast(proxy("Health"))
+        self._pose = Newest(self._head.getPose.latest, STALE)
+        self._joints = Newest(self._body.getJointState.latest, STALE)
+        self._condition = Newest(self._health.getHealth.latest, STALE_HEALTH)
         self._names = Fact(self._body.getJointNamesAsync)
         self._limits = Fact(self._body.getJointLimitsAsync)
 
@@ -72,16 +71,21 @@ class RobotWatch:
 
     def joints(self) -> dict[str, float]:
         """Return the angles of the joints in rad by name; none when they are unknown or too old."""
-        body, names = _fresh(self._body.getJointState.latest, STALE), self._names.value
+        body, names = self._joints(), self._names.value
         if body is None or names is None:
             return {}
         pairs = zip(names, body.value.positions, strict=False)
         return {name: angle for name, angle in pairs if math.isfinite(angle)}
 
+    def tilt(self) -> float | None:
+        """Return the angle between the torso's z axis and the vertical in rad; None when it is unknown."""
+        health = self._condition()
+        tilt = math.nan if health is None else health.value.torsoTilt
+        return tilt if math.isfinite(tilt) else None
+
     def read(self) -> RobotState:
         """Return what is known now, without waiting."""
-        head = _fresh(self._head.getPose.latest, STALE)
-        health = _fresh(self._health.getHealth.latest, STALE_HEALTH)
+        head, health = self._pose(), self._condition()
         return RobotState(
             joints=self.joints(),
             pan=head.value.pan if head else None,
@@ -145,13 +149,3 @@ _STOPS: Final[Mapping[str, Callable[[Communicator], Any]]] = {
     "Body": _stop_body,
     "Motors": _stop_walk,
 }
-
-
-def _fresh(read: Callable[[], Sample[T] | None], oldest: float) -> Sample[T] | None:
-    """Return the newest sample of a stream, unless it is too old or does not fit the interface."""
-    try:
-        sample = read()
-    except MarshalException as error:
-        _logger.warning("%s", error)
-        return None
-    return sample if sample is not None and sample.age <= oldest else None

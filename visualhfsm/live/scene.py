@@ -1,4 +1,4 @@
-"""The view in 3D: the robot's geometry once, then poses from its encoders and those of the balls.
+"""The view in 3D: the robot's geometry once, then poses from its encoders, its tilt, and those of the balls.
 
 The first frame is JSON: `nao_h25.json` with the `order` of the poses. Every other frame is float32, little-
 endian, 7 numbers for each name of the order: position in m, and a quaternion (x, y, z, w). What is not known
@@ -10,7 +10,6 @@ from __future__ import annotations
 import array
 import asyncio
 import json
-import logging
 import math
 import sys
 import time
@@ -18,10 +17,11 @@ from collections.abc import AsyncGenerator
 from typing import Any, Final
 
 from interfaces.jderobot import Pose3DEncodersPrx
-from zenoh_ice import Communicator, MarshalException
+from zenoh_ice import Communicator
 
 from .kinematics import BodyGeometry, Pose, load_body
 from .robot import RobotWatch
+from .streams import Newest
 
 __all__ = ["Scene"]
 
@@ -30,8 +30,6 @@ _REPEAT: Final = 1.0
 """Seconds after which poses that have not changed are sent again."""
 _STALE: Final = 2.0
 _UNKNOWN: Final = Pose((math.nan,) * 3, (math.nan,) * 4)
-
-_logger = logging.getLogger(__name__)
 
 
 class Scene:
@@ -42,7 +40,12 @@ class Scene:
         self._body: BodyGeometry = load_body()
         described: dict[str, Any] = json.loads(self._body.text)
         self._balls = {
-            name: Pose3DEncodersPrx.uncheckedCast(communicator.stringToProxy(f"{name}Encoders"))
+            name: Newest(
+                Pose3DEncodersPrx.uncheckedCast(
+                    communicator.stringToProxy(f"{name}Encoders")
+                ).getPose3DEncodersData.latest,
+                _STALE,
+            )
             for name in described["balls"]
         }
         described["order"] = [*(link.name for link in self._body.links), *self._balls]
@@ -63,7 +66,7 @@ class Scene:
     def poses(self) -> bytes:
         """Return the poses as they are known now."""
         angles = self._robot.joints()
-        known = self._body.poses(angles) if angles else {}
+        known = self._body.poses(angles, self._robot.tilt()) if angles else {}
         numbers = array.array("f")
         for link in self._body.links:
             _append(numbers, known.get(link.name, _UNKNOWN))
@@ -75,12 +78,8 @@ class Scene:
 
     def _ball(self, name: str) -> Pose:
         """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
-        try:
-            sample = self._balls[name].getPose3DEncodersData.latest()
-        except MarshalException as error:
-            _logger.warning("%s", error)
-            return _UNKNOWN
-        if sample is None or sample.age > _STALE:
+        sample = self._balls[name]()
+        if sample is None:
             return _UNKNOWN
         at = sample.value
         return Pose((at.x * math.cos(at.pan), at.x * math.sin(at.pan), at.z), (0.0, 0.0, 0.0, 1.0))

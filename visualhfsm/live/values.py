@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import msgspec
 
@@ -10,7 +11,13 @@ from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure
 from interfaces.nao import HealthReport
 from visualhfsm.watch.numbers import number_in
 
-__all__ = ["LiveSnapshot", "LiveStructure", "RobotState", "numbers_of"]
+__all__ = ["LiveSnapshot", "LiveStructure", "RobotState", "is_sound", "numbers_of"]
+
+_LONGEST: Final = 1e9
+"""Seconds of component time: thirty years."""
+_LATEST: Final = 1e11
+"""Seconds since 1970 at which a component may have been started, some thousand years."""
+_MOST_AUTOMATA: Final = 10_000
 
 
 class RobotState(msgspec.Struct, frozen=True, rename="camel"):
@@ -43,6 +50,18 @@ class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
     run: int
     breakpoints: list[Breakpoint] = []
     cameras: list[str] = []
+
+
+def is_sound(snapshot: ComponentSnapshot) -> bool:
+    """Return whether a snapshot can be one: of a time in a run, and of not too many automata.
+
+    What is kept of a run is found by its times; whoever is in the realm may send anything.
+    """
+    return (
+        0.0 <= snapshot.time <= _LONGEST
+        and abs(snapshot.startedAt) <= _LATEST
+        and len(snapshot.automata) <= _MOST_AUTOMATA
+    )
 
 
 def numbers_of(snapshot: LiveSnapshot) -> dict[str, float]:

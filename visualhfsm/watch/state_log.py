@@ -13,6 +13,8 @@ __all__ = ["Change", "Span", "StateLog"]
 
 _LONGEST: Final = 5_000
 """Changes of state and spans kept."""
+_MOST_AUTOMATA: Final = 10_000
+"""Automata that are told apart; of more, those that are gone are forgotten."""
 
 
 @dataclass(slots=True)
@@ -55,6 +57,10 @@ class StateLog:
             changed = self._note_span(automaton, snapshot.time) or changed
             self._last[automaton.id] = automaton
         self._before = snapshot.time
+        if len(self._last) > max(_MOST_AUTOMATA, len(snapshot.automata)):
+            here = {automaton.id for automaton in snapshot.automata}
+            self._last = {number: last for number, last in self._last.items() if number in here}
+            self._open = {number: span for number, span in self._open.items() if number in here}
         return changed
 
     def _note_change(self, automaton: AutomatonSnapshot) -> None:

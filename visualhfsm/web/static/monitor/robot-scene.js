@@ -47,7 +47,7 @@ export class RobotScene {
 
   /** Make the body; `described` is `nao_h25.json` with the `order` of the poses. */
   build(described) {
-    for (const each of this.parts) this.scene.remove(each);
+    this.#clear();
     const materials = new Map();
     const material = ([red, green, blue]) => {
       const key = `${red},${green},${blue}`;
@@ -106,7 +106,20 @@ export class RobotScene {
     return new Promise(requestAnimationFrame);
   }
 
+  /** Let go of the body. */
+  #clear() {
+    this.scene.remove(...this.parts);
+    for (const part of this.parts) {
+      part.traverse(({geometry, material}) => {
+        geometry?.dispose();
+        material?.dispose();
+      });
+    }
+    this.parts = [];
+  }
+
   close() {
+    this.#clear();
     this.sizes.disconnect();
     this.controls.dispose();
     cancelAnimationFrame(this.frame);

@@ -8,11 +8,11 @@ import {monitor} from "./monitor.js";
 import {RobotScene} from "./robot-scene.js";
 
 class RobotView extends MonitorElement {
-  static kinds = ["mode"];
+  static kinds = ["mode", "shown"];
   static properties = {problem: {state: true}};
 
   render() {
-    return html`<div class="robot-view"><div class="stage"></div><p class="robot-hint faint" role="status">${this.problem ?? (monitor.looking ? "The robot as it stands now, also while you look back." : "Drag to turn, wheel to come closer.")}</p></div>`;
+    return html`<div class="robot-view"><div class="stage"></div><p class="robot-hint faint" role="status">${this.problem ?? hint()}</p></div>`;
   }
 
   updated(changed) {
@@ -50,6 +50,11 @@ class RobotView extends MonitorElement {
       lost: (reason) => (this.problem = reason || "The server is away."),
     });
   }
+}
+
+function hint() {
+  if (monitor.newest?.robot.health?.fallen) return "It has fallen. How far it is tilted is known, to which side is not.";
+  return monitor.looking ? "The robot as it is now, also while you look back." : "Drag to turn, wheel to come closer.";
 }
 
 customElements.define("hfsm-robot-view", RobotView);
