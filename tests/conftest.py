@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -39,6 +40,14 @@ def surroundings() -> Iterator[None]:
         for name in list(os.environ):
             if name in DECISIVE or (name.startswith("VISUALHFSM_") and name != "VISUALHFSM_EXAMPLES"):
                 patch.delenv(name)
+        # A shell has what runs in the background ignore signals, nohup too, and children inherit that.
+        for number, handler in (
+            (signal.SIGINT, signal.default_int_handler),
+            (signal.SIGTERM, signal.SIG_DFL),
+            (signal.SIGHUP, signal.SIG_DFL),
+        ):
+            if signal.getsignal(number) is signal.SIG_IGN:
+                signal.signal(number, handler)
         patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))  # a machine may be busy for 2 s
         yield
 

@@ -12,6 +12,8 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor
+from tests.support.limits import LIMIT
+from visualhfsm.editing import history
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 LEAST_MOVE = 3.0  # pixels
@@ -48,7 +50,7 @@ def test_a_state_is_drawn_where_it_is_clicked_and_named_at_once(shown: EditorPag
     shown.page.mouse.click(x, y + 180)
     shown.name("rest")
     shown.expect_states("followBall", "dance", "rest")
-    assert shown.middle_of("rest") == pytest.approx((x, y + 180), abs=1.5)
+    shown.expect_at("rest", (x, y + 180))
     document = saved(shown, root / "dance_and_follow.xml")
     assert document.root is not None
     assert [state.name for state in document.root.states] == ["followBall", "dance", "rest"]
@@ -71,10 +73,10 @@ def test_dragging_from_a_rim_connects_and_from_the_middle_moves(shown: EditorPag
 
     shown.drag(before, (before[0] + 40, before[1] + 90))
     expect(shown.page.locator(".last-step")).to_have_text("Move “dance”")
-    assert shown.middle_of("dance") == pytest.approx((before[0] + 40, before[1] + 90), abs=1.5)
+    shown.expect_at("dance", (before[0] + 40, before[1] + 90))
     shown.press("Control+z")
     expect(shown.page.locator(".last-step")).to_have_text("Rename “transition 3”")
-    assert shown.middle_of("dance") == pytest.approx(before, abs=0.1)
+    shown.expect_at("dance", before, within=0.1)
 
 
 def test_a_transition_to_itself_and_another_between_the_same_states_have_arcs_of_their_own(
@@ -96,7 +98,7 @@ def test_a_handle_bends_its_arc_and_a_double_click_resets_it(shown: EditorPage) 
     x, y = shown.middle(knob)
     shown.drag((x, y), (x + 20, y - 80))
     expect(shown.page.locator(".last-step")).to_have_text("Move “enough”")
-    assert shown.middle(knob) == pytest.approx((x + 20, y - 80), abs=1.5)
+    shown.expect_at(knob, (x + 20, y - 80))
     x, y = shown.middle(knob)
     shown.page.mouse.dblclick(x, y)
     expect(shown.page.locator(".last-step")).to_have_text("Reset the handle of “enough”")
@@ -135,12 +137,12 @@ def test_the_wheel_zooms_at_the_cursor_and_space_pans(shown: EditorPage) -> None
     shown.page.mouse.wheel(0, -300)
     expect(shown.page.locator(".zoom")).not_to_have_text("125 %")
     assert shown.radius_of("dance") > radius * 1.2
-    assert shown.middle_of("dance") == pytest.approx((x, y), abs=1.0)
+    shown.expect_at("dance", (x, y), within=1.0)
     shown.page.locator("hfsm-canvas > svg").click(position={"x": 20, "y": 20})
     shown.page.keyboard.down("Space")
     shown.drag((x, y), (x - 50, y - 30))
     shown.page.keyboard.up("Space")
-    assert shown.middle_of("dance") == pytest.approx((x - 50, y - 30), abs=1.0)
+    shown.expect_at("dance", (x - 50, y - 30), within=1.0)
 
 
 # --------------------------------------------------------------------------------------------- keyboard
@@ -192,7 +194,8 @@ def test_all_is_drawn_with_the_keyboard_alone(shown: EditorPage, root: Path) -> 
     ]
 
 
-def test_arrows_move_what_is_selected_as_one_step(shown: EditorPage) -> None:
+def test_arrows_move_what_is_selected_as_one_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(history, "MERGE_WITHIN", LIMIT)
     shown.state("dance").focus()
     before = shown.middle_of("dance")
     for _ in range(3):
@@ -202,7 +205,7 @@ def test_arrows_move_what_is_selected_as_one_step(shown: EditorPage) -> None:
     shown.press("Control+z")
     expect(shown.state("dance")).to_have_attribute("transform", "translate(420,160)")
     expect(shown.button("Undo")).to_be_disabled()
-    assert shown.middle_of("dance") == pytest.approx(before, abs=0.1)
+    shown.expect_at("dance", before, within=0.1)
 
 
 def test_the_tree_is_walked_with_arrows_and_opens_with_enter(shown: EditorPage) -> None:

@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage
 from tests.support.editor import Editor
 from tests.support.monitor import monitor_page, robot_and_editor, run, status
+from tests.support.robot_server import eventually
 
 TABS = ("Variables", "Plots", "Cameras", "Joints", "3D", "Cycles", "Errors")
 
@@ -66,8 +67,7 @@ def test_libraries_are_loaded_when_they_are_first_needed(shown: EditorPage) -> N
     expect(shown.page.locator(".uplot")).to_be_visible()
     choose(shown, "3D")
     expect(shown.page.get_by_role("img", name="The robot in 3D")).to_be_visible()
-    assert loaded(shown, "uplot")
-    assert loaded(shown, "three")
+    eventually(lambda: loaded(shown, "uplot") and loaded(shown, "three"))
 
 
 def test_numbers_are_plotted_as_they_change(shown: EditorPage) -> None:
@@ -86,7 +86,7 @@ def test_cameras_joints_and_cycles_are_shown(shown: EditorPage) -> None:
     shown.page.wait_for_function(
         "() => document.querySelector('hfsm-camera .rate')?.textContent.includes('images/s')"
     )
-    assert painted(shown, "hfsm-camera canvas")
+    eventually(lambda: painted(shown, "hfsm-camera canvas"))
     choose(shown, "Joints")
     expect(shown.page.get_by_role("row", name=re.compile("HeadYaw.*°"))).to_be_visible()
     choose(shown, "Cycles")

@@ -11,8 +11,10 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor
+from tests.support.limits import LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.editing import history
 from visualhfsm.web.services import Services
 
 CAMERA = """
@@ -65,7 +67,8 @@ def test_code_that_is_typed_is_saved(shown: EditorPage, path: Path) -> None:
     assert document.automata[0].states[0].code.text == "count += 1\nif count > 3:\n    self.log.info('many')"
 
 
-def test_a_burst_of_typing_is_one_named_step(shown: EditorPage) -> None:
+def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(history, "MERGE_WITHIN", LIMIT)
     code = edit(shown, "wait")
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
         shown.type(word)
@@ -108,7 +111,7 @@ def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: Ed
 def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: EditorPage, path: Path) -> None:
     code = edit(shown, "wait")
     shown.connections.cut()
-    expect(shown.page.get_by_role("alert").filter(has_text="The server is away")).to_be_visible()
+    expect(shown.page.get_by_role("alert").filter(has_text="The server has been away")).to_be_visible()
     shown.type("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
@@ -141,7 +144,7 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         options = shown.page.get_by_role("listbox").get_by_role("option")
         shown.type("\nself.eye.getImageDat")
         # Beside the call, the asynchronous one; the first answer reads all that the code imports.
-        expect(options).to_have_count(2, timeout=30_000)
+        expect(options).to_have_count(2)
         expect(shown.page.locator(".cm-completionInfo")).to_contain_text("newest image")
         shown.press("Enter")
         expect(code).to_contain_text("self.eye.getImageData")

@@ -11,9 +11,10 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
-from tests.support.limits import CALL_LIMIT
+from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
+from visualhfsm.editing import history
 from visualhfsm.running.service import RunningComponents
 from visualhfsm.web.services import Services
 from zenoh_ice import Settings
@@ -118,7 +119,10 @@ def test_search_follows_what_is_typed(shown: EditorPage) -> None:
     expect(shown.page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)
 
 
-def test_a_click_in_the_history_goes_back_to_that_point(shown: EditorPage) -> None:
+def test_a_click_in_the_history_goes_back_to_that_point(
+    shown: EditorPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(history, "MERGE_WITHIN", LIMIT)
     edit(shown, "wait")
     shown.type("\nspeed = 1")
     shown.page.get_by_role("checkbox", name="Final").check()
@@ -154,7 +158,7 @@ def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: P
         shown.state("wait").wait_for()
         shown.press("F5")
         log = shown.page.get_by_role("log", name="Output of the component")
-        expect(log).to_contain_text("NameError: name 'missing' is not defined", timeout=20_000)
+        expect(log).to_contain_text("NameError: name 'missing' is not defined")
         link = log.get_by_role("button", name=re.compile("walk.xml:8"))
         expect(link).to_be_visible()
         assert panel_violations(shown) == []

@@ -24,7 +24,7 @@ CLIENTS = {
 def test_without_a_server_a_client_names_the_endpoint_and_how_to_start_one(command: list[str]) -> None:
     endpoint = free_endpoint()
 
-    with ComponentProcess([*command, "--connect", endpoint]) as client:
+    with ComponentProcess([*command, "--connect", endpoint, "--timeout", "1"]) as client:
         code = client.wait(LIMIT)
 
         assert code == 1

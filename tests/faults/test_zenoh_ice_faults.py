@@ -17,7 +17,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI, drains
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
 from zenoh_ice import (
@@ -184,15 +184,14 @@ class TestServerKilled:
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
         """The first server dies in the middle of the calls; the second is there at once."""
-        client = make_communicator(connect=[endpoint], timeout=5.0)
+        client = make_communicator(connect=[endpoint], timeout=LIMIT)
         adapter_of_next = make_communicator(connect=[endpoint]).createObjectAdapter("Next")
         with ComponentProcess(module(SERVER, "--listen", endpoint)) as first:
             first.wait_for("^ready")
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             calculator.add(1.0, 2.0)
             calculator.count()
-            # Busy for 3 s: both calls wait behind this one.
-            calculator.sleepAsync(3.0)
+            calculator.sleepAsync(LIMIT)  # both calls wait behind this one
             outcomes: dict[str, object] = {}
 
             def call(name: str, function: Callable[[], object]) -> None:
@@ -207,7 +206,7 @@ class TestServerKilled:
             ]
             for thread in threads:
                 thread.start()
-            time.sleep(0.2)  # lets the calls reach the server; were they late, they would find the second
+            time.sleep(1.0)  # lets the calls reach the server; were they late, they would find the second
             first.process.kill()
             until(lambda: "Calculator" not in adapter_of_next._communicator.identities())
             servant = CalculatorI()
@@ -261,7 +260,7 @@ class TestServerFrozen:
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator, limit: float
     ) -> None:
         """More than all buffers between hold: the sender must not wait for room."""
-        client = make_communicator(connect=[endpoint], shared_memory=False)
+        client = make_communicator(connect=[endpoint], shared_memory=False, timeout=LIMIT)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(8 << 20)
         assert calculator.echo(data) == data
@@ -276,7 +275,7 @@ class TestServerFrozen:
 
 
 class TestLinkThatStandsStill:
-    @pytest.mark.parametrize(("limit", "still"), [(2.0, 1.3), (1.0, 0.4), (0.5, 0.2)])
+    @pytest.mark.parametrize(("limit", "still"), [(LIMIT, 1.3), (CALL_LIMIT, 0.4)])
     def test_large_call_is_not_lost(
         self, pair: Pair, make_communicator: MakeCommunicator, limit: float, still: float
     ) -> None:
@@ -303,7 +302,7 @@ class TestLinkThatStandsStill:
         with Relay(pair.endpoint) as relay:
             client = make_communicator(connect=[relay.endpoint], shared_memory=False)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-            hurried = calculator.ice_invocationTimeout(1000)
+            hurried = calculator.ice_invocationTimeout(LIMIT * 1000)
             data = bytes(8 << 20)
             assert hurried.echo(data) == data
             relay.hold()

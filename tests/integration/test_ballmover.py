@@ -65,7 +65,7 @@ def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> No
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
     with initialize(connect=[robot]) as communicator:
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-        command = module("ballmover", "green", file, "--once", "--speed", "0.8", "--connect", robot)
+        command = module("ballmover", "green", file, "--once", "--speed", "0.4", "--connect", robot)
         with ComponentProcess(command) as mover:
             mover.wait_for("waypoint 2 of 2")
             places = []
@@ -74,7 +74,7 @@ def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> No
                 if places[-1][1] < -0.39:
                     break
             assert mover.wait() == 0
-    assert len(places) > 10
+    assert len(places) > 3
     for x, y, z in places:
         assert x == pytest.approx(0.8, abs=0.02)
         assert z == pytest.approx(0.6 - y / 4, abs=0.02)
@@ -84,12 +84,13 @@ def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> No
 def test_a_signal_ends_it_cleanly_and_stops_the_ball(
     robot: str, tmp_path: Path, number: int, code: int
 ) -> None:
-    file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.5")
-    with ComponentProcess(module("ballmover", "green", file, "--connect", robot)) as mover:
-        mover.wait_for("waypoint 2 of 2")
-        with initialize(connect=[robot]) as communicator:
-            encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-            moving = next(s for s in encoders.getPose3DEncodersData.samples() if place(s.value)[1] < 0.3)
+    # There at once, then so slowly that it is still on its way whenever the signal comes.
+    file = write(tmp_path / "path.csv", "x,y,z,speed", "0.8,0.4,0.5,1", "0.8,-0.4,0.5,0.02")
+    with initialize(connect=[robot]) as communicator:
+        encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
+        with ComponentProcess(module("ballmover", "green", file, "--connect", robot)) as mover:
+            mover.wait_for("waypoint 2 of 2")
+            moving = next(s for s in encoders.getPose3DEncodersData.samples() if place(s.value)[1] < 0.39)
             mover.process.send_signal(number)
             assert mover.wait(LIMIT) == code
             assert "Traceback" not in mover.output

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -111,9 +112,9 @@ def test_snapshots_tell_states_timers_guards_variables_and_cycles(pair: Pair) ->
     assert (root.state, root.ghost, child.state, child.ghost) == (1, False, 1, False)
     assert [(guard.transition, guard.value) for guard in root.guards] == [(1, False)]
     (timer,) = child.timers
-    assert 3590 < timer.remaining < 3600
+    assert 3000 < timer.remaining < 3600
     assert int(child.variables["count"]) >= 3
-    assert child.lastCycle <= child.longestCycle < 2
+    assert child.lastCycle <= child.longestCycle < LIMIT
     assert snapshot.errors == []
 
 
@@ -146,9 +147,11 @@ def test_a_transition_is_forced_and_the_child_becomes_a_ghost(pair: Pair) -> Non
 
 
 def test_pause_step_and_resume(pair: Pair) -> None:
-    with monitored(pair, tree()) as (_, proxy):
+    with monitored(pair, tree()) as (runtime, proxy):
         proxy.pause()
-        paused = until(proxy, lambda snapshot: snapshot.status is ComponentStatus.Paused)
+        eventually(lambda: not runtime.in_cycle)
+        paused = proxy.getSnapshot()
+        assert paused.status is ComponentStatus.Paused
         proxy.step(2)
         stepped = proxy.getSnapshot()
         assert stepped.automata[1].cycles == paused.automata[1].cycles + 1
@@ -190,7 +193,7 @@ def counter(period: float = 0.02, **states: Any) -> Automaton:
 
     def more() -> None:
         nonlocal count
-        count += 100
+        count += 1_000_000
 
     return Automaton(
         id=1,
@@ -222,14 +225,14 @@ def test_a_breakpoint_pauses_before_the_code_of_the_state(pair: Pair) -> None:
         count = int(automaton.variables["count"])
         later = proxy.getSnapshot()
         assert later.time == snapshot.time  # it stands still
-        assert int(later.automata[0].variables["count"]) == count < 100
+        assert int(later.automata[0].variables["count"]) == count < 1_000_000
         proxy.step(1)  # the code of b, and nothing before it
         stepped = proxy.getSnapshot()
-        assert int(stepped.automata[0].variables["count"]) == count + 100
+        assert int(stepped.automata[0].variables["count"]) == count + 1_000_000
         assert stepped.stoppedAt == []
         assert stepped.status is ComponentStatus.Paused
         proxy.resume()
-        until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) > count + 200)
+        until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) > count + 2_000_000)
 
 
 def test_a_breakpoint_at_a_transition_goes_on_where_it_stood(pair: Pair) -> None:
@@ -240,7 +243,7 @@ def test_a_breakpoint_at_a_transition_goes_on_where_it_stood(pair: Pair) -> None
         proxy.setBreakpoints([])
         proxy.resume()
         snapshot = until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) != count)
-        assert (int(snapshot.automata[0].variables["count"]) - count) % 100 == 0
+        assert (int(snapshot.automata[0].variables["count"]) - count) % 1_000_000 == 0
         assert (snapshot.status, snapshot.stoppedAt) == (ComponentStatus.Running, [])
 
 
@@ -448,7 +451,7 @@ def test_why_not_tells_guards_timers_and_events(pair: Pair) -> None:
         assert (go.transition, go.order, go.value) == (1, 1, False)
         assert go.askedAt > 0
         assert go.remaining == -1.0
-        assert go.reason.startswith("its guard `go` was false when it was asked 0.")
+        assert re.match(r"its guard `go` was false when it was asked \d+\.\d", go.reason)
         assert first.summary.startswith("walker has been in a for ")
         proxy.setVariable(1, "go", "true")
         until(proxy, lambda snapshot: snapshot.automata[0].state == 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -174,9 +175,9 @@ class Watcher(Component, document="watcher.xml"):
 
 
 def record_watcher(kind: Callable[[], Component], world: World, path: Path, seconds: float = 3.0) -> None:
-    with running(kind, world, path) as (_, clock):
-        for _ in range(round(seconds / 0.1)):
-            clock.sleep(0.1)
+    with running(kind, world, path) as (runtime, clock):
+        clock.sleep(seconds)
+        eventually(lambda: runtime.tree.root.cycles > 8 * seconds)
 
 
 def test_calls_come_back_with_what_they_brought(tmp_path: Path, world: World) -> None:
@@ -254,7 +255,7 @@ def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world
     publisher = world[1].getPosePublisher
     with running(Streams, world, path) as (_, clock):
         clock.sleep(0.1)
-        assert publisher.wait_for_listener(5.0)
+        assert publisher.wait_for_listener(LIMIT)
         for step in range(30):
             if step % 3 == 0:
                 publisher.publish(world[1].pose(), time=float(step))
@@ -305,7 +306,7 @@ def test_callbacks_of_streams_are_called_with_the_same_samples(tmp_path: Path, w
     publisher = world[1].getPosePublisher
     with running(Callbacks, world, path) as (_, clock):
         clock.sleep(0.1)
-        assert publisher.wait_for_listener(5.0)
+        assert publisher.wait_for_listener(LIMIT)
         for step in range(20):
             publisher.publish(world[1].pose(), time=float(step))
             clock.sleep(0.1)
@@ -326,7 +327,7 @@ def test_what_others_did_to_it_is_done_again(tmp_path: Path, world: World) -> No
         runtime.step(0)
         clock.sleep(1.0)
         runtime.resume()
-        clock.sleep(1.0)
+        eventually(lambda: runtime.tree.root.last_transition == 2)
         runtime.send("hello", {"a": [1, 2.5, None]})
         clock.sleep(0.3)
     comparison = identical(path, Steered)
@@ -350,7 +351,7 @@ def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, 
         runtime.step(0)
         runtime.breakpoints.set([], runtime.tree, {})
         runtime.resume()
-        clock.sleep(1.5)
+        eventually(lambda: runtime.tree.root.last_transition == 2)
     comparison = identical(path, Watcher)
     assert [step.state for step in comparison.replayed_steps][:3] == ["a", "b", "a"]
 
@@ -422,27 +423,29 @@ def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variable
     run, comparison = replayed(path, Watcher, edited=Patient, since=3_000_000_000)
     before = [step for step in comparison.recorded_steps if step.time < 3.0]
     assert comparison.replayed_steps[: len(before)] == before
-    assert [step for step in comparison.replayed_steps if step.time > 3.3] == []
+    assert [step for step in comparison.replayed_steps if step.time > 3.0 and step.state == "b"] == []
     assert comparison.divergences[0].time >= 3.0
     assert not [found for found in comparison.differences if found.what == "count"]
-    assert "the edited document took over at 3." in run.notes[0]
+    taken = re.search(r"the edited document took over at (\d+\.\d)", run.notes[0])
+    assert taken is not None
+    assert float(taken[1]) >= 3.0
 
 
 def test_a_gap_in_the_recording_is_told_and_ends_the_replay(
     tmp_path: Path, world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "run.mcap"
-    with running(Watcher, world, path) as (_, clock):
-        clock.sleep(2.0)
-        monkeypatch.setattr(writer, "_MOST_WAITING", 0)
-        clock.sleep(1.0)
-        monkeypatch.setattr(writer, "_MOST_WAITING", 10_000)
-        clock.sleep(1.0)
+    with running(Watcher, world, path) as (runtime, _):
+        for most_waiting in (10_000, 0, 10_000):
+            monkeypatch.setattr(writer, "_MOST_WAITING", most_waiting)
+            cycles = runtime.tree.root.cycles
+            eventually(lambda cycles=cycles: runtime.tree.root.cycles > cycles + 10)  # type: ignore[misc]
     run, comparison = replayed(path, Watcher)
     (note,) = run.notes
-    assert note.startswith("the recording has a gap at 3.")
+    gap = re.match(r"the recording has a gap at (\d+\.\d+) s", note)
+    assert gap is not None, note
     assert comparison.divergences == []
-    assert max(step.time for step in comparison.replayed_steps) < 3.1
+    assert max(step.time for step in comparison.replayed_steps) <= float(gap[1]) + 0.001
 
 
 # Random components.

@@ -18,7 +18,7 @@ from websockets.typing import Origin
 
 from tests.support.editor import DOCUMENT, Window
 from tests.support.limits import LIMIT
-from tests.support.processes import ComponentProcess, module
+from tests.support.processes import ComponentProcess, free_endpoint, module
 
 ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
 
@@ -63,7 +63,8 @@ def test_a_signal_ends_everything_in_an_orderly_way(
             assert children  # the one that checks
             process.process.send_signal(number)
             assert process.wait() == code
-        assert not [child for child in children if child.is_running()]
+        _, left = psutil.wait_procs(children, LIMIT)
+        assert not [child for child in left if child.status() != psutil.STATUS_ZOMBIE]
         assert re.search("WARNING .*robot has unsaved changes", process.output)
         assert "Traceback" not in process.output
         secrets = {address[0].partition("token=")[2], str(cookie.value)}
@@ -79,9 +80,9 @@ def test_a_signal_ends_everything_in_an_orderly_way(
 
 def test_a_port_can_be_chosen_and_a_taken_one_is_told(tmp_path: Path) -> None:
     with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
+        port = int(free_endpoint().rpartition(":")[2])
+        taken.bind(("127.0.0.1", port))
         taken.listen()
-        port = taken.getsockname()[1]
         with edit(tmp_path, "--port", str(port), "--no-browser") as process:
             process.wait_for(rf"error: cannot listen on port {port} .*--port")
             assert process.wait() == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -24,6 +25,12 @@ NO_CHROMIUM: Final = "needs Chromium: make browser as root, or apt-get install c
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
 
 expect.set_options(timeout=LIMIT * 1000)
+
+# On a busy machine a message could be gone before it is looked for.
+KEEP_NOTICES: Final = """
+    const genuine = window.setTimeout;
+    window.setTimeout = (handler, delay, ...rest) => genuine(handler, delay >= 6000 ? 20 * delay : delay, ...rest);
+"""
 
 
 def chromium_path() -> str | None:
@@ -85,6 +92,7 @@ class EditorPage:
         page.on("pageerror", lambda error: self.mishaps.append(str(error)))
         page.on("console", lambda message: self._note(message.type, message.text))
         page.set_default_timeout(LIMIT * 1000)
+        page.add_init_script(KEEP_NOTICES)
         page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
 
     def _note(self, kind: str, text: str) -> None:
@@ -127,6 +135,14 @@ class EditorPage:
     def middle_of(self, name: str) -> tuple[float, float]:
         """Return where the middle of a state is in the window."""
         return self.middle(self.state(name).locator(".body"))
+
+    def expect_at(self, what: str | Locator, place: tuple[float, float], within: float = 1.5) -> None:
+        """Wait until the middle of a thing, or of the state with a name, is at a place in the window."""
+        found = what if isinstance(what, Locator) else self.state(what).locator(".body")
+        deadline = time.monotonic() + LIMIT
+        while (seen := self.middle(found)) != pytest.approx(place, abs=within):
+            assert time.monotonic() < deadline, f"{seen}, not {place}"
+            self.page.wait_for_timeout(20)
 
     def radius_of(self, name: str) -> float:
         """Return the radius of a state in pixels of the window."""
@@ -201,6 +217,8 @@ def editor_page(
 
 def saved(shown: EditorPage, path: Path) -> Document:
     """Save what is shown and return what is in the file."""
+    for notice in shown.page.locator(".notice").filter(has_text="Saved").all():
+        notice.get_by_role("button", name="Dismiss").click()  # it tells of an earlier time
     shown.press("Control+s")
     expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
     document = read_document(path, Diagnostics())

@@ -80,13 +80,14 @@ def eventually(condition: Callable[[], bool], limit: float = LIMIT) -> None:
         time.sleep(0.01)
 
 
-def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool], samples: int = 500) -> V:
-    """Return the first value of a stream that meets a condition; AssertionError when none of `samples` does."""
+def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool]) -> V:
+    """Return the first value of a stream that meets a condition; AssertionError when none does in time."""
+    deadline = time.monotonic() + LIMIT
     value: V | None = None
-    for count, sample in enumerate(stream.samples(timeout=LIMIT)):
+    for sample in stream.samples(timeout=LIMIT):
         value = sample.value
         if condition(value):
             return value
-        if count >= samples:
+        if time.monotonic() > deadline:
             break
-    raise AssertionError(f"not met by any of {samples} samples; the last is {value}")
+    raise AssertionError(f"not met in time; the last is {value}")

@@ -1,0 +1,25 @@
+"""The side of a terminal at which a person sits."""
+
+from __future__ import annotations
+
+import os
+import select
+import time
+
+from tests.support.limits import LIMIT
+
+__all__ = ["read_until"]
+
+
+def read_until(terminal: int, text: str) -> str:
+    """Read what a terminal shows until a text has come."""
+    output = b""
+    deadline = time.monotonic() + LIMIT
+    while text.encode() not in output:
+        ready, _, _ = select.select([terminal], [], [], max(0.0, deadline - time.monotonic()))
+        assert ready, output.decode(errors="replace")
+        try:
+            output += os.read(terminal, 65536)
+        except OSError:  # nobody writes to it any more
+            raise AssertionError(output.decode(errors="replace")) from None
+    return output.decode(errors="replace")
