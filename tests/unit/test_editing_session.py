@@ -146,6 +146,35 @@ def test_saving_keeps_permissions_and_links(session: DocumentSession, path: Path
     assert sorted(each.name for each in tmp_path.iterdir()) == ["journals", "link.xml", "waver.xml"]
 
 
+def test_what_was_not_changed_is_written_back_as_it_was_laid_out(path: Path, tmp_path: Path) -> None:
+    by_hand = path.read_bytes().replace(b"\n", b"\r\n").replace(b"  <", b"\t<")
+    path.write_bytes(by_hand)
+    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session.do(rename("a"))
+    session.save()
+    assert path.read_bytes() != by_hand
+    session.undo()
+    with pytest.raises(EditError, match="not saved"):
+        session.close()
+    session.save()
+    assert path.read_bytes() == by_hand
+    session.close()
+
+
+def test_a_directory_that_cannot_be_synced_does_not_hide_that_the_file_is_there(
+    session: DocumentSession, path: Path, monkeypatch
+) -> None:
+    def fail(_directory: Path) -> None:
+        raise OSError(22, "Invalid argument")
+
+    monkeypatch.setattr("visualhfsm.editing.files._sync_directory", fail)
+    session.do(rename("a"))
+    session.save()
+    assert not session.dirty
+    assert "<name>a</name>" in path.read_text()
+    assert not session.is_changed_outside()
+
+
 def test_saving_that_fails_leaves_the_old_file(session: DocumentSession, path: Path, monkeypatch) -> None:
     original = path.read_bytes()
     session.do(rename("a"))
@@ -340,6 +369,86 @@ def test_a_journal_that_was_cut_off_gives_what_it_has(path: Path, tmp_path: Path
     again = DocumentSession.recover(file)
     assert again.document.automata[0].states[0].name == "c"
     again.close(discard=True)
+
+
+def test_a_journal_that_means_nothing_from_some_entry_on_is_continued_there(
+    path: Path, tmp_path: Path
+) -> None:
+    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session.do(rename("a"))
+    session.abandon()
+    (file,) = (tmp_path / "journals").iterdir()
+    for lost in (
+        b'{"entry":"do","command":{"command":"renameState","automaton":9,"state":1,"name":"x"}}\n',
+        b"?\n",
+    ):
+        file.write_bytes(file.read_bytes() + lost + b'{"entry":"undo"}\n')
+        recovered = DocumentSession.recover(file)
+        assert recovered.undo_names == ["Rename “wait”"]
+        recovered.abandon()
+    recovered = DocumentSession.recover(file)
+    recovered.do(rename("b", 2))
+    recovered.abandon()
+    again = DocumentSession.recover(file)
+    assert again.undo_names == ["Rename “work”", "Rename “wait”"]
+    again.close(discard=True)
+
+
+def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeypatch) -> None:
+    real = os.write
+    full = False
+
+    def write(descriptor: int, content: bytes) -> int:
+        if full:
+            real(descriptor, content[:7])
+            raise OSError(28, "No space left on device")
+        return real(descriptor, content)
+
+    monkeypatch.setattr("visualhfsm.editing.journal.os.write", write)
+    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    full = True
+    session.do(rename("a"))
+    full = False
+    session.do(rename("b", 2))
+    full = True
+    session.undo()
+    session.do(AddState(automaton=1, x=0, y=0))
+    full = False
+    session.undo()
+    session.undo()
+    session.redo()
+    session.do(rename("c", 2))
+    expected = session.document
+    session.abandon()
+    (file,) = (tmp_path / "journals").iterdir()
+    recovered = DocumentSession.recover(file)
+    assert recovered.document == expected
+    recovered.close(discard=True)
+
+
+def test_a_crash_right_after_saving_leaves_nothing_to_save(session: DocumentSession, path: Path) -> None:
+    session.do(rename("a"))
+    path.write_text(session.text())  # and the process dies before the journal tells of it
+    session.abandon()
+    (found,) = find_abandoned(path.parent / "journals")
+    recovered = DocumentSession.recover(found.file)
+    assert not recovered.dirty
+    assert not recovered.is_changed_outside()
+    recovered.undo()
+    recovered.save()
+    recovered.close()
+
+
+def test_the_only_copy_of_a_file_that_was_removed_is_recovered(session: DocumentSession, path: Path) -> None:
+    path.unlink()
+    session.resolve(Choice.MINE)
+    with pytest.raises(EditError, match="not saved"):
+        session.close()
+    session.abandon()
+    (found,) = find_abandoned(path.parent / "journals")
+    recovered = DocumentSession.recover(found.file)
+    assert recovered.document == tree()
+    recovered.close(discard=True)
 
 
 def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:

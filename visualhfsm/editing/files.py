@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import secrets
+import stat
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,32 +55,41 @@ def read_file(path: Path) -> tuple[bytes, FileVersion]:
     return content, FileVersion(status.st_mtime_ns, len(content), _digest(content))
 
 
-def write_file(path: Path, text: str) -> FileVersion:
-    """Write a file whole or not at all, with the permissions that it had; a link stays one.
+def write_file(path: Path, content: bytes) -> FileVersion:
+    """Write a file whole or not at all, with the permissions and the group that it had; a link stays one.
 
-    The content is on the disk before the file takes its place. Raises EditError.
+    The content is on the disk before the file takes its place. Raises EditError, also for a file that may not
+    be written to, though its directory may.
     """
-    content = text.encode()
     temporary: Path | None = None
     try:
-        target = path.resolve()
-        temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp")
-        with temporary.open("xb") as stream:
+        target = Path(os.path.realpath(path))
+        former = target.stat() if target.exists() else None
+        if former is not None and not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, "the file is write-protected")
+        temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
+        # Nobody else may read it before it has the permissions of the former one.
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        descriptor = os.open(temporary, flags, 0o666 if former is None else 0o600)
+        with os.fdopen(descriptor, "wb") as stream:
             stream.write(content)
             stream.flush()
-            if target.exists():
-                temporary.chmod(target.stat().st_mode & 0o7777)
-            os.fsync(stream.fileno())
+            if former is not None:
+                with suppress(PermissionError):  # the group may be one that the user is not in
+                    os.fchown(descriptor, -1, former.st_gid)
+                os.fchmod(descriptor, stat.S_IMODE(former.st_mode))
+            os.fsync(descriptor)
+            written = os.fstat(descriptor)
         temporary.replace(target)
-        _sync_directory(target.parent)
-        status = target.stat()
     except (OSError, ValueError) as error:
         if temporary is not None:
             with suppress(OSError):  # it may never have been made; the first failure is the one to tell
                 temporary.unlink(missing_ok=True)
         hint = f"nothing was written: check the permissions of {path.parent} and the space on the disk"
         raise EditError(f"Cannot save {path.name}", _reason(error), hint) from error
-    return FileVersion(status.st_mtime_ns, status.st_size, _digest(content))
+    with suppress(OSError):  # the file is there; only a power failure could still bring back the former one
+        _sync_directory(target.parent)
+    return FileVersion(written.st_mtime_ns, written.st_size, _digest(content))
 
 
 def _sync_directory(directory: Path) -> None:

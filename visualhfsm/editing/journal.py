@@ -11,8 +11,10 @@ import fcntl
 import logging
 import os
 import secrets
+import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -38,6 +40,7 @@ _logger = logging.getLogger(__name__)
 
 _VERSION: Final = 1
 _SUFFIX: Final = ".journal"
+_UNREADABLE: Final = ".unreadable"
 _LARGEST: Final = 256 << 20
 
 
@@ -106,10 +109,11 @@ class Journal:
         self._header = header
         self._file: Path | None = None
         self._descriptor = -1
+        self._has_gap = False
 
     @classmethod
-    def take_over(cls, file: Path) -> tuple[Journal, Iterator[Entry]]:
-        """Return a journal to be continued, and what it holds.
+    def take_over(cls, file: Path) -> tuple[Journal, Iterator[tuple[Entry, int]]]:
+        """Return a journal to be continued, and what it holds: entries, each with its place for `cut`.
 
         Raises EditError when it cannot be read, or belongs to a session that is alive.
         """
@@ -141,7 +145,7 @@ class Journal:
             raise
         journal = cls(file.parent, header)
         journal._file, journal._descriptor = file, descriptor
-        return journal, _entries(whole, file)
+        return journal, journal._entries(whole, len(first) + 1)
 
     @property
     def header(self) -> Header:
@@ -153,14 +157,44 @@ class Journal:
         """The file, or None before the first entry."""
         return self._file
 
-    def add(self, entry: Entry) -> None:
-        """Write an entry; when the disk is full or gone that is logged, and editing goes on without it."""
+    def add(self, entry: Entry, whole: Callable[[], Entry]) -> None:
+        """Write an entry; when the disk is full or gone that is logged, and editing goes on without it.
+
+        What follows one that is missing could not be replayed: `whole`, the change to the document as it is
+        now, is written in its place from then on.
+        """
+        entries = [entry] if not self._has_gap else [whole(), *([entry] if isinstance(entry, Saved) else [])]
+        size = 0
         try:
             if self._descriptor < 0:
                 self._begin()
-            _write(self._descriptor, msgspec.json.encode(entry) + b"\n")
+            size = os.fstat(self._descriptor).st_size
+            _write(self._descriptor, b"".join(msgspec.json.encode(each) + b"\n" for each in entries))
         except OSError as error:
             _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
+            self._has_gap = True
+            if self._descriptor >= 0:
+                with suppress(OSError):  # the disk may be gone altogether
+                    os.ftruncate(self._descriptor, size)
+
+    def begin(self) -> None:
+        """Make the file, so that the document can be recovered though it was not changed."""
+        if self._descriptor < 0:
+            try:
+                self._begin()
+            except OSError as error:
+                _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
+
+    def cut(self, place: int, why: Exception) -> None:
+        """Drop the entry at a place, which means nothing, and what follows; a copy of the file is kept."""
+        assert self._file is not None
+        copy = self._file.with_name(self._file.name + _UNREADABLE)
+        _logger.warning("%s: what follows is lost, and kept in %s: %s", self._file, copy, why)
+        try:
+            shutil.copyfile(self._file, copy)
+            os.ftruncate(self._descriptor, place)
+        except OSError as error:
+            _logger.warning("%s cannot be continued: %s", self._file, error.strerror or error)
 
     def close(self, *, keep: bool = False) -> None:
         """End the journal and remove its file, unless it is kept to be recovered later."""
@@ -175,9 +209,24 @@ class Journal:
         file = self._directory / f"{secrets.token_hex(8)}{_SUFFIX}"
         flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         descriptor = os.open(file, flags, 0o600)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)  # who looks for abandoned ones holds it for a moment only
+            _write(descriptor, msgspec.json.encode(self._header) + b"\n")
+        except BaseException:
+            file.unlink(missing_ok=True)
+            os.close(descriptor)
+            raise
         self._file, self._descriptor = file, descriptor
-        fcntl.flock(descriptor, fcntl.LOCK_EX)  # who looks for abandoned journals holds it for a moment only
-        _write(descriptor, msgspec.json.encode(self._header) + b"\n")
+
+    def _entries(self, content: bytes, place: int) -> Iterator[tuple[Entry, int]]:
+        for line in content.split(b"\n") if content else ():
+            try:
+                entry = _ENTRY.decode(line)
+            except msgspec.MsgspecError as error:
+                self.cut(place, error)
+                return
+            yield entry, place
+            place += len(line) + 1
 
 
 def find_abandoned(directory: Path) -> list[Abandoned]:
@@ -204,15 +253,6 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
 def make_header(path: Path | None, name: str, content: bytes, digest: str) -> Header:
     """Return the first line of the journal of a document that is opened now."""
     return Header(None if path is None else str(path), name, content, digest, time.time())
-
-
-def _entries(content: bytes, file: Path) -> Iterator[Entry]:
-    for number, line in enumerate(content.split(b"\n") if content else (), 2):
-        try:
-            yield _ENTRY.decode(line)
-        except msgspec.MsgspecError as error:
-            _logger.warning("%s, line %d: %s: what follows is lost", file, number, error)
-            return
 
 
 def _lock(descriptor: int) -> bool:

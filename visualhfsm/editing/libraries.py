@@ -49,7 +49,7 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
         events=document.events,
         language=document.language,
     )
-    write_file(target, written(library))
+    write_file(target, written(library).encode())
     relative = target.relative_to(path.absolute().parent).as_posix()
     return ExtractAutomaton(automaton=automaton, file=relative)
 

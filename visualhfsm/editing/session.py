@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -26,8 +25,6 @@ from .journal import Done, Entry, Journal, Redone, Saved, Undone, journal_direct
 from .merge import Conflict, merge_documents
 
 __all__ = ["Added", "Change", "Choice", "DocumentSession", "Resolution"]
-
-_logger = logging.getLogger(__name__)
 
 _GROWTH: Final = 2048
 """Bytes by which a command may let a document grow beside what it carries itself."""
@@ -103,6 +100,7 @@ class DocumentSession:
         self._version = version
         self._journal = journal
         self._size_bound = size
+        self._original: tuple[Document, bytes] | None = None
 
     @classmethod
     def open(
@@ -115,7 +113,7 @@ class DocumentSession:
         path = path.absolute()
         content, version = read_file(path)
         document = parse_file(content, path)
-        return cls(
+        session = cls(
             document,
             path=path,
             name=path.stem,
@@ -127,6 +125,8 @@ class DocumentSession:
             size=len(content) * 2,
             clock=clock,
         )
+        session._keep_original(document, content)
+        return session
 
     @classmethod
     def new(
@@ -178,8 +178,10 @@ class DocumentSession:
         )
         if path is None:
             session._saved = None
+        session._keep_original(document, header.content)
         session._replay(entries)
         session._history.seal()
+        session._notice_saved()
         return session
 
     @property
@@ -191,6 +193,11 @@ class DocumentSession:
     def dirty(self) -> bool:
         """Whether the document differs from what was saved; a new one does until it is saved."""
         return self.document is not self._saved
+
+    @property
+    def is_unsaved(self) -> bool:
+        """Whether closing would lose something: a new document that nobody has changed is no loss."""
+        return self.dirty and (self.path is not None or bool(self.undo_names or self.redo_names))
 
     @property
     def undo_names(self) -> list[str]:
@@ -215,7 +222,7 @@ class DocumentSession:
         encoded = encode_command(command)
         self._apply(command, name, merge=merged, size=len(encoded))
         if self.document is not before:
-            self._journal.add(Done(msgspec.Raw(encoded), merged))
+            self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document)
 
     def undo(self) -> Change:
@@ -259,11 +266,11 @@ class DocumentSession:
             raise EditError(f"Cannot save as {target.name}", "the file exists", "confirm to overwrite it")
         if target.suffix.lower() != ".xml":
             raise EditError(f"Cannot save as {target.name}", "documents end with .xml", "choose such a name")
-        self._version = write_file(target, self.text())
+        self._version = write_file(target, self._content())
         self._saved = self.document
         self.path, self.name, self.dialect = target, target.stem, NATIVE
         self._history.seal()
-        self._journal.add(Saved(str(target), self._version.digest))
+        self._note(Saved(str(target), self._version.digest))
         return target
 
     def is_changed_outside(self) -> bool:
@@ -280,6 +287,7 @@ class DocumentSession:
             raise EditError("Cannot compare with the file", "the document has no file yet", "save it first")
         if choice is Choice.MINE and not self.path.exists():
             self._version, self._saved = None, None
+            self._journal.begin()
             return Resolution(None)
         content, version = read_file(self.path)
         theirs = parse_file(content, self.path)
@@ -295,7 +303,8 @@ class DocumentSession:
         self._version = version
         self.dialect = dialect_of_file(content)
         self._saved = self.document if self.document == theirs else theirs
-        self._journal.add(Saved(str(self.path), version.digest, content))
+        self._keep_original(theirs, content)
+        self._note(Saved(str(self.path), version.digest, content))
         return Resolution(change, conflicts)
 
     def close(self, *, discard: bool = False) -> None:
@@ -303,7 +312,7 @@ class DocumentSession:
 
         With `discard` they are.
         """
-        if self.dirty and self.undo_names and not discard:
+        if self.is_unsaved and not discard:
             raise EditError(
                 f"Cannot close {self.name}", "it has changes that are not saved", "save or discard them"
             )
@@ -340,11 +349,43 @@ class DocumentSession:
         if name is None:
             raise EditError(f"Cannot {what}", f"there is nothing to {what}", "change something first")
         self.revision += 1
-        self._journal.add(entry)
+        self._note(entry, name)
         return Change(name, self.revision, before, self.document)
 
-    def _replay(self, entries: Iterator[Entry]) -> None:
-        for entry in entries:
+    def _note(self, entry: Entry, name: str = "") -> None:
+        """Write an entry into the journal; `name` is that of the step, if it is one."""
+
+        def whole() -> Done:
+            return Done(msgspec.Raw(encode_command(ReplaceDocument(content=self.text(), name=name))))
+
+        self._journal.add(entry, whole)
+
+    def _keep_original(self, document: Document, content: bytes) -> None:
+        """Keep the bytes of the file: what was not changed is written back however it was laid out."""
+        self._original = (document, content) if dialect_of_file(content) == NATIVE else None
+
+    def _content(self) -> bytes:
+        """Return what the file is to hold. Raises EditError."""
+        if self._original is not None and self._original[0] == self.document:
+            return self._original[1]
+        return self.text().encode()
+
+    def _notice_saved(self) -> None:
+        """See that the document is saved although its journal lacks that: the crash came in between."""
+        if self.path is None or not self.is_changed_outside():
+            return
+        try:
+            content, version = read_file(self.path)
+            held = parse_file(content, self.path)
+        except EditError:  # it is told when it is saved
+            return
+        if held == self.document:
+            self._saved, self._version = self.document, version
+            self.dialect = dialect_of_file(content)
+            self._keep_original(held, content)
+
+    def _replay(self, entries: Iterator[tuple[Entry, int]]) -> None:
+        for entry, place in entries:
             try:
                 match entry:
                     case Done(command=raw, merged=merged):
@@ -359,8 +400,10 @@ class DocumentSession:
                         self._version = FileVersion(0, -1, digest)
                         theirs = self.document if content is None else parse_file(content, self.path)
                         self._saved = self.document if self.document == theirs else theirs
+                        if content is not None:
+                            self._keep_original(theirs, content)
             except EditError as error:
-                _logger.warning("%s: what follows in its journal is lost: %s", self.name, error)
+                self._journal.cut(place, error)
                 return
 
 

@@ -38,7 +38,7 @@ class Shown:
     path: Path | None
     name: str
     dialect: str
-    has_steps: bool
+    is_unsaved: bool
 
 
 class Tab:
@@ -72,7 +72,7 @@ class Tab:
     @property
     def is_unsaved(self) -> bool:
         """Whether closing would lose something."""
-        return self.shown.dirty and self.shown.has_steps
+        return self.shown.is_unsaved
 
     @property
     def source(self) -> Source:
@@ -165,7 +165,7 @@ class Tab:
             session.path,
             session.name,
             session.dialect,
-            bool(undo),
+            session.is_unsaved,
         )
 
     def _publish(self) -> None:
