@@ -87,7 +87,10 @@ const LIST = [
   {id: "markInitial", label: "Mark as initial", icon: "initial", keys: ["I"], enabled: () => drawable() && oneState() && !page.state.initial, run: () => commands.applyHere("markInitial", {state: page.state.id})},
   {id: "toggleFinal", label: "Final state", icon: "final", keys: ["E"], enabled: () => drawable() && oneState(), run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}), hint: "on or off"},
   {id: "toggleHistory", label: "Begin anew each time", icon: "history", enabled: () => drawable() && oneState() && page.state.children.length > 0, run: () => commands.applyHere("setHistory", {state: page.state.id, history: page.state.history === "restart" ? "" : "restart"}), hint: "on or off"},
-  {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: () => commands.addTransition(page.state.id, page.state.id)},
+  {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: async ({canvas}) => {
+    const id = await commands.addTransition(page.state.id, page.state.id);
+    if (id !== undefined) canvas.beginRename("transition", id);
+  }},
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
   {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
   {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: drawable, run: ({point}) => commands.paste(point)},
