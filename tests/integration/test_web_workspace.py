@@ -374,6 +374,10 @@ class FakeLive(NoLive):
     async def detach(self, component: str) -> None:
         self.attached.clear()
 
+    async def recording(self, path: Path) -> object:
+        self.attached.append(path.name)
+        return {"component": f"recording:{path.name}"}
+
     async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
         if action == "crash":
             raise RuntimeError("a secret")
@@ -447,6 +451,19 @@ def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list
     with served.window() as later:
         later.ask("listFiles")
         eventually(lambda: not live.attached)  # the window is gone
+
+
+def test_a_recording_is_let_go_of_by_the_window_that_opened_it(
+    served: Editor, services: list[Services]
+) -> None:
+    live = services[0].live
+    assert isinstance(live, FakeLive)
+    with served.window() as window, served.window() as other:
+        opened = window.ask("recording", path="run.mcap")
+        other.ask("detach", component=opened["component"])
+        assert live.attached == ["run.mcap"]
+        window.ask("detach", component=opened["component"])
+        assert not live.attached
 
 
 def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import socket
 from collections.abc import AsyncGenerator, Callable, Mapping
@@ -71,6 +72,7 @@ class Monitoring:
         self._scene = Scene(self._communicator, self._robot)
         self._relays: dict[str, Relay] = {}
         self._recordings: dict[str, RecordedRun] = {}
+        self._numbers = itertools.count(1)
         self._running: list[str] | None = None
         self._task = asyncio.create_task(self._keep(), name="monitoring")
 
@@ -135,7 +137,7 @@ class Monitoring:
             run = await asyncio.to_thread(open_recording, path)
         except VisualHfsmError as error:
             raise ServiceError(str(error)) from error
-        name = f"{_RECORDING}{path.name}"
+        name = f"{_RECORDING}{next(self._numbers)}:{path.name}"
         while len(self._recordings) >= _MOST_RECORDINGS:
             self._recordings.pop(next(iter(self._recordings)))
         self._recordings[name] = run

@@ -228,7 +228,13 @@ class Operations:
             case p.Control(component=component, action=action, arguments=values):
                 return await live.control(component, action, values)
             case p.Recording(path=path):
-                return await live.recording(workspace.root.resolve(path))
+                return await workspace.look_at(self._window, workspace.root.recording(path))
+            case p.SendRecording(name=name, data=data, begins=begins, ends=ends):
+                await self._upload.add(name, data, begins=begins)
+                if not ends:
+                    return None
+                with self._upload.whole() as sent:
+                    return await workspace.look_at(self._window, sent)
 
 
 def _compared(before: Document, after: Document) -> dict[str, Any]:

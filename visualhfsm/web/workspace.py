@@ -178,6 +178,13 @@ class Workspace:
             self._lose(window, component)
             raise
 
+    async def look_at(self, window: Window, recording: Path) -> object:
+        """Open a recording, which is let go of when the window leaves or follows it no longer."""
+        found = await self.services.live.recording(recording)
+        if isinstance(found, dict):
+            self._followers.setdefault(found["component"], set()).add(window)
+        return found
+
     async def unfollow(self, window: Window, component: str) -> None:
         """Tell it no longer."""
         if self._lose(window, component):

@@ -23,7 +23,7 @@ class MonitorBar extends MonitorElement {
     const paused = monitor.newest && monitor.newest.component.status !== 0;
     return html`<div class="live-bar" role="region" aria-label="Followed component">
       <span class="live-status ${status}" role="status"><span class="sign" aria-hidden="true"></span>${word}</span>
-      <strong class="component" title=${monitor.component}>${monitor.component.replace(/^recording:/, "")}</strong>
+      <strong class="component" title=${monitor.recording?.file || monitor.component}>${monitor.component.replace(/^recording:\d+:/, "")}</strong>
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
       ${this.#elsewhere()}
       ${recording ? nothing : html`<div role="group" aria-label="Steer">
