@@ -422,7 +422,10 @@ def crowd(automata: int, step: int) -> str:
     return document(sub(1, 0, root, transition(1, 1, 1, "again", type="event"), period="5"), *others)
 
 
-def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(pair: Pair, tmp_path: Path) -> None:
+def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(
+    pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", LIMIT)
     version = Version(tmp_path)
     version.write(crowd(6, 1))
     texts = []

@@ -211,8 +211,15 @@ def test_a_loop_of_one_waypoint_stays_there() -> None:
     assert run.log.names == ["depart 1.0", "arrive a"]
     assert run.ball.commands[-1][0] == pytest.approx(5.0, abs=0.03)
     run.ball.present = False
-    threading.Timer(0.3, lambda: setattr(run.ball, "present", True)).start()
+
+    def come_back() -> None:
+        assert run.log.lost_event.wait(LIMIT)
+        run.ball.present = True
+
+    helper = threading.Thread(target=come_back, daemon=True)
+    helper.start()
     run.end()
+    helper.join(LIMIT)
     assert run.log.names[:3] == ["depart 1.0", "arrive a", "lost"]
 
 

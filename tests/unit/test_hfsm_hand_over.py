@@ -16,6 +16,12 @@ from tests.support.limits import LIMIT
 from tests.support.running import eventually, running
 
 
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a cycle end on a busy machine too before it is told as an error."""
+    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", LIMIT)
+
+
 def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old() -> None:
     inside: list[str] = []
     faults: list[list[str]] = []
@@ -99,7 +105,10 @@ def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_h
     assert runtime.errors == ()
 
 
-def test_a_childs_cycle_that_does_not_end_is_told_as_an_error_after_a_second() -> None:
+def test_a_childs_cycle_that_does_not_end_is_told_as_an_error_after_a_second(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", 1.0)
     order: list[str] = []
     release = threading.Event()
     with running(slow_hand_over(order, release)) as runtime:

@@ -251,7 +251,7 @@ def test_messages_that_unpack_to_more_than_memory_has_are_refused(
 
 def test_turns_keep_two_threads_apart() -> None:
     overlaps: list[tuple[str, str]] = []
-    turns = Turns(lambda *who: overlaps.append(who), patience=5.0)
+    turns = Turns(lambda *who: overlaps.append(who), patience=LIMIT)
     inside: list[str] = []
     most: list[int] = []
 
@@ -274,7 +274,7 @@ def test_turns_keep_two_threads_apart() -> None:
 
 
 def test_a_turn_goes_to_others_while_its_owner_waits() -> None:
-    turns = Turns(lambda *_: pytest.fail("nobody took it away"), patience=5.0)
+    turns = Turns(lambda *_: pytest.fail("nobody took it away"), patience=LIMIT)
     with turns.turn("a"):
         with turns.waiting():
             assert turns.context is None

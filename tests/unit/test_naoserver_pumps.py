@@ -32,7 +32,7 @@ def run_schedule(clock, period, work, rounds):
         clock.wait_for_waiters(1)
         clock.advance(0.01)
         if len(times) == rounds:
-            done.wait(0.01)
+            done.wait(LIMIT)  # it does not wait any more
     thread.join(LIMIT)
     return times
 
