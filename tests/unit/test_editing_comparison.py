@@ -23,6 +23,7 @@ from visualhfsm.editing.commands.transitions import AddTransition, RenameTransit
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.lines import merge_lines
 from visualhfsm.editing.merge import Merged, merge_documents
 from visualhfsm.editing.search import search
 
@@ -42,6 +43,10 @@ def told(before: Document, after: Document) -> list[str]:
 
 def rename(name: str, state: int = 1, automaton: int = 1) -> RenameState:
     return RenameState(automaton=automaton, state=state, name=name)
+
+
+def code(text: str) -> SetStateCode:
+    return SetStateCode(automaton=1, state=1, part="code", text=text)
 
 
 def test_a_diff_tells_what_was_added_removed_changed_and_moved() -> None:
@@ -100,6 +105,49 @@ def merged(mine: Sequence[Command], theirs: Sequence[Command], base: Document | 
 
 def messages(outcome: Merged) -> list[str]:
     return [each.message for each in outcome.conflicts]
+
+
+@pytest.mark.parametrize(
+    ("base", "mine", "theirs", "together"),
+    [
+        ("a\nb\nc\nd\n", "A\nb\nc\nd\n", "a\nb\nc\nD\n", "A\nb\nc\nD\n"),
+        ("a\nb\nc\n", "new\na\nb\nc\n", "a\nc\n", "new\na\nc\n"),
+        ("a\nb\nc", "A\nb\nc", "a\nb\nc\nd", "A\nb\nc\nd"),
+        ("a\nb\nc\n", "A\nb\nc\nd\n", "A\nb\nc\n", "A\nb\nc\nd\n"),
+        ("a\nb\n", "A\nb\n", "A\nb\n", "A\nb\n"),
+        ("a\nb\n", "A\nb\n", "a\nB\n", None),
+        ("a\nb\n", "a\nx\nb\n", "a\ny\nb\n", None),
+        ("a", "b", "c", None),
+        ("", "b", "c", None),
+    ],
+)
+def test_texts_are_merged_by_lines(base: str, mine: str, theirs: str, together: str | None) -> None:
+    assert merge_lines(base, mine, theirs) == together
+    assert merge_lines(base, theirs, mine) == together
+    assert merge_lines(base, mine, base) == merge_lines(base, base, mine) == mine
+
+
+def test_code_that_both_changed_in_other_lines_is_merged() -> None:
+    start = done(tree(), code("first()\nsecond()\nthird()\n"))
+    outcome = merged([code("FIRST()\nsecond()\nthird()\n")], [code("first()\nsecond()\nTHIRD()\n")], start)
+    assert outcome.conflicts == ()
+    assert outcome.document.automata[0].states[0].code.text == "FIRST()\nsecond()\nTHIRD()\n"
+    outcome = merged([code("FIRST()\nsecond()\n")], [code("second()\nthird()\n")], start)
+    (conflict,) = outcome.conflicts
+    assert (conflict.part, conflict.message) == ("code", "both changed it: mine stays")
+    assert outcome.document.automata[0].states[0].code.text == "FIRST()\nsecond()\n"
+
+
+def test_comments_inside_code_that_is_merged_stay() -> None:
+    text = write_document(done(tree(), code("first()\nsecond()\nthird()\n")))
+    start = parse(text.replace("second()", "second()<!-- why -->"), "Cannot read")
+    theirs = parse(write_document(start).replace("third()", "THIRD()"), "Cannot read")
+    outcome = merge_documents(start, done(start, code("FIRST()\nsecond()\nthird()\n"), rename("x")), theirs)
+    written = write_document(outcome.document)
+    assert outcome.conflicts == ()
+    assert parse(written, "Cannot read") == outcome.document
+    assert "<!-- why -->" in written
+    assert outcome.document.automata[0].states[0].code.text == "FIRST()\nsecond()\nTHIRD()\n"
 
 
 def test_what_only_one_side_changed_is_taken() -> None:

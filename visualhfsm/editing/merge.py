@@ -1,7 +1,8 @@
 """Bring together two versions of a document that began as the same one.
 
-What only one side changed is taken from it. Where both changed the same, mine stays, and the conflict is
-told. New things of theirs that happen to have the number of a new one of mine get another.
+What only one side changed is taken from it; of a text, such as a piece of code, it is line by line. Where
+both changed the same, mine stays, and the conflict is told. New things of theirs that happen to have the
+number of a new one of mine get another.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
-from codegen.hfsm.document import NO_CHILD, Automaton, Document, Node, State, Transition
+from codegen.hfsm.document import NO_CHILD, Automaton, Document, Node, State, Text, Transition
 
 from .comparison import KEYS, compared_fields, keyed, part_of, place_of, shown
+from .lines import merge_lines
+from .nodes import changed
 from .numbering import free_ids
 from .places import Place
 from .subtrees import owners
@@ -69,7 +72,12 @@ class _Merger:
         for name in compared_fields(mine):
             versions = tuple(getattr(each, name) for each in (base, mine, theirs))
             values[name] = self._field(mine, name, versions, place)
-        merged: _NodeT = replace(mine, **values)
+        texts = {name: value for name, value in values.items() if isinstance(value, Text | str)}
+        others = {name: value for name, value in values.items() if name not in texts}
+        merged: _NodeT = changed(
+            replace(mine, **others),
+            **{name: value.text if isinstance(value, Text) else value for name, value in texts.items()},
+        )
         return merged
 
     def _field(self, node: Node, name: str, versions: tuple[Any, Any, Any], place: Place) -> Any:  # noqa: ANN401
@@ -84,6 +92,10 @@ class _Merger:
             return _merged_sequence(base, mine, theirs)
         if name in ("x", "y", "leaves", "attributes"):
             return mine  # nobody wants to be asked about pixels
+        if isinstance(base, Text):
+            text = merge_lines(base.text, mine.text, theirs.text)
+            if text is not None:
+                return Text(text)
         self.conflicts.append(
             Conflict(
                 place=place,
