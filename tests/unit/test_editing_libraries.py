@@ -12,13 +12,19 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document, write_document
 from codegen.hfsm.document import Document
 from tests.support.editing import tree
-from visualhfsm.editing.commands.automata import SetImport
-from visualhfsm.editing.commands.component import AddInterface, AddParameter
+from visualhfsm.editing.commands.automata import SetAutomatonCode, SetImport
+from visualhfsm.editing.commands.component import AddInterface, AddLibrary, AddParameter
 from visualhfsm.editing.commands.states import SetArgument
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.libraries import extract, imported_content, inline
 from visualhfsm.editing.templates import find_templates, make_template
 from visualhfsm.editing.views import automaton_view, document_view
+
+
+def read(path: Path) -> Document:
+    document = read_document(path, Diagnostics())
+    assert document is not None
+    return document
 
 
 def test_an_automaton_moves_to_a_file_and_back(tmp_path: Path) -> None:
@@ -30,8 +36,7 @@ def test_an_automaton_moves_to_a_file_and_back(tmp_path: Path) -> None:
     stub = extracted.automata[1]
     assert stub.imported is not None
     assert (stub.imported.file.text, stub.states, stub.father) == ("part.xml", (), 1)
-    library = read_document(tmp_path / "part.xml", Diagnostics())
-    assert library is not None
+    library = read(tmp_path / "part.xml")
     assert library.root is not None
     assert library.root.states == document.automata[1].states
     assert [each.name for each in library.interfaces] == ["head"]
@@ -42,6 +47,24 @@ def test_an_automaton_moves_to_a_file_and_back(tmp_path: Path) -> None:
     assert len(back.automata) == 4
     assert back.automata[1].transitions == document.automata[1].transitions
     assert back.automata[3].states == document.automata[3].states
+
+
+def test_what_its_file_declares_comes_along_with_an_automaton(tmp_path: Path) -> None:
+    path, part = tmp_path / "main.xml", tmp_path / "part.xml"
+    document = AddLibrary(name="math").apply(tree())
+    document = extract(document, 2, path, part).apply(document)
+    library = AddLibrary(name="numpy as np").apply(read(part))
+    library = AddInterface(name="head", proxy="Head", type="PoseHead").apply(library)
+    library = SetAutomatonCode(automaton=2, part="functions", text="def above(self):\n    pass\n").apply(
+        library
+    )
+    part.write_text(write_document(library))
+    document = SetImport(automaton=2, file="part.xml", source=4).apply(document)
+    back = inline(document, 2, path).apply(document)
+    assert [each.name.text for each in back.libraries] == ["math", "numpy as np"]
+    assert [each.name for each in back.interfaces] == ["head"]
+    assert back.automata[1].functions.text == "def above(self):\n    pass"
+    assert [state.name for state in back.automata[1].states] == ["deep"]
 
 
 @pytest.mark.parametrize(

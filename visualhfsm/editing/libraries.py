@@ -15,7 +15,7 @@ from .commands.paste import FillAutomaton
 from .errors import EditError
 from .files import write_file
 from .fragments import written
-from .nodes import find_automaton
+from .nodes import changed, find_automaton
 from .subtrees import below
 
 __all__ = ["extract", "imported_content", "inline"]
@@ -62,7 +62,10 @@ def inline(document: Document, automaton: int, path: Path) -> Command:
 
 
 def imported_content(document: Document, automaton: int, path: Path) -> Document:
-    """Return what an imported automaton stands for: itself, then all below it. Raises EditError."""
+    """Return what an imported automaton stands for: itself, then all below it. Raises EditError.
+
+    With it comes what its file declares, and the functions of the other automata there are its own.
+    """
     stub = find_automaton(document, automaton)
     what = f"Cannot read {_file_of(document, automaton)}"
     diagnostics = Diagnostics()
@@ -70,7 +73,12 @@ def imported_content(document: Document, automaton: int, path: Path) -> Document
     resolved = resolve(lonely, path, diagnostics)
     if diagnostics.has_errors:
         raise EditError(what, diagnostics.errors[0].message, "put the file right, or import another")
-    return replace(lonely, automata=tuple(resolved.automata))
+    top, *others = resolved.automata
+    if resolved.functions:
+        texts = (top.functions, *(each.text for each in resolved.functions))
+        functions = "\n".join(each.text.strip("\n") for each in texts if not each.is_blank)
+        top = changed(top, functions=functions)
+    return replace(resolved, automata=(top, *others), functions=())
 
 
 def _file_of(document: Document, automaton: int) -> str:

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from codegen.hfsm.document import Automaton, Document, State, Transition
+from codegen.hfsm.document import Automaton, Document, Node, State, Transition
 
+from ..comparison import KEYS
 from ..errors import EditError
 from ..fragments import parse
 from ..geometry import Point
@@ -90,7 +91,8 @@ def _square(state: State) -> tuple[int, int]:
 class FillAutomaton(Command, frozen=True, kw_only=True):
     """Let an automaton hold the content of the first one of a document, with all below it.
 
-    What it imported so far, and what it held, goes.
+    What it imported so far, and what it held, goes. Libraries, interfaces, parameters and events of that
+    document come along where there are none of their names.
     """
 
     automaton: Id
@@ -119,7 +121,8 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
             leaves=top.leaves,
         )
         pasted = tuple(renumbered(each, numbers, target.id) for each in others)
-        return replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
+        document = replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
+        return _with_declarations(document, fragment)
 
     def title(self, document: Document) -> str:
         return self.name[:80] or "Fill the automaton"
@@ -137,6 +140,16 @@ class ReplaceDocument(Command, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return self.name[:80] or "Replace the document"
+
+
+def _with_declarations(document: Document, fragment: Document) -> Document:
+    """Return a document that declares, too, what another one does."""
+    lists: dict[str, tuple[Node, ...]] = {}
+    for name in ("libraries", "interfaces", "parameters", "events"):
+        own: tuple[Node, ...] = getattr(document, name)
+        known = {KEYS[name](item) for item in own}
+        lists[name] = (*own, *(item for item in getattr(fragment, name) if KEYS[name](item) not in known))
+    return changed(document, **lists)
 
 
 def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
