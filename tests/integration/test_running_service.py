@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import psutil
 import pytest
 
 from codegen.diagnostics import Diagnostics
@@ -248,3 +249,37 @@ def test_a_report_of_a_component_that_runs_elsewhere_is_located_in_its_document(
             assert await service.locate(replace(known, path=None), "walk.py:57 (walk.xml:3)") is None
 
     asyncio.run(scenario())
+
+
+def test_a_tab_that_is_closed_leaves_neither_process_nor_file(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Told()
+        async with running(pushes) as service:
+            code = text("import os; print('at', __file__); print('pid', os.getpid())")
+            await service.run(source(tmp_path / "new.xml", code, saved=False), [])
+            component = Path((await pushes.line("at /")).text.removeprefix("at "))
+            process = psutil.Process(int((await pushes.line("pid")).text.removeprefix("pid ")))
+            await service.forget(1)
+            assert not process.is_running()
+            assert not component.parent.exists()
+            await service.forget(1)
+
+    asyncio.run(go())
+
+
+def test_a_start_goes_on_when_the_window_that_asked_for_it_goes_away(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = Told()
+        async with running(pushes) as service:
+            window = asyncio.create_task(
+                service.run(source(tmp_path / "walk.xml", text("print('walking')")), [])
+            )
+            await pushes.until(lambda: pushes.changes)
+            window.cancel()
+            await asyncio.wait({window})
+            assert window.cancelled()
+            await pushes.line("walking")
+            await service.stop(1)
+            assert (await pushes.end()).message == "it was stopped"
+
+    asyncio.run(go())

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
 import re
+import shutil
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -299,6 +301,26 @@ def test_no_file_outside_of_the_root_is_read_otherwise(own: Editor) -> None:
             with pytest.raises(Refused) as refused:
                 window.ask(op, **fields)
             assert refused.value.kind == "forbidden", op
+
+
+def test_what_is_no_file_is_not_opened(own: Editor, root: Path) -> None:
+    for name in ("pipe.xml", "pipe.mcap"):
+        os.mkfifo(root / "folder" / name)
+    (root / "folder" / "device.xml").symlink_to("/dev/zero")
+    (root / "folder" / "directory.mcap").mkdir()
+    with own.window() as window:
+        for op, name in [
+            ("open", "pipe.xml"),
+            ("open", "device.xml"),
+            ("recording", "pipe.mcap"),
+            ("recording", "directory.mcap"),
+            ("recording", "../robot.xml"),
+        ]:
+            with pytest.raises(Refused) as refused:
+                window.ask(op, path=f"folder/{name}")
+            assert refused.value.kind == "forbidden", name
+    shutil.rmtree(root / "folder")
+    (root / "folder").mkdir()
 
 
 # ------------------------------------------------------------------------------------------ messages

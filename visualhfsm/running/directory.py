@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -16,6 +15,7 @@ from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generation import generate_component
 
 from .origins import Origins, read_origins
+from .scratch import ScratchDirectory
 
 __all__ = ["Generated", "RunDirectory"]
 
@@ -41,7 +41,7 @@ class RunDirectory:
 
     def __init__(self, include: Sequence[Path] = ()) -> None:
         self._include = tuple(include)
-        self._aside: Path | None = None
+        self._aside: ScratchDirectory | None = None
         self._target: Path | None = None
 
     def generate(
@@ -60,7 +60,7 @@ class RunDirectory:
             source = self._copy(document, path.name if path else f"{_module_name(title)}.xml")
             include = (*((path.parent,) if path else ()), *self._include)
         target = self._target or (path.parent if beside and path else source.parent)
-        if path is not None and target == self._aside:
+        if path is not None and self._aside is not None and target == self._aside.path:
             _copy_extension(path, source)
         component = generate_component(source, target, diagnostics, include)
         if component is None:
@@ -72,13 +72,16 @@ class RunDirectory:
         """Delete what stands aside."""
         aside, self._aside, self._target = self._aside, None, None
         if aside is not None:
-            shutil.rmtree(aside, ignore_errors=True)
+            aside.close()
 
     def _copy(self, document: Document, name: str) -> Path:
-        if self._aside is None:
-            self._aside = Path(tempfile.mkdtemp(prefix="visualhfsm-"))
-        source = self._aside / name
-        source.write_text(write_document(document), encoding="utf-8")
+        try:
+            if self._aside is None:
+                self._aside = ScratchDirectory()
+            source = self._aside.path / name
+            source.write_text(write_document(document), encoding="utf-8")
+        except OSError as error:
+            raise VisualHfsmError(f"nothing was generated: {error.strerror}: {error.filename}") from error
         return source
 
 

@@ -8,7 +8,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
@@ -50,7 +50,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
         self._told = told
         self._transport: asyncio.SubprocessTransport | None = None
         self._rests: dict[Stream, bytes] = {"out": b"", "err": b""}
-        self._pending: list[tuple[Stream, str]] = []
+        self._pending: list[tuple[Stream, bytes]] = []
         self._dropped = 0
         self._flush: asyncio.TimerHandle | None = None
         self._exited = asyncio.Event()
@@ -123,7 +123,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
         transport.close()
         for name, rest in self._rests.items():
             if rest:
-                self._take(name, rest)
+                self._take(name, [rest])
         self._hand_on()
         code = transport.get_returncode()
         assert code is not None
@@ -134,14 +134,16 @@ class ChildProcess(asyncio.SubprocessProtocol):
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         """Take what was written."""
         name: Stream = "out" if fd == 1 else "err"
-        *lines, rest = (self._rests[name] + data).split(b"\n")
+        *lines, rest = (self._rests[name] + data).rsplit(b"\n", _MOST_LINES)
+        if len(lines) == _MOST_LINES:  # the first of them may be many: of a flood most is only counted
+            self._dropped += lines[0].count(b"\n")
+            lines[0] = lines[0].rpartition(b"\n")[2]
         while len(rest) > _LONGEST_LINE:
             lines.append(rest[:_LONGEST_LINE])
             rest = rest[_LONGEST_LINE:]
         self._rests[name] = rest
-        self._dropped += max(0, len(lines) - _MOST_LINES)
-        for line in lines[-_MOST_LINES:]:
-            self._take(name, line)
+        if lines:
+            self._take(name, lines)
 
     def process_exited(self) -> None:
         """Take notice of the end of the process; its output may still be on its way."""
@@ -153,13 +155,10 @@ class ChildProcess(asyncio.SubprocessProtocol):
 
     # Lines.
 
-    def _take(self, name: Stream, raw: bytes) -> None:
-        text = raw.decode(errors="replace").rstrip("\r")
-        for start in range(0, max(1, len(text)), _LONGEST_LINE):
-            self._pending.append((name, text[start : start + _LONGEST_LINE]))
-        if len(self._pending) > _MOST_LINES:
-            self._dropped += len(self._pending) - _MOST_LINES
-            del self._pending[:-_MOST_LINES]
+    def _take(self, name: Stream, lines: Sequence[bytes]) -> None:
+        self._pending.extend((name, line) for line in lines)
+        self._dropped += max(0, len(self._pending) - _MOST_LINES)
+        del self._pending[:-_MOST_LINES]
         if self._flush is None:
             self._flush = asyncio.get_running_loop().call_later(_PERIOD, self._hand_on)
 
@@ -168,6 +167,13 @@ class ChildProcess(asyncio.SubprocessProtocol):
             self._flush.cancel()
             self._flush = None
         if self._pending or self._dropped:
-            lines, dropped = tuple(self._pending), self._dropped
+            lines = tuple((name, text) for name, line in self._pending for text in _pieces(line))
+            dropped = self._dropped + max(0, len(lines) - _MOST_LINES)
             self._pending, self._dropped = [], 0
-            self._told(Lines(lines, dropped))
+            self._told(Lines(lines[-_MOST_LINES:], dropped))
+
+
+def _pieces(line: bytes) -> Iterator[str]:
+    text = line.decode(errors="replace").rstrip("\r")
+    for start in range(0, max(1, len(text)), _LONGEST_LINE):
+        yield text[start : start + _LONGEST_LINE]

@@ -108,8 +108,9 @@ class Run:
                 generated = await self._generate(source)
                 self._changed(RunChange("starting"))
                 await self._launch([sys.executable, str(generated.component), *arguments])
-            except VisualHfsmError as error:
-                self._changed(RunChange("ended", None, str(error)))
+            except BaseException as error:
+                told = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"
+                self._changed(RunChange("ended", None, told))
                 raise
             self._changed(RunChange("running"))
 

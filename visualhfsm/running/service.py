@@ -10,10 +10,12 @@ from visualhfsm.errors import VisualHfsmError
 from visualhfsm.web.protocol import Output, RunPush
 from visualhfsm.web.protocol import OutputLine as OutputLineMessage
 from visualhfsm.web.services import Publish, ServiceError, Source
+from visualhfsm.web.tasks import to_the_end
 from zenoh_ice import Settings
 
 from .origins import read_origins
 from .run import DocumentSource, OutputLine, Run, RunChange
+from .scratch import delete_abandoned
 
 __all__ = ["RunningComponents", "run_environment"]
 
@@ -21,19 +23,24 @@ _CLOSE_PATIENCE = (3.0, 2.0)
 
 
 class RunningComponents:
-    """At most one child process for each tab. Implements `visualhfsm.web.services.Running`."""
+    """At most one child process for each tab. Implements `visualhfsm.web.services.Running`.
+
+    Make it on the event loop. What was begun is done to its end, also when the window that asked for it goes
+    away meanwhile.
+    """
 
     def __init__(self, publish: Publish, settings: Settings | None = None) -> None:
         self._publish = publish
         self._environment = run_environment(settings) if settings else {}
         self._runs: dict[int, Run] = {}
+        self._cleaning = asyncio.get_running_loop().run_in_executor(None, delete_abandoned)
 
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
         if source.path is None and source.tab not in self._runs:
             raise ServiceError("save the document first: its component is written beside it")
         try:
-            generated = await self._run_of(source.tab).generate(_document(source))
+            generated = await to_the_end(self._run_of(source.tab).generate(_document(source)))
         except VisualHfsmError as error:
             raise ServiceError(str(error)) from error
         return {"path": str(generated.component)}
@@ -41,7 +48,7 @@ class RunningComponents:
     async def run(self, source: Source, arguments: Sequence[str]) -> object:
         """Generate and start; the tab's former process is stopped first."""
         try:
-            await self._run_of(source.tab).start(_document(source), arguments)
+            await to_the_end(self._run_of(source.tab).start(_document(source), arguments))
         except VisualHfsmError as error:
             raise ServiceError(str(error)) from error
         return None
@@ -50,8 +57,14 @@ class RunningComponents:
         """Stop the tab's process, if one runs."""
         run = self._runs.get(tab)
         if run is not None:
-            await asyncio.shield(run.stop())
+            await to_the_end(run.stop())
         return None
+
+    async def forget(self, tab: int) -> None:
+        """Stop the process of a tab that is closed, and delete what was generated for it aside."""
+        run = self._runs.pop(tab, None)
+        if run is not None:
+            await to_the_end(run.close())
 
     async def locate(self, source: Source, text: str) -> object:
         """Return the place and the line of the code of which a line of a log or of a report speaks, or None.
@@ -69,7 +82,7 @@ class RunningComponents:
     async def close(self) -> None:
         """Stop everything that runs."""
         runs, self._runs = list(self._runs.values()), {}
-        await asyncio.gather(*(run.close(_CLOSE_PATIENCE) for run in runs))
+        await asyncio.gather(self._cleaning, *(run.close(_CLOSE_PATIENCE) for run in runs))
 
     def _run_of(self, tab: int) -> Run:
         run = self._runs.get(tab)

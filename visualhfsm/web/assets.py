@@ -118,6 +118,7 @@ class Assets:
                 return None
         except (OSError, ValueError):  # ValueError: a zero byte
             return None
+        name = path.relative_to(self._directory).as_posix()  # one for each file, however it was asked for
         known = self._files.get(name)
         if known is None or known.stamp != stamp:
             plain = path.read_bytes()

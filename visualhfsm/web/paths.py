@@ -11,6 +11,7 @@ from visualhfsm.errors import VisualHfsmError
 __all__ = ["ForbiddenPathError", "Root"]
 
 DOCUMENT_SUFFIX: Final = ".xml"
+FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"
 
 _LONGEST: Final = 4096  # characters, as Linux has it
@@ -56,10 +57,21 @@ class Root:
 
     def document(self, text: str) -> Path:
         """Return the path of a document, which ends in `.xml`; raises ForbiddenPathError."""
+        return self._file(text, DOCUMENT_SUFFIX)
+
+    def source(self, text: str) -> Path:
+        """Return the path of what can be opened: a document, or one of SCXML; raises ForbiddenPathError."""
+        return self._file(text, DOCUMENT_SUFFIX, FOREIGN_SUFFIX)
+
+    def recording(self, text: str) -> Path:
+        """Return the path of a recording, which ends in `.mcap`; raises ForbiddenPathError."""
+        return self._file(text, RECORDING_SUFFIX)
+
+    def _file(self, text: str, *suffixes: str) -> Path:
         path = self.resolve(text)
-        if path.suffix.lower() != DOCUMENT_SUFFIX:
-            raise ForbiddenPathError(f"{text}: the name of a document ends in {DOCUMENT_SUFFIX}")
-        if path.exists() and not path.is_file():
+        if path.suffix.lower() not in suffixes:
+            raise ForbiddenPathError(f"{text}: the name of such a file ends in {' or '.join(suffixes)}")
+        if path.exists() and not path.is_file():  # of a pipe the reader would wait for ever
             raise ForbiddenPathError(f"{text} is no file")
         return path
 

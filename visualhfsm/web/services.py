@@ -110,6 +110,10 @@ class Running(Protocol):
         """Stop what `run` started; nothing happens when nothing runs."""
         ...
 
+    async def forget(self, tab: int) -> None:
+        """Stop what runs for a tab that is closed, and let go of what was kept for it."""
+        ...
+
     async def locate(self, source: Source, text: str) -> object:
         """Return which line of the document's code a line of a log speaks of, with its place; else None."""
         ...
@@ -204,6 +208,9 @@ class NoRunning(_Missing):
         self._refuse()
 
     async def stop(self, tab: int) -> object:
+        """Do nothing: nothing runs."""
+
+    async def forget(self, tab: int) -> None:
         """Do nothing: nothing runs."""
 
     async def locate(self, source: Source, text: str) -> object:  # noqa: ARG002

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+from .tasks import retrieve
+
 __all__ = ["Queue", "Workers"]
 
 R = TypeVar("R")
@@ -25,7 +27,7 @@ class Workers:
     async def do(self, work: Callable[[], R]) -> R:
         """Do work in a thread and return what it gives."""
         future = self.start(work)
-        future.add_done_callback(_retrieve)
+        future.add_done_callback(retrieve)
         return await asyncio.shield(future)
 
     async def close(self) -> None:
@@ -56,15 +58,9 @@ class Queue:
 
         def finish(ended: asyncio.Future[R]) -> None:
             self._lock.release()
-            _retrieve(ended)
+            retrieve(ended)
             if not ended.cancelled():
                 self._done()
 
         future.add_done_callback(finish)
         return await asyncio.shield(future)
-
-
-def _retrieve(future: asyncio.Future[R]) -> None:
-    """Take note of an exception: whoever waits gets it; if nobody does any more, it is not a fault."""
-    if not future.cancelled():
-        future.exception()

@@ -41,6 +41,7 @@ __all__ = [
     "SaveAs",
     "Seal",
     "Search",
+    "SendRecording",
     "Signature",
     "StopRun",
     "Undo",
@@ -203,7 +204,6 @@ class Diff(_Request):
     against: Path
 
 
-class Complete(_Request):
 class Imported(_Request):
     """Ask for the content of the automata that a document imports from other files."""
 
@@ -217,6 +217,7 @@ class Locate(_Request):
     text: Name
 
 
+class Complete(_Request):
     """Ask for what could follow in a piece of code; `line` from 1, `column` from 0."""
 
     tab: TabId
@@ -299,6 +300,15 @@ class Recording(_Request):
     path: Path
 
 
+class SendRecording(_Request):
+    """Send a recording that the page has, such as a dropped file, in parts; the last one opens it."""
+
+    name: Name
+    data: Annotated[bytes, msgspec.Meta(max_length=3_000_000)]
+    begins: bool = False
+    ends: bool = False
+
+
 Request = (
     Hello
     | Open
@@ -320,6 +330,8 @@ Request = (
     | Search
     | Resolve
     | Diff
+    | Imported
+    | Locate
     | Complete
     | Signature
     | Lint
@@ -330,10 +342,9 @@ Request = (
     | Attach
     | Detach
     | Control
-    | Imported
-    | Locate
     | Export
     | Recording
+    | SendRecording
 )
 
 _requests: msgspec.json.Decoder[Request] = msgspec.json.Decoder(Request)
