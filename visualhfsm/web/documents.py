@@ -89,7 +89,7 @@ class Documents:
             raise UnsavedError(f"{tab.shown.name} has changes that are not saved")
         await tab.close(discard=discard)
         workspace.remove(tab)
-        await workspace.services.running.stop(number)
+        await workspace.services.running.forget(number)
 
     async def save(self, number: int, *, overwrite: bool) -> dict[str, str]:
         """Save a document to its own file."""
