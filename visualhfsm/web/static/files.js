@@ -56,8 +56,13 @@ export async function openDropped(dropped) {
 
 /** Open the document of a session that ended without closing. */
 export async function recover(journal) {
+  const {recoverable, tabs} = store.workspace;
+  const path = recoverable.find((each) => each.journal === journal)?.path;
+  const former = path && tabs.find((each) => each.path === path && !each.dirty);
   const done = await ask("recover", {journal});
-  if (done) page.show(done.tab);
+  if (!done) return;
+  page.show(done.tab);
+  if (former) await ask("close", {tab: former.tab}); // the file as it was saved
 }
 
 /** @returns {Promise<boolean>} whether the document is saved */
