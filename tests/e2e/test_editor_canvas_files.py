@@ -17,6 +17,8 @@ from tests.support.editor import Editor, editor
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <posx>100</posx><posy>100</posy></Estado></SubAutomata></VisualHFSM>"""
+SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="open">
+<state id="open"><transition event="push" target="shut"/></state><final id="shut"/></scxml>"""
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
@@ -89,6 +91,13 @@ def test_a_dropped_file_opens_and_what_is_none_is_refused(shown: EditorPage, roo
     drop(shown, "dance.xml", (root / "dance.xml").read_text())
     shown.expect_states("up", "out", "front", "low")
     expect(tab(shown, "dance")).to_have_attribute("aria-selected", "true")
+
+
+def test_scxml_that_is_dropped_becomes_a_new_document(shown: EditorPage) -> None:
+    drop(shown, "door.scxml", SCXML)
+    shown.expect_states("open", "shut")
+    expect(tab(shown, "door").get_by_role("img", name="not saved")).to_be_visible()
+    expect(shown.page.get_by_role("status").filter(has_text="as a new document")).to_be_visible()
 
 
 def test_unsaved_changes_show_a_dot_and_are_asked_about_before_closing(shown: EditorPage, root: Path) -> None:

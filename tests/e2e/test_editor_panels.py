@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Route, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor
@@ -99,6 +99,20 @@ def test_the_cursor_stays_where_it_is_when_the_code_changes_elsewhere(
         expect(code).to_contain_text("first = 1")
     shown.type("s")
     expect(code.locator(".cm-line")).to_have_text(["first = 1", "counts += 1"])
+
+
+def test_what_is_typed_before_the_code_panel_is_there_is_typed_into_it(shown: EditorPage) -> None:
+    waiting: list[Route] = []
+    shown.page.route("**/panels/editor.js", lambda route: waiting.append(route))
+    shown.state("wait").locator(".body").click()
+    with shown.page.expect_request("**/panels/editor.js"):
+        shown.press("Shift+Enter")
+    shown.type("sti = 1\n")  # each of which does something on the canvas
+    waiting[0].continue_()
+    code = shown.page.get_by_role("textbox", name="Code of the state wait")
+    expect(code).to_be_focused()
+    expect(code.locator(".cm-line")).to_have_text(["sti = 1", "count += 1"])
+    shown.expect_states("wait", "go")
 
 
 def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: EditorPage, path: Path) -> None:

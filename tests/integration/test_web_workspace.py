@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import tempfile
 import threading
 from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -179,6 +180,30 @@ def test_a_dropped_document_is_opened_without_a_file(window: Window) -> None:
     assert refused.value.kind == "refused"
     window.ask("saveAs", tab=tab, path="dropped.xml")
     assert window.workspace["tabs"][1]["path"] == "dropped.xml"
+
+
+SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="wait">
+<state id="wait"><transition event="call" target="go"/></state><final id="go"/><datamodel/></scxml>"""
+
+
+def test_scxml_becomes_a_new_document(root: Path, window: Window) -> None:
+    (root / "chart.scxml").write_text(SCXML)
+    (root / "other.xml").write_text(SCXML)
+    listed = window.ask("listFiles")["entries"]
+    assert {"chart.scxml": "document"}.items() <= {each["name"]: each["kind"] for each in listed}.items()
+    for opened in [
+        window.ask("open", path="chart.scxml"),
+        window.ask("open", path="other.xml"),
+        window.ask("openText", name="dropped.scxml", text=SCXML),
+    ]:
+        assert names(window, opened["tab"]) == ["wait", "go"]
+        assert isinstance(opened["remarks"], list)
+    assert [each["path"] for each in window.workspace["tabs"][1:]] == ["", "", ""]
+    with pytest.raises(Refused):
+        window.ask("saveAs", tab=2, path="chart.scxml")
+    (root / "chart.scxml").write_text("<VisualHFSM/>")
+    with pytest.raises(Refused, match="is not the root of SCXML"):
+        window.ask("open", path="chart.scxml")
 
 
 def test_no_file_is_replaced_without_asking(root: Path, window: Window) -> None:
@@ -376,7 +401,7 @@ class FakeLive(NoLive):
 
     async def recording(self, path: Path) -> object:
         self.attached.append(path.name)
-        return {"component": f"recording:{path.name}"}
+        return {"component": f"recording:{path.name}", "content": path.read_text() if path.exists() else ""}
 
     async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
         if action == "crash":
@@ -535,3 +560,20 @@ def test_messages_are_what_a_page_can_read(window: Window) -> None:
     window.ask("do", tab=1, command={**ADD_STATE, "name": "“☃”\u2028</script>"})
     assert names(window)[-1] == "“☃”\u2028</script>"
     json.dumps(window.documents)
+
+
+def test_a_recording_is_sent_in_parts_and_gone_once_it_is_open(
+    served: Editor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    before = set(tmp_path.iterdir())
+    with served.window() as window:
+        with pytest.raises(Refused, match="beginning was not sent"):
+            window.ask("sendRecording", name="run.mcap", data="bW9yZQ==")
+        assert window.ask("sendRecording", name="given up.mcap", data="bm8=", begins=True) is None
+        assert window.ask("sendRecording", name="../my run.mcap", data="b25l", begins=True) is None
+        opened = window.ask("sendRecording", name="../my run.mcap", data="dHdv", ends=True)
+        assert opened == {"component": "recording:my_run.mcap", "content": "onetwo"}
+        assert set(tmp_path.iterdir()) == before
+        window.ask("sendRecording", name="left.mcap", data="b25l", begins=True)
+    eventually(lambda: set(tmp_path.iterdir()) == before)

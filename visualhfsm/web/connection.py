@@ -36,10 +36,12 @@ async def converse(websocket: WebSocket, workspace: Workspace) -> None:
     limits = workspace.limits
     outbox = Outbox(limits.output_lines)
     window = Window(outbox)
-    conversation = _Conversation(websocket, outbox, Operations(workspace, window), limits)
+    operations = Operations(workspace, window)
+    conversation = _Conversation(websocket, outbox, operations, limits)
     try:
         await conversation.hold()
     finally:
+        operations.close()
         await workspace.leave(window)
 
 

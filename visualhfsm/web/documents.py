@@ -7,17 +7,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+from visualhfsm.editing.files import read_file
 from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.scxml import holds_scxml, take_over
 from visualhfsm.editing.session import Choice, DocumentSession
 from visualhfsm.editing.templates import make_template
 
-from .paths import DOCUMENT_SUFFIX, RECORDING_SUFFIX
+from .paths import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX
 from .refusals import MissingError, UnsavedError, WouldOverwriteError
 from .workspace import Workspace
 
 __all__ = ["Documents"]
 
 _MOST_ENTRIES: Final = 2000  # of a directory
+_MOST_REMARKS: Final = 100  # about one document
 
 
 class Documents:
@@ -26,16 +29,19 @@ class Documents:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
 
-    async def open(self, text: str) -> dict[str, int]:
-        """Open a document, or find the tab where it is open."""
+    async def open(self, text: str) -> dict[str, Any]:
+        """Open a document, or find the tab where it is open. SCXML becomes a new document."""
         workspace = self._workspace
-        path = workspace.root.document(text)
+        path = workspace.root.source(text)
         async with workspace.opening:
             for tab in workspace.tabs:
                 if tab.shown.path == path:
                     return {"tab": tab.id}
             if not path.is_file():
                 raise MissingError(f"there is no file {text}")
+            content, _ = await workspace.workers.do(lambda: read_file(path))
+            if holds_scxml(path.name, content):
+                return await self._take_over(path.name, content)
             return await self._add(lambda: DocumentSession.open(path, journals=workspace.journals))
 
     async def new(self, template: str) -> dict[str, int]:
@@ -49,17 +55,32 @@ class Documents:
         async with workspace.opening:
             return await self._add(make)
 
-    async def open_text(self, name: str, text: str) -> dict[str, int]:
+    async def open_text(self, name: str, text: str) -> dict[str, Any]:
         """Open a text as a document that has no file yet."""
         workspace = self._workspace
-        stem = Path(name).stem[:100] or "component"
 
         def make() -> DocumentSession:
             document = parse(text, f"Cannot open {name}")
-            return DocumentSession.new(document, stem, journals=workspace.journals)
+            return DocumentSession.new(document, _stem(name), journals=workspace.journals)
 
         async with workspace.opening:
+            if holds_scxml(name, content := text.encode()):
+                return await self._take_over(name, content)
             return await self._add(make)
+
+    async def _take_over(self, name: str, content: bytes) -> dict[str, Any]:
+        """Open SCXML as a document that has no file yet, and tell what of it means nothing here."""
+        workspace = self._workspace
+        remarks: tuple[str, ...] = ()
+
+        def make() -> DocumentSession:
+            nonlocal remarks
+            taken = take_over(content, name)
+            remarks = taken.remarks
+            return DocumentSession.new(taken.document, _stem(name), journals=workspace.journals)
+
+        opened = await self._add(make)
+        return {**opened, "remarks": remarks[:_MOST_REMARKS]}
 
     async def recover(self, journal: str) -> dict[str, int]:
         """Open a document whose session ended without closing, as it was then."""
@@ -153,9 +174,13 @@ class Documents:
         }
 
 
+def _stem(name: str) -> str:
+    return Path(name).stem[:100] or "component"
+
+
 def _kind_of(path: Path, mode: int) -> str:
     """Return what the page may open: `directory`, `document` or `recording`; empty for all else."""
     if stat.S_ISDIR(mode):
         return "directory"
-    kinds = {DOCUMENT_SUFFIX: "document", RECORDING_SUFFIX: "recording"}
+    kinds = {DOCUMENT_SUFFIX: "document", FOREIGN_SUFFIX: "document", RECORDING_SUFFIX: "recording"}
     return kinds.get(path.suffix.lower(), "") if stat.S_ISREG(mode) else ""

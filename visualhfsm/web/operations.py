@@ -18,6 +18,7 @@ from visualhfsm.editing.views import automaton_view
 from . import protocol as p
 from .documents import Documents
 from .refusals import MissingError
+from .uploads import Upload
 from .window import Window
 from .workspace import Workspace
 
@@ -29,12 +30,12 @@ CONCURRENT: Final = (
     | p.Diff
     | p.Export
     | p.Generate
-    | p.Interfaces
     | p.Imported
+    | p.Interfaces
     | p.Lint
     | p.ListFiles
-    | p.Recording
     | p.Locate
+    | p.Recording
     | p.Run
     | p.Search
     | p.Signature
@@ -69,6 +70,11 @@ class Operations:
         self._workspace = workspace
         self._window = window
         self._documents = Documents(workspace)
+        self._upload = Upload(workspace.workers)
+
+    def close(self) -> None:
+        """Give up what the window has begun to send."""
+        self._upload.close()
 
     async def do(self, request: p.Request) -> object:
         """Do what a request asks for and return its answer."""
@@ -155,12 +161,6 @@ class Operations:
             case p.Export(tab=tab):
                 exported = self._workspace.tab(tab)
                 return {"name": f"{exported.shown.name}.xml", "text": await exported.text()}
-            case p.Complete(tab=tab, place=place, code=code, line=line, column=column):
-                source = self._workspace.tab(tab).source
-                return await code_help.complete(source, place, code, line, column)
-            case p.Signature(tab=tab, place=place, code=code, line=line, column=column):
-                source = self._workspace.tab(tab).source
-                return await code_help.signature(source, place, code, line, column)
             case p.Imported(tab=tab):
                 shown = self._workspace.tab(tab).shown
                 if shown.path is None:
@@ -169,6 +169,12 @@ class Operations:
                 return await self._workspace.workers.do(lambda: imported_views(shown.document, path))
             case p.Locate(tab=tab, text=text):
                 return await self._workspace.services.running.locate(self._workspace.tab(tab).source, text)
+            case p.Complete(tab=tab, place=place, code=code, line=line, column=column):
+                source = self._workspace.tab(tab).source
+                return await code_help.complete(source, place, code, line, column)
+            case p.Signature(tab=tab, place=place, code=code, line=line, column=column):
+                source = self._workspace.tab(tab).source
+                return await code_help.signature(source, place, code, line, column)
             case p.Lint(tab=tab, place=place, code=code):
                 return await code_help.lint(self._workspace.tab(tab).source, place, code)
             case p.Interfaces():
@@ -209,7 +215,14 @@ class Operations:
 
     async def _run(
         self,
-        request: p.Generate | p.Run | p.StopRun | p.Attach | p.Detach | p.Control | p.Recording,
+        request: p.Generate
+        | p.Run
+        | p.StopRun
+        | p.Attach
+        | p.Detach
+        | p.Control
+        | p.Recording
+        | p.SendRecording,
     ) -> object:
         workspace = self._workspace
         running, live = workspace.services.running, workspace.services.live

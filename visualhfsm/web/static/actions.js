@@ -51,8 +51,8 @@ const LIST = [
   {id: "newState", label: "State", icon: "state", keys: ["S"], enabled: () => drawable() || isRootless(), run: async ({canvas}) => {
     if (isRootless()) await commands.apply("addRoot");
     canvas.useTool(StateTool);
-  }, hint: "new"},
-  {id: "newTransition", label: "Transition", icon: "transition", keys: ["T"], enabled: drawable, run: ({canvas}) => canvas.useTool(TransitionTool), hint: "new"},
+  }, hint: "new", help: "New state"},
+  {id: "newTransition", label: "Transition", icon: "transition", keys: ["T"], enabled: drawable, run: ({canvas}) => canvas.useTool(TransitionTool), hint: "new", help: "New transition"},
 
   {id: "new", label: "New", icon: "file", keys: ["Alt+N"], scope: "typing", run: async () => (await files()).openNew()},
   {id: "open", label: "Open", icon: "open", keys: ["Ctrl+O"], scope: "typing", run: async () => (await files()).openFile()},
@@ -78,15 +78,15 @@ const LIST = [
   {id: "redo", label: "Redo", icon: "redo", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], enabled: () => Boolean(page.document?.redo.length), run: () => commands.askTab("redo")},
 
   {id: "rename", label: "Rename", icon: "rename", keys: ["F2"], enabled: () => drawable() && (oneState() || oneTransition()), run: ({canvas}) => canvas.beginRename(page.state ? "state" : "transition", (page.state ?? page.transition).id)},
-  {id: "edit", label: "Edit code", icon: "code", keys: ["Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: enter, hint: "or open the sub-automaton"},
+  {id: "edit", label: "Edit code", icon: "code", keys: ["Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: enter, help: "Open the sub-automaton; of what has none, the code"},
   {id: "editCode", label: "Edit code", icon: "code", keys: ["Shift+Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: () => editCode()},
   {id: "editEntry", label: "Edit entry code", icon: "entry", enabled: oneState, run: () => editCode("entry")},
   {id: "editExit", label: "Edit exit code", icon: "exit", enabled: oneState, run: () => editCode("exit")},
   {id: "openChild", label: "Sub-automaton", icon: "child", keys: ["Ctrl+Enter"], enabled: () => oneState() && (drawable() || page.state.children.length > 0), run: () => commands.openChild(page.state), hint: "opens it, or makes one", help: "Open the sub-automaton, or make one"},
   {id: "addChild", label: "Add a parallel automaton", icon: "parallel", enabled: () => drawable() && oneState(), run: () => commands.applyHere("addAutomaton", {state: page.state.id})},
   {id: "markInitial", label: "Mark as initial", icon: "initial", keys: ["I"], enabled: () => drawable() && oneState() && !page.state.initial, run: () => commands.applyHere("markInitial", {state: page.state.id})},
-  {id: "toggleFinal", label: "Final state", icon: "final", keys: ["E"], enabled: () => drawable() && oneState(), run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}), hint: "on or off"},
-  {id: "toggleHistory", label: "Begin anew each time", icon: "history", enabled: () => drawable() && oneState() && page.state.children.length > 0, run: () => commands.applyHere("setHistory", {state: page.state.id, history: page.state.history === "restart" ? "" : "restart"}), hint: "on or off"},
+  {id: "toggleFinal", label: "Final state", icon: "final", keys: ["E"], enabled: () => drawable() && oneState(), run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}), hint: "on or off", checked: () => page.state.final},
+  {id: "toggleHistory", label: "Begin anew each time", icon: "history", enabled: () => drawable() && oneState() && page.state.children.length > 0, run: () => commands.applyHere("setHistory", {state: page.state.id, history: page.state.history === "restart" ? "" : "restart"}), hint: "on or off", checked: () => page.state.history === "restart"},
   {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: async ({canvas}) => {
     const id = await commands.addTransition(page.state.id, page.state.id);
     if (id !== undefined) canvas.beginRename("transition", id);

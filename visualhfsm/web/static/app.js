@@ -6,13 +6,16 @@ import "./canvas/canvas.js";
 import "./tree.js";
 import {perform} from "./actions.js";
 import {actionButton} from "./shell.js";
+import {banner} from "./banner.js";
 import {askTab} from "./commands.js";
+import {takeDrops} from "./drop.js";
 import {PageElement} from "./element.js";
+import {holdKeys} from "./holding.js";
 import {icon} from "./icons.js";
+import {showImports} from "./imports.js";
 import {listenForKeys} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
-import {showImports} from "./imports.js";
 import {monitor} from "./monitor/monitor.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
@@ -73,15 +76,14 @@ export class HfsmApp extends PageElement {
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
     this.listen(this.canvas, "hfsm-menu", async ({detail}) => (await import("./menu.js")).showMenu(detail, this.context));
     this.listen(this.canvas, "tool", () => this.requestUpdate());
-    this.listen(this, "dragover", (event) => event.preventDefault());
-    this.listen(this, "drop", (event) => this.#drop(event));
+    takeDrops(this);
     this.listen(window, "beforeunload", (event) => store.workspace.tabs.some((each) => each.dirty) && !store.online && event.preventDefault());
     this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
     this.listen(monitor, "mode", () => this.#monitored());
     listenForStop();
+    showImports();
     store.connect();
   }
-    showImports();
 
   /** Show an element beside the canvas; an empty tag closes it. */
   async showSide(tag) {
@@ -94,12 +96,14 @@ export class HfsmApp extends PageElement {
 
   /** Show an element below the canvas; an empty tag closes it. */
   async showBottom(tag) {
-    const element = tag && (await this.#load(tag));
-    if (tag && !element) return undefined;
-    this.bottom = tag;
-    await this.updateComplete;
-    element?.focusFirst?.();
-    return element;
+    return holdKeys(async () => {
+      const element = tag && (await this.#load(tag));
+      if (tag && !element) return undefined;
+      this.bottom = tag;
+      await this.updateComplete;
+      element?.focusFirst?.();
+      return element;
+    });
   }
 
   /** Whether the component of a tab runs as our child. */
@@ -114,12 +118,12 @@ export class HfsmApp extends PageElement {
     return done;
   }
 
-  /** Start the component of the shown tab, and follow it. */
-  async run() {
+  /** Start the component of the shown tab, and follow it; `options` are those of its command line. */
+  async run(options = []) {
     const {tab} = page;
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
-    if ((await askTab("run")) !== undefined) monitor.expect(tab);
+    if ((await askTab("run", {arguments: options})) !== undefined) monitor.expect(tab);
   }
 
   /** Show which components run. */
@@ -167,9 +171,9 @@ export class HfsmApp extends PageElement {
         <button type="button" class="action bare" aria-label="Light or dark" title="Light or dark (Alt+D)" @click=${() => this.toggleTheme()}>${icon(currentTheme() === "dark" ? "sun" : "moon")}</button>
         ${actionButton("help", this.context, {label: false})}
       </header>
-      ${this.#banner()}
+      ${banner()}
       ${monitor.component ? this.elements.get("hfsm-monitor-bar") ?? nothing : nothing}
-      <div class="work ${starting ? "starting" : ""}">
+      <div class="work ${starting ? "starting" : this.side ? "beside" : ""}">
         <nav class="left" aria-label="Tree of automata" ?hidden=${starting}><hfsm-tree></hfsm-tree>
           ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}</nav>
         <main aria-label="Canvas">
@@ -204,23 +208,6 @@ export class HfsmApp extends PageElement {
     return element ?? nothing;
   }
 
-  #banner() {
-    if (!store.online && store.offlineSince) {
-      const since = new Date(store.offlineSince).toLocaleTimeString();
-      return html`<div class="banner error" role="alert">The server is away since ${since}. Your work is kept there; this page connects again by itself.
-        <button type="button" @click=${() => store.connect()}>Try now</button></div>`;
-    }
-    const outside = page.tabState?.outside;
-    if (!outside) return nothing;
-    const choose = (choice) => async () => {
-      const done = await askTab("resolve", {choice});
-      if (done?.conflicts?.length) notify(`Merged. Both had changed: ${done.conflicts.map((each) => each.what ?? each.message ?? each.part ?? "").filter(Boolean).join("; ")}. Yours was kept there.`);
-    };
-    return html`<div class="banner" role="alert">Another program ${outside} the file of ${page.tabState.title}.
-      ${outside === "deleted" ? nothing : html`<button type="button" @click=${choose("merge")}>Merge both</button><button type="button" @click=${choose("theirs")}>Take theirs</button>`}
-      <button type="button" @click=${choose("mine")}>Keep mine</button></div>`;
-  }
-
   /** Load the module of an element once; tells when that is not possible. */
   async #load(tag) {
     try {
@@ -238,13 +225,19 @@ export class HfsmApp extends PageElement {
   }
 
   async #edit(place) {
-    const panel = await this.showSide("hfsm-code-panel");
-    if (panel) panel.place = place;
+    await this.#reveal("hfsm-code-panel", {place});
   }
 
   async #showData({section, place}) {
-    const panel = await this.showSide("hfsm-data-panel");
-    if (panel) Object.assign(panel, {section, place});
+    await this.#reveal("hfsm-data-panel", {section, place});
+  }
+
+  /** Show something in a panel, which takes the keys that are pressed until it is there. */
+  #reveal(tag, wanted) {
+    return holdKeys(async () => {
+      const panel = await this.showSide(tag);
+      await Object.assign(panel ?? {}, wanted).revealed;
+    });
   }
 
   /** Show a document at first, and another one when the shown one was closed. */
@@ -289,11 +282,6 @@ export class HfsmApp extends PageElement {
     overlay.showOn(this.canvas);
     whyNot.explainUnderPointer(this.canvas);
     this.requestUpdate();
-  }
-
-  async #drop(event) {
-    event.preventDefault();
-    (await import("./files.js")).openDropped([...event.dataTransfer.files]);
   }
 }
 

@@ -29,7 +29,16 @@ export async function openPath(path) {
   const done = await ask("open", {path});
   if (!done) return;
   remember(path);
-  page.show(done.tab);
+  shown(done, path);
+}
+
+/** Show what was opened, and what of it means nothing here. */
+function shown({tab, remarks}, name) {
+  page.show(tab);
+  if ([...store.documents.get(tab).automata.values()].some(isHeaped)) notify(`${name} does not say where its states are: Shift+L arranges all automata.`);
+  if (!remarks) return;
+  const [first = "", ...others] = remarks;
+  notify(`${name} was taken over as a new document.${first && ` Not all of it means something here: ${first}${others.length ? `, and ${others.length} more` : ""}.`}`);
 }
 
 export async function openNew(template = "empty") {
@@ -42,15 +51,22 @@ export async function openFile() {
   if (path) await openPath(path);
 }
 
+/** Whether all states of an automaton lie on one spot. @param {import("./store.js").Automaton} automaton */
+const isHeaped = ({imported, states}) => !imported && states.length > 1 && states.every(({x, y}) => x === states[0].x && y === states[0].y);
+
 /** @param {File[]} dropped */
 export async function openDropped(dropped) {
   for (const file of dropped) {
+    if (/\.mcap$/i.test(file.name)) {
+      await (await import("./monitor/recordings.js")).sendRecording(file);
+      continue;
+    }
     if (file.size > LARGEST) {
       notify(`${file.name} is too large for a document.`, "error");
       continue;
     }
     const done = await ask("openText", {name: file.name, text: await file.text()});
-    if (done) page.show(done.tab);
+    if (done) shown(done, file.name);
   }
 }
 

@@ -1,6 +1,7 @@
 /** Keys: which action each one does. The table itself stands with the actions. */
 
 import {actions, perform} from "./actions.js";
+import {isHeld} from "./holding.js";
 import {MONITOR_KEYS} from "./monitor/actions.js";
 
 /** By how a key is written, such as `Ctrl+Shift+Z`. */
@@ -36,9 +37,11 @@ export function listenForKeys(context) {
   document.addEventListener("keydown", (event) => {
     const [target] = event.composedPath(); // that in the shadow of the code editor, too
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
+    const typing = isTyping(target);
+    if (!typing && isHeld(event)) return;
     const action = byKey.get(written(event));
     if (!action) return;
-    if (action.scope !== "typing" && isTyping(target)) return;
+    if (action.scope !== "typing" && typing) return;
     const onCanvas = context.canvas.contains(event.target) || event.target === document.body;
     if (action.scope === "canvas" && !onCanvas) return;
     if (event.target.closest?.("[role=menu]")) return;
@@ -50,8 +53,8 @@ export function listenForKeys(context) {
 /** All keys for the help: groups of [keys, what it does]. */
 export function keyTable() {
   const row = (id) => {
-    const {label, hint, keys = []} = actions.get(id);
-    return {keys: keys.map(spoken), text: hint ? `${label}: ${hint}` : label};
+    const {label, hint, help, keys = []} = actions.get(id);
+    return {keys: keys.map(spoken), text: help ?? (hint ? `${label}: ${hint}` : label)};
   };
   const groups = {
     Draw: ["newState", "newTransition", "rename", "edit", "editCode", "openChild", "markInitial", "toggleFinal", "delete"],

@@ -24,10 +24,11 @@ export function showMenu({x, y, point}, context) {
   element.setAttribute("role", "menu");
   element.setAttribute("aria-label", title || "Automaton");
   const item = (id) => {
-    const {label, icon: image, keys = []} = actions.get(id);
+    const {label, icon: image, keys = [], checked} = actions.get(id);
     const enabled = isEnabled(id, here);
-    return html`<button type="button" role="menuitem" tabindex="-1" aria-disabled=${!enabled} @click=${() => enabled && choose(id, here)}>
-      ${icon(image)}<span>${label}</span>${keys[0] ? html`<kbd>${spoken(keys[0])}</kbd>` : nothing}</button>`;
+    const isChecked = checked && enabled ? checked() : undefined;
+    return html`<button type="button" role=${checked ? "menuitemcheckbox" : "menuitem"} tabindex="-1" aria-disabled=${!enabled} aria-checked=${checked ? String(Boolean(isChecked)) : nothing} @click=${() => enabled && choose(id, here)}>
+      ${icon(isChecked ? "properties" : image)}<span>${label}</span>${keys[0] ? html`<kbd>${spoken(keys[0])}</kbd>` : nothing}</button>`;
   };
   render(html`${title ? html`<div class="title" role="presentation">${title}</div>` : nothing}
     ${groups.map((ids, index) => html`${index ? html`<div role="separator"></div>` : nothing}${ids.map(item)}`)}`, element);
@@ -37,7 +38,7 @@ export function showMenu({x, y, point}, context) {
   element.style.top = `${Math.max(4, Math.min(y, innerHeight - height - 4))}px`;
   element.addEventListener("keydown", (event) => key(event, context));
   element.addEventListener("focusout", (event) => !element?.contains(event.relatedTarget) && hideMenu());
-  element.querySelector("[role=menuitem]")?.focus();
+  element.querySelector("[role^=menuitem]")?.focus();
 }
 
 function choose(id, context) {
@@ -53,7 +54,7 @@ function hideMenu() {
 }
 
 function key(event, context) {
-  const items = [...element.querySelectorAll("[role=menuitem]")];
+  const items = [...element.querySelectorAll("[role^=menuitem]")];
   const index = items.indexOf(document.activeElement);
   const next = {ArrowDown: index + 1, ArrowUp: index - 1, Home: 0, End: items.length - 1}[event.key];
   if (next !== undefined) items.at(next % items.length).focus();

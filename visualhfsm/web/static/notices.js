@@ -12,6 +12,7 @@ export function notify(text, kind = "info") {
     list.className = "notices";
     document.body.append(list);
   }
+  for (const each of list.children) if (each.firstChild.data === text) each.remove(); // it is said anew, not twice
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
   notice.setAttribute("role", kind === "error" ? "alert" : "status");

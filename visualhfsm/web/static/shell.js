@@ -17,7 +17,7 @@ export function actionButton(id, context, {label = true, kind = ""} = {}) {
   const key = action.keys?.[0];
   const title = `${action.label}${action.hint ? `: ${action.hint}` : ""}${key ? ` (${spoken(key)})` : ""}`;
   return html`<button type="button" class="action ${kind} ${label ? "" : "bare"}" data-action=${id} title=${title} ?disabled=${!isEnabled(id, context)}
-      aria-label=${label ? nothing : action.label} aria-keyshortcuts=${key ? key.replace("Ctrl", "Control") : nothing}
+      aria-label=${label ? nothing : action.label} aria-keyshortcuts=${key ? key.replace("Ctrl", "Control") : nothing} aria-pressed=${action.checked && isEnabled(id, context) ? String(action.checked()) : nothing}
       @click=${() => perform(id, context)}>${icon(action.icon)}${label ? html`<span class="text">${action.label}</span>${key && label === true ? html`<kbd aria-hidden="true">${spoken(key)}</kbd>` : nothing}` : nothing}</button>`;
 }
 
@@ -32,9 +32,9 @@ class Tabs extends PageElement {
             @click=${() => page.show(each.tab)} @auxclick=${(event) => event.button === 1 && this.#close(each.tab)}>
             <span class="text">${each.title}</span>${each.dirty ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>` : nothing}
           </button>
+          <span class="close-tab" aria-hidden="true" title="Close ${each.title} (Delete, or Alt+W)" @click=${() => this.#close(each.tab)}>${icon("close")}</span>
         </div>`)}
       </div>
-      ${tabs.length ? actionButton("closeTab", this.context, {label: false}) : nothing}
       <button type="button" class="action bare" aria-label="Start page" title="Start page: open or begin another document" @click=${() => page.show(0)}>${icon("add")}</button>`;
   }
 
@@ -43,6 +43,11 @@ class Tabs extends PageElement {
   }
 
   async #key(event) {
+    if (event.key === "Delete") {
+      event.preventDefault();
+      await this.#close(page.tab);
+      return;
+    }
     const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
     if (!step) return;
     event.preventDefault();

@@ -28,7 +28,7 @@ class Start extends PageElement {
     const {recoverable = []} = store.workspace;
     return html`<div class="start">
       <h1>Draw what your robot does</h1>
-      <p class="lead">States, what makes it go from one to the next, and automata inside of states. Press Run, and watch it.</p>
+      <p class="lead">States, what makes it go from one to the next, and automata inside states. Press Run, and watch it.</p>
       ${recoverable.length ? html`<h2>Not saved when the editor ended</h2><ul class="recent">${recoverable.map((each) => html`<li class="offers">
         <button type="button" @click=${() => recover(each.journal)}>${icon("history")}<span>Recover ${each.name}</span><span class="when">${new Date(each.changedAt * 1000).toLocaleString()}</span></button>
         <button type="button" class="action bare" aria-label="Give up the changes of ${each.name}" title="Give up these changes" @click=${() => ask("discard", {journal: each.journal})}>${icon("delete")}</button></li>`)}</ul>` : nothing}
@@ -37,9 +37,9 @@ class Start extends PageElement {
         <svg viewBox="0 0 180 86" aria-hidden="true">${picture}</svg><span class="name">${name}</span><span class="text">${text}</span></button>`)}</div>
       <h2>Or</h2>
       <div class="offers"><button type="button" class="button primary" @click=${openFile}>Open a document</button>
-        <button type="button" class="button" @click=${() => this.#tour()}>Take the tour, a minute</button></div>
+        <button type="button" class="button" @click=${() => this.#tour()}>Take the tour (one minute)</button></div>
       ${recent.length ? html`<h2>Lately</h2><ul class="recent">${recent.map((path) => html`<li><button type="button" @click=${() => openPath(path)}>${icon("file")}${path}</button></li>`)}</ul>` : nothing}
-      <p class="lead">You can also drop a document anywhere on this page.</p>
+      <p class="drop">You can also drop a document, SCXML or a recording of a run anywhere on this page.</p>
     </div>`;
   }
 

@@ -65,7 +65,7 @@ function boxOf(points) {
  * @returns {Arc}
  */
 export function arc(from, to, handle, isLoop = false) {
-  if (from && to && isLoop) return loop(from, handle);
+  if (from && to && (isLoop || distance(from, to) < 1)) return loop(from, handle);
   if (!from || !to) return stub(from, to, handle);
   const middle = between(from, to);
   const chord = length(to.x - from.x, to.y - from.y);
@@ -165,7 +165,7 @@ export function handles(transitions, places) {
     used.set(pair, number + 1);
     const from = places.get(origin) ?? places.get(destination) ?? {x: 0, y: 0};
     const to = places.get(destination) ?? from;
-    if (origin === destination || from === to) {
+    if (origin === destination || distance(from, to) < 1) {
       const angle = -Math.PI / 2 + (number * Math.PI) / 3;
       found.set(transition, {x: from.x + Math.cos(angle) * LOOP, y: from.y + Math.sin(angle) * LOOP});
       continue;

@@ -11,9 +11,9 @@ import {showDialog} from "./dialog.js";
 
 const CHOICES = [
   ["svg", "Picture of this automaton (SVG)", "Lines that stay sharp at any size, for papers and the web."],
-  ["png", "Picture of this automaton (PNG)", "Pixels, two for each of the drawing."],
+  ["png", "Picture of this automaton (PNG)", "At twice the size of the drawing, for slides and pages."],
   ["pages", "The whole component", "All automata with their code and data, for print or PDF."],
-  ["document", "The document (XML)", "As it would be saved now, also what is not saved."],
+  ["document", "The document (XML)", "As it would be saved now, with all that is not saved yet."],
 ];
 
 export async function showExport() {

@@ -27,7 +27,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
     return undefined;
   };
 
-  const rows = () => [...(state.parent === null ? [] : [{name: "..", path: state.parent, kind: "directory"}]), ...state.entries.filter((each) => each.kind === "directory" || each.kind === kind)];
+  const rows = () => [...(state.parent === null ? [] : [{name: "..", path: state.parent, kind: "directory"}]), ...state.entries.filter((each) => each.kind === "directory" || (each.kind === kind && !(saving && /\.scxml$/i.test(each.name))))];
   const path = () => (state.directory ? `${state.directory}/` : "") + (/\.xml$/i.test(state.name) ? state.name : `${state.name}.xml`);
 
   const take = (row, close) => {

@@ -83,6 +83,11 @@ export class CodeField extends LitElement {
     this.#editor?.focus();
   }
 
+  /** Type a text where the cursor stands. */
+  insert(text) {
+    this.#editor?.insert(text);
+  }
+
   #send = (place) => (tab, text) => store.do(tab, commandFor(place, text));
 
   async #load() {

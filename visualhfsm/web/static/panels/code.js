@@ -21,8 +21,11 @@ export class CodePanel extends PageElement {
 
   /** Show a piece of code; set by the page when somebody wants to edit it. */
   set place(place) {
-    if (place) this.#reveal(place);
+    if (place) this.revealed = this.#reveal(place);
   }
+
+  /** Resolves when the piece of code that was asked for has the focus. */
+  revealed = Promise.resolve();
 
   render() {
     const {document, automaton, state, transition} = page;
@@ -54,7 +57,7 @@ export class CodePanel extends PageElement {
     if (!field) return;
     field.scrollIntoView({block: "nearest"});
     if (field.goTo && line) await field.goTo(line, column, {focus});
-    else if (focus) field.focus();
+    else if (focus) await field.focus();
   }
 
   #press = (event) => {

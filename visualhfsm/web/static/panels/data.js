@@ -34,13 +34,16 @@ export class DataPanel extends PageElement {
 
   /** Show a section; set by the page when somebody wants to see it, and followed by `place`. */
   set section(section) {
-    if (section) this.#reveal({part: section});
+    if (section) this.revealed = this.#reveal({part: section});
   }
 
   /** Show a place in a section. */
   set place(place) {
-    if (place) this.#reveal(place);
+    if (place) this.revealed = this.#reveal(place);
   }
+
+  /** Resolves when what was asked for has the focus. */
+  revealed = Promise.resolve();
 
   render() {
     const {document, automaton} = page;
@@ -73,7 +76,7 @@ export class DataPanel extends PageElement {
     const {line, column, focus = true} = place;
     if (section.reveal) await (place.index === undefined ? focusFirst(section) : section.reveal(place.index, place.name));
     else if (section.goTo && line) await section.goTo(line, column, {focus});
-    else if (focus) (section.goTo ? section : section.querySelector("hfsm-text-field, hfsm-code-field") ?? section).focus();
+    else if (focus) await (section.goTo ? section : section.querySelector("hfsm-text-field, hfsm-code-field") ?? section).focus();
   }
 
   #press = (event) => {

@@ -127,6 +127,12 @@ export class Editor {
     this.#view.focus();
   }
 
+  /** Type a text where the cursor stands. @param {string} text */
+  insert(text) {
+    const {state} = this.#view;
+    if (!state.readOnly) this.#view.dispatch({...state.replaceSelection(text), userEvent: "input.type", scrollIntoView: true});
+  }
+
   destroy() {
     this.#view.destroy();
   }

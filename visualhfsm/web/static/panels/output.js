@@ -48,7 +48,7 @@ export class Output extends PageElement {
 
   #status() {
     const run = outputLog.run(page.tab);
-    if (!run) return "Nothing has been run.";
+    if (!run) return "Nothing has been run yet: press F5.";
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
     return run.message ? `Ended: ${run.message}.` : "Ended.";
   }

@@ -1,0 +1,34 @@
+/** Files that are dropped on the page: documents, SCXML, and recordings of runs. */
+
+import {html, render} from "lit";
+
+import {notifyError} from "./notices.js";
+
+const holdsFiles = (event) => event.dataTransfer?.types.includes("Files");
+
+/** Let files be dropped anywhere, and say so while they are dragged. @param {HTMLElement} element */
+export function takeDrops(element) {
+  const sign = document.createElement("div");
+  sign.className = "drop-sign";
+  sign.hidden = true;
+  sign.setAttribute("aria-hidden", "true");
+  render(html`<p><strong>Drop to open</strong><br>documents (.xml, .scxml) and recordings (.mcap)</p>`, sign);
+  document.body.append(sign);
+  element.addEventListener("dragover", (event) => {
+    if (!holdsFiles(event)) return; // text goes where it is dropped
+    event.preventDefault();
+    sign.hidden = false;
+  });
+  element.addEventListener("dragleave", (event) => (sign.hidden = sign.hidden || !event.relatedTarget));
+  element.addEventListener("drop", async (event) => {
+    if (!holdsFiles(event)) return;
+    event.preventDefault();
+    sign.hidden = true;
+    const files = [...event.dataTransfer.files]; // gone once others run
+    try {
+      await (await import("./files.js")).openDropped(files);
+    } catch (error) {
+      notifyError(error);
+    }
+  });
+}
