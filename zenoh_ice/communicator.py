@@ -25,7 +25,7 @@ from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
 from .presence import Presence, Target
 from .proxy import ObjectPrx
-from .session import connect_endpoints, open_session
+from .session import close_session, connect_endpoints, open_session
 from .settings import Settings, load_settings
 from .stream_reader import Sample, StreamReader
 from .stream_readers import StreamReaders
@@ -202,7 +202,7 @@ class Communicator:
             steps.callback(self._destroyed.set)
             steps.callback(self.dispatcher.close, _DESTROY_LIMIT)
             steps.callback(self._fail_futures)
-            steps.callback(self.session.close)
+            steps.callback(close_session, self.session)
             steps.callback(self._close_clock)
             steps.callback(self._readers.close)
             for subscription in subscriptions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import re
 from collections.abc import Sequence
 from typing import Final
@@ -12,7 +13,7 @@ import zenoh
 from .exceptions import ConfigurationException, EndpointInUseException
 from .settings import Settings
 
-__all__ = ["connect_endpoints", "open_session", "send_limit"]
+__all__ = ["close_session", "connect_endpoints", "open_session", "send_limit"]
 
 _RETRY_FIRST: Final = 50  # ms; with the longest, a restarted server is found again within some 0.2 s
 _RETRY_LONGEST: Final = 200  # ms
@@ -20,6 +21,8 @@ _OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; whoever nee
 _KEEP_ALIVES: Final = 4  # in a lease
 _MESSAGE_OVERHEAD: Final = 1 << 16
 _SOURCE_PLACE: Final = re.compile(r" at /\S+\.rs:\d+\.?")
+
+_logger = logging.getLogger(__name__)
 
 
 def open_session(settings: Settings) -> zenoh.Session:
@@ -64,6 +67,14 @@ def open_session(settings: Settings) -> zenoh.Session:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise _explain(error, settings.listen) from error
+
+
+def close_session(session: zenoh.Session) -> None:
+    """Close a session; one whose peer takes nothing any more, so that it cannot end in time, is only told."""
+    try:
+        session.close()
+    except zenoh.ZError as error:
+        _logger.warning("the session did not end in time: %s", _SOURCE_PLACE.sub("", str(error)))
 
 
 def connect_endpoints(settings: Settings) -> list[str]:

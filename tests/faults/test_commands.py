@@ -138,9 +138,9 @@ def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: st
 
 def wait_until_turning(head: PoseHeadPrx) -> None:
     """Wait until the head, which searches for a ball that nobody moves, turns."""
-    pose = head.getPose.wait(timeout=LIMIT)
+    first = pose = head.getPose.wait(timeout=LIMIT)
     deadline = time.monotonic() + LIMIT
-    while abs(pose.value.panSpeed) < 0.1:
+    while abs(pose.value.pan - first.value.pan) < 0.02:
         assert time.monotonic() < deadline, "the head does not turn"
         pose = head.getPose.wait(after=pose, timeout=LIMIT)
 

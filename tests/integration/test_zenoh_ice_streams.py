@@ -263,9 +263,7 @@ def test_subscription_closes_at_once_when_no_sample_arrives(
     pair: Pair, servant: CalculatorI, identity: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(subscription, "_JOIN_LIMIT", LIMIT)
-    prx = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(identity)).ice_invocationTimeout(
-        2 * LIMIT * 1000
-    )
+    prx = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(identity)).ice_invocationTimeout(LIMIT * 1000)
     with prx.getReading.subscribe(lambda _: None) as followed:
         started = time.monotonic()
         followed.close()
