@@ -18,8 +18,17 @@ const dialogs = () => import("./dialogs.js");
 /** The action with which the shown automaton's selected thing has or has not a breakpoint. */
 function toggleBreakpoint() {
   const [automaton, id] = [page.automaton.id, selected().id];
-  const known = monitor.breakpoint(automaton, kind(), id);
+  const known = monitor.breakpoints.of(automaton, kind(), id);
   return monitor.setBreakpoint(automaton, kind(), id, known ? undefined : "");
+}
+
+/** Fire the selected transition, which has to leave the current state. */
+function force() {
+  const {automaton, transition} = page;
+  const {state} = monitor.now(automaton.id) ?? {};
+  if (transition.origin === state) return monitor.steer("force", {automaton: automaton.id, transition: transition.id});
+  notify(`${transition.name || "The transition"} leaves ${monitor.stateName(automaton.id, transition.origin)}, and ${page.title()} is in ${monitor.stateName(automaton.id, state)} now.`, "error");
+  return undefined;
 }
 
 /** Write the component anew and go on in it. */
@@ -49,12 +58,15 @@ export const monitorActions = [
   {id: "whyNot", label: "Why not?", icon: "help", keys: ["W"], enabled: () => here() && monitor.isLive, run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas), hint: "what keeps transitions from firing"},
   {id: "breakpoint", label: "Breakpoint", icon: "breakpoint", keys: ["B"], enabled: () => steers() && here() && Boolean(selected()), run: toggleBreakpoint, hint: "on or off"},
   {id: "breakpointIf", label: "Breakpoint with a condition", icon: "breakpointIf", keys: ["Shift+B"], enabled: () => steers() && here() && Boolean(selected()), run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected())},
-  {id: "force", label: "Force the transition", icon: "force", keys: ["Alt+Enter"], scope: "canvas", enabled: () => steers() && here() && Boolean(page.transition), run: () => monitor.steer("force", {automaton: page.automaton.id, transition: page.transition.id}), hint: "fires at the next cycle, whatever its condition says"},
+  {id: "startHere", label: "Start from here", icon: "run", keys: ["Alt+F5"], scope: "typing", enabled: () => Boolean(page.state), run: ({app}) => app.run(["--begin-at", `${page.automaton.id}.${page.state.id}`]), hint: "runs the component with this as its first state"},
+  {id: "force", label: "Force the transition", icon: "force", keys: ["Alt+Enter"], scope: "canvas", enabled: () => steers() && here() && Boolean(page.transition), run: force, hint: "fires at the next cycle, whatever its condition says"},
   {id: "stopRobot", label: "STOP", icon: "stop", keys: [STOP_KEY], scope: "typing", enabled: attached, run: stopRobot, hint: "stops the robot and the component at once, also while only watching"},
 ];
 
-/** What can be done with the selected state or transition while it is followed. @returns {string[][]} */
-export const monitoredSelection = () => (here() && selected() ? [["whyNot", "breakpoint", "breakpointIf", ...(page.transition ? ["force"] : [])]] : []);
+/** What can be done with the selected state or transition of a component. @returns {string[][]} */
+export const monitoredSelection = () => [
+  [...(page.state ? ["startHere"] : []), ...(here() && selected() ? ["whyNot", "breakpoint", "breakpointIf"] : []), ...(here() && page.transition ? ["force"] : [])],
+].filter((group) => group.length);
 
 /** The groups of the list of keys. */
-export const MONITOR_KEYS = ["attach", "detach", "openRecording", "pauseResume", "stepOne", "stepAll", "reload", "sendEvent", "steering", "breakpoint", "breakpointIf", "force", "whyNot", "follow", "livePanel", "backToLive", "stopRobot"];
+export const MONITOR_KEYS = ["attach", "detach", "openRecording", "pauseResume", "stepOne", "stepAll", "reload", "sendEvent", "steering", "startHere", "breakpoint", "breakpointIf", "force", "whyNot", "follow", "livePanel", "backToLive", "stopRobot"];

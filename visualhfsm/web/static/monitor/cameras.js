@@ -12,7 +12,7 @@ class Cameras extends MonitorElement {
   static kinds = ["mode", "structure"];
 
   render() {
-    const names = monitor.recording ? [] : monitor.cameras;
+    const names = monitor.recording ? [] : monitor.robot.cameras;
     if (!names.length) return html`<p class="empty">${monitor.recording ? "A recording holds no images." : "No camera is there in this realm."}</p>`;
     return html`<div class="cameras">${monitor.looking ? html`<p class="faint explain">Images are those of now, also while you look back.</p>` : nothing}
       ${names.map((name) => html`<hfsm-camera .name=${name}></hfsm-camera>`)}</div>`;

@@ -38,7 +38,7 @@ export async function askEvent() {
 
 /** Ask when a breakpoint is to count. */
 export async function askCondition(automaton, kind, {id, name}) {
-  const known = monitor.breakpoint(automaton, kind, id);
+  const known = monitor.breakpoints.of(automaton, kind, id);
   const variables = Object.keys(monitor.now(automaton)?.variables ?? {});
   const state = {condition: known?.condition ?? ""};
   const chosen = await showDialog({

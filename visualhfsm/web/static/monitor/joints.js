@@ -19,7 +19,7 @@ class Joints extends MonitorElement {
   }
 
   #row(name, angle) {
-    const {lower, upper} = monitor.limits.get(name) ?? {};
+    const {lower, upper} = monitor.robot.limits.get(name) ?? {};
     const part = upper > lower ? (angle - lower) / (upper - lower) : undefined;
     const near = part !== undefined && (part < NEAR || part > 1 - NEAR);
     return html`<tr><th scope="row">${name}</th><td>${part === undefined ? nothing : html`<svg class="joint-bar" viewBox="0 0 200 12" preserveAspectRatio="none" role="img" aria-label="between ${degrees(lower)} and ${degrees(upper)}">

@@ -9,27 +9,22 @@
  *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number}} AutomatonNow
  * @typedef {{time: number, status: number, generation: number, automata: AutomatonNow[], parameters: Record<string, string>,
  *   stoppedAt: Breakpoint[], errors: {time: number, automaton: number, state: number, location: string, message: string}[]}} ComponentNow
- * @typedef {{automaton: number, state: number, transition: number, condition: string}} Breakpoint
+ * @typedef {import("./breakpoints.js").Breakpoint} Breakpoint
  * @typedef {{at: number, component: ComponentNow, robot: {joints: Record<string, number>, pan: number | null, tilt: number | null, health: object | null}}} Snapshot
  */
 
 import {notifyError} from "../notices.js";
 import {store} from "../store.js";
+import {Breakpoints} from "./breakpoints.js";
+import {componentOfTab, tabOf} from "./components.js";
 import {Past} from "./past.js";
+import {RobotFacts} from "./robot-facts.js";
 import {Structure} from "./structure.js";
 
 /** `ComponentStatus` of interfaces/hfsm.idl. */
 export const STATUS = ["Running", "Paused", "Halted"];
 /** `TransitionKind` of interfaces/hfsm.idl. */
 export const ON_TIME = 1;
-
-/** What the component of a document without a file is called when its title can be no name of a module. */
-const UNTITLED = "untitled";
-
-/** What a file is called without its directories and its extension. */
-const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
-/** What the component of an open document is called when it runs. */
-const componentOf = ({path, title}) => (path ? stemOf(path) : /^[A-Za-z_]\w*$/.test(title) ? title : UNTITLED);
 
 /**
  * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
@@ -40,11 +35,8 @@ class Monitor extends EventTarget {
   component = "";
   /** @type {{name: string, document: string, parameters: object[], automata: object[]} | undefined} */
   structure = undefined;
-  /** @type {Breakpoint[]} */
-  breakpoints = [];
-  cameras = [];
-  /** Limits of the joints by name. @type {Map<string, {name: string, lower: number, upper: number}>} */
-  limits = new Map();
+  breakpoints = new Breakpoints();
+  robot = new RobotFacts();
   /** The newest moment. @type {Snapshot | undefined} */
   newest = undefined;
   /** A moment of the past that is looked at instead. @type {Snapshot | undefined} */
@@ -62,11 +54,17 @@ class Monitor extends EventTarget {
   #expected = ""; // a component that was just started here
   #tab = 0; // that it was started from
   #known = new Structure();
+  #attaching; // what is to be followed, and what was told of it before the answer: {component, structure}
+  #run = 0; // how many times the component was started
+  #lost; // what was followed when the server went away: {component, writable}
 
   constructor() {
     super();
     store.addEventListener("snapshot", ({detail}) => detail.component === this.component && this.#take(detail.value));
-    store.addEventListener("structure", ({detail}) => detail.component === this.component && this.#learn(detail.value));
+    store.addEventListener("structure", ({detail}) => {
+      if (detail.component === this.component) this.#learn(detail.value);
+      else if (detail.component === this.#attaching?.component) this.#attaching.structure = detail.value;
+    });
     store.addEventListener("stale", ({detail}) => detail.component === this.component && this.#lose(detail.since));
     store.addEventListener("workspace", () => this.#look());
     store.addEventListener("connection", () => this.#reconnect());
@@ -93,16 +91,12 @@ class Monitor extends EventTarget {
 
   /** The tab of the document of the component; 0 when it is not open. */
   get tab() {
-    const {tabs} = store.workspace;
-    const wanted = stemOf(this.structure?.document || this.component);
-    const fits = (each) => componentOf(each) === wanted || (!each.path && stemOf(each.title) === wanted);
-    return (tabs.find((each) => each.tab === this.#tab && fits(each)) ?? tabs.find(fits))?.tab ?? 0;
+    return tabOf(this.structure?.document || this.component, this.#tab);
   }
 
   /** Whether a component is that of a tab. */
   isOf(component, tab) {
-    const found = store.workspace.tabs.find((each) => each.tab === tab);
-    return Boolean(found) && component === componentOf(found);
+    return component === componentOfTab(tab);
   }
 
   /** An automaton as it is shown now. @returns {AutomatonNow | undefined} */
@@ -127,9 +121,8 @@ class Monitor extends EventTarget {
 
   /** Follow the component of a tab as soon as it runs: it is being started. */
   expect(tab) {
-    const found = store.workspace.tabs.find((each) => each.tab === tab);
     this.#tab = tab;
-    this.#expected = found ? componentOf(found) : "";
+    this.#expected = componentOfTab(tab);
     if (this.component === this.#expected) {
       this.writable = true;
       this.lookAt(undefined);
@@ -143,22 +136,30 @@ class Monitor extends EventTarget {
   async attach(component, {writable = false} = {}) {
     if (this.component === component && !this.recording) return true;
     await this.detach();
+    const asked = (this.#attaching = {component, structure: undefined});
     let found;
     try {
       found = await store.request("attach", {component});
     } catch (error) {
+      if (this.#attaching === asked) this.#attaching = undefined;
       notifyError(error);
       return false;
     }
+    if (this.#attaching !== asked) { // another one was chosen meanwhile
+      if (![this.component, this.#attaching?.component].includes(component)) store.request("detach", {component}).catch(() => {}); // it is gone already
+      return false;
+    }
+    this.#attaching = undefined;
     this.component = component;
     this.writable = writable;
-    this.#begin(found);
+    this.#begin({...found, structure: asked.structure ?? found.structure});
     return true;
   }
 
   /** Look at a recording in the same views; `found` is what the server said of it. */
   async lookAtRecording(path, found) {
     await this.detach();
+    this.#attaching = undefined;
     this.component = found.component;
     this.writable = false;
     this.recording = {file: path, complete: found.complete};
@@ -171,7 +172,7 @@ class Monitor extends EventTarget {
   async detach() {
     const {component} = this;
     if (!component) return;
-    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: [], since: 0, writable: false, recording: undefined, past: new Past()});
+    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: new Breakpoints(), since: 0, writable: false, recording: undefined, past: new Past()});
     this.#learn(undefined);
     this.#emit("mode", "shown");
     if (store.online) await store.request("detach", {component}).catch(() => {}); // it is gone already
@@ -215,25 +216,21 @@ class Monitor extends EventTarget {
     }
   }
 
-  /** The breakpoint of a state or transition. @param {"state" | "transition"} kind */
-  breakpoint(automaton, kind, id) {
-    return this.breakpoints.find((each) => each.automaton === automaton && each[kind] === id);
+  /** Put a breakpoint, with a condition or with "" for always, or take it away with undefined. @param {"state" | "transition"} kind */
+  setBreakpoint(automaton, kind, id, condition) {
+    return this.#setBreakpoints(this.breakpoints.with(automaton, kind, id, condition));
   }
 
-  /** Put a breakpoint, with a condition or with "" for always, or take it away with undefined. */
-  async setBreakpoint(automaton, kind, id, condition) {
-    const rest = this.breakpoints.filter((each) => !(each.automaton === automaton && each[kind] === id));
-    const breakpoints = condition === undefined ? rest : [...rest, {automaton, state: 0, transition: 0, condition, [kind]: id}];
+  async #setBreakpoints(breakpoints) {
     if ((await this.steer("setBreakpoints", {breakpoints})) === undefined) return;
-    this.breakpoints = breakpoints;
+    this.breakpoints.all = breakpoints;
     this.#emit("structure", "shown");
   }
 
   #begin({structure, snapshot, timeline, since = 0, facts}) {
     this.since = since ?? 0;
     this.past = new Past(timeline);
-    this.limits = new Map((facts?.limits ?? []).map((each) => [each.name, each]));
-    this.cameras = facts?.cameras ?? [];
+    this.robot.take(facts);
     this.newest = undefined;
     this.looking = undefined;
     if (structure) this.#learn(structure);
@@ -243,34 +240,23 @@ class Monitor extends EventTarget {
 
   #learn(value) {
     const renewed = Boolean(value) && this.#run > 0 && value.run !== this.#run;
-    if (renewed && this.breakpoints.length) this.#kept = this.breakpoints;
+    if (renewed) this.breakpoints.keep();
     this.#run = value?.run ?? 0;
     this.structure = value?.structure;
-    this.breakpoints = value?.breakpoints ?? [];
-    if (value?.cameras?.length) this.cameras = value.cameras;
+    this.breakpoints.all = value?.breakpoints ?? [];
+    if (value?.cameras?.length) this.robot.cameras = value.cameras;
     this.#known = new Structure(this.structure);
     this.#emit("structure", "shown");
-    if (renewed && !this.breakpoints.length) this.#restoreBreakpoints();
-  }
-
-  /** @type {Breakpoint[]} */
-  #kept = []; // those of the component before it was started anew
-  #run = 0; // how many times the component was started
-
-  /** A component that is started anew knows of no breakpoints. */
-  async #restoreBreakpoints() {
-    const breakpoints = this.#kept.filter((each) => this.#known.has(each));
-    if (!breakpoints.length || (await this.steer("setBreakpoints", {breakpoints})) === undefined) return;
-    this.breakpoints = breakpoints;
-    this.#emit("structure", "shown");
+    if (!renewed || this.breakpoints.all.length) return;
+    const kept = this.breakpoints.keptIn(this.#known); // a component that is started anew knows of none
+    if (kept.length) this.#setBreakpoints(kept);
   }
 
   #take(value) {
     const restarted = this.newest && value.component.startedAt !== this.newest.component.startedAt;
     if (restarted) {
       this.past = new Past();
-      this.#kept = this.breakpoints;
-      this.breakpoints = [];
+      this.breakpoints.keep();
     }
     const wasLost = this.since !== 0;
     const status = this.newest?.component.status;
@@ -280,30 +266,13 @@ class Monitor extends EventTarget {
     if (!this.looking) this.#emit("shown");
     this.#emit("snapshot");
     if (wasLost || restarted || status !== value.component.status) this.#emit("mode");
-    if (!this.limits.size && Object.keys(value.robot.joints).length) this.#askFacts();
+    if (Object.keys(value.robot.joints).length) this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
   }
 
   #lose(since) {
     if (since === this.since) return;
     this.since = since;
     this.#emit("mode", "shown");
-  }
-
-  #asking = false;
-
-  async #askFacts() {
-    if (this.#asking) return;
-    this.#asking = true;
-    try {
-      const facts = await this.control("facts");
-      this.limits = new Map(facts.limits.map((each) => [each.name, each]));
-      this.cameras = facts.cameras;
-      this.#emit("structure");
-    } catch {
-      // The next moment asks again.
-    } finally {
-      setTimeout(() => (this.#asking = false), 2000);
-    }
   }
 
   /** Attach to what was just started, as soon as it is there. */
@@ -320,8 +289,6 @@ class Monitor extends EventTarget {
     }
     this.#emit("running");
   }
-
-  #lost; // what was followed when the server went away
 
   #reconnect() {
     if (!this.component || this.recording) return;

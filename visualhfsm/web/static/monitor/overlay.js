@@ -44,7 +44,7 @@ export function liveOf(id) {
     }
     for (const {transition, value} of guards) put(`t${transition}`, {guard: value});
   }
-  for (const {automaton, state, transition, condition} of monitor.breakpoints) {
+  for (const {automaton, state, transition, condition} of monitor.breakpoints.all) {
     if (automaton !== id) continue;
     const hit = component.stoppedAt.some((each) => each.automaton === id && each.state === state && each.transition === transition);
     put(state ? `s${state}` : `t${transition}`, {breakpoint: hit ? "hit" : condition ? "conditional" : "set"});
@@ -61,6 +61,7 @@ export function showOn(canvas) {
     const here = monitor.snapshot && page.tab && page.tab === monitor.tab;
     canvas.classList.toggle("live", Boolean(here));
     canvas.classList.toggle("stale", Boolean(here && monitor.since && !monitor.looking));
+    document.documentElement.classList.toggle("live-lost", Boolean(monitor.since && !monitor.looking));
     canvas.classList.toggle("past", Boolean(here && monitor.looking));
     const running = here ? monitor.snapshot.component.automata : [];
     const signature = running.map(({id, state, ghost}) => `${id}.${state}${ghost ? "g" : ""}`).join();

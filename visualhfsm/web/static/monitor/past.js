@@ -1,6 +1,7 @@
 /** How the states changed, from the timeline that the server keeps and from what comes since. */
 
-const MOST = 20_000; // changes, and spans, that are kept
+const MOST = 20_000; // changes, and spans of all automata together, that are kept
+const MOST_AUTOMATA = 2_000; // that are told apart
 
 /** @typedef {{time: number, automaton: number, origin: number, destination: number, transition: number}} Change */
 
@@ -18,6 +19,7 @@ export class Past {
     /** When which state was the current one. @type {Map<number, {state: number, ghost: boolean, start: number, end: number}[]>} */
     this.spans = new Map();
     for (const [automaton, state, ghost, start, end] of timeline?.spans ?? []) this.#of(automaton).push({state, ghost, start, end});
+    this.#count = timeline?.spans.length ?? 0;
     /** Names of all that can be plotted. @type {Set<string>} */
     this.numbers = new Set(timeline?.numbers ?? []);
     /** @type {Map<number, {state: number, ghost: boolean, enteredAt?: number}>} */
@@ -25,6 +27,7 @@ export class Past {
   }
 
   #before;
+  #count = 0; // of all spans
 
   /** Take the next moment. @param {import("./monitor.js").ComponentNow} component */
   add({time, automata}) {
@@ -32,6 +35,7 @@ export class Past {
     this.start = Math.min(this.start, time);
     this.end = time;
     for (const {id, state, ghost, enteredAt, lastTransition} of automata) {
+      if (!this.spans.has(id) && this.spans.size >= MOST_AUTOMATA) continue;
       const spans = this.#of(id);
       const last = spans.at(-1);
       const before = this.#before.get(id) ?? (last && {state: last.state, ghost: last.ghost});
@@ -42,9 +46,10 @@ export class Past {
       else {
         if (last) last.end = time;
         spans.push({state, ghost, start: time, end: time});
-        if (spans.length > MOST) spans.splice(0, MOST / 10);
+        this.#count += 1;
       }
     }
+    if (this.#count > MOST) this.#forgetSpans();
     if (this.changes.length > MOST) this.changes.splice(0, MOST / 10);
   }
 
@@ -56,6 +61,18 @@ export class Past {
       if (change.automaton === automaton && change.time <= time + 1e-6) found.push(change);
     }
     return found;
+  }
+
+  /** Forget the oldest tenth of the spans, whatever automata they are of. */
+  #forgetSpans() {
+    const ends = [...this.spans.values()].flatMap((spans) => spans.map(({end}) => end)).sort((a, b) => a - b);
+    const before = ends[Math.floor(ends.length / 10)];
+    this.#count = 0;
+    for (const spans of this.spans.values()) {
+      const first = spans.findIndex(({end}) => end > before);
+      spans.splice(0, first < 0 ? spans.length - 1 : first); // what is now stays
+      this.#count += spans.length;
+    }
   }
 
   #of(automaton) {

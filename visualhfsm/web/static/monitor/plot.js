@@ -22,6 +22,7 @@ export class Plot {
   #drawn = 0;
   #timer = 0;
   #filling = 0;
+  #past = monitor.past; // that the data is of
 
   /** @param {number} span seconds that are shown @param {(name: string) => string} titleOf */
   constructor(span, titleOf) {
@@ -56,6 +57,7 @@ export class Plot {
       return undefined; // the component is gone; the next one begins anew
     }
     if (number !== this.#filling) return undefined;
+    this.#past = monitor.past;
     this.#data = [found.times, ...names.map((name) => found.values[name] ?? found.times.map(() => null))];
     return this.draw();
   }
@@ -63,10 +65,12 @@ export class Plot {
   /** Take the newest values. @param {Map<string, number>} numbers */
   append(numbers) {
     const time = monitor.newest?.component.time;
-    const [times] = this.#data;
     if (time === undefined || !this.names.length) return;
-    if (times.length && time < times.at(-1)) this.#data = [[], ...this.names.map(() => [])];
-    else if (times.at(-1) === time) return;
+    if (this.#past !== monitor.past) {
+      this.#past = monitor.past; // the component was started anew
+      this.#data = [[], ...this.names.map(() => [])];
+    }
+    if (this.#data[0].at(-1) >= time) return; // the server told it already
     this.#data[0].push(time);
     this.names.forEach((name, index) => this.#data[index + 1].push(numbers.get(name) ?? null));
     const old = this.#data[0].findIndex((each) => each >= time - this.span - 1);
@@ -113,7 +117,7 @@ export class Plot {
     const dashes = [[], [7, 4], [2, 3], [10, 3, 2, 3]];
     return new uPlot({
       width, height: HEIGHT, legend: {show: false}, cursor: {y: false, points: {size: 5}}, scales: {x: {time: false}},
-      axes: [{...axis, size: 26, values: (_, all) => all.map((each) => `${+each.toFixed(1)} s`)}, {...axis, size: 52}],
+      axes: [{...axis, size: 26, values: (_chart, all, _axis, _space, step) => all.map((each) => `${+each.toFixed(step < 1 ? 2 : 1)} s`)}, {...axis, size: 52}],
       series: [{}, ...this.names.map((name, index) => ({label: this.titleOf(name), stroke: color(`--line-${index % 8}`), width: 1.6, dash: dashes[Math.floor(index / 2) % 4], points: {show: false}, spanGaps: false, paths: uPlot.paths.stepped({align: 1})}))],
       hooks: {draw: [(chart) => this.#drawMoment(chart, color("--select"))]},
     }, this.#data, this.element);

@@ -9,6 +9,7 @@ import {Plot} from "./plot.js";
 import {numbersOf} from "./values.js";
 
 const MOST_LINES = 8; // of a plot
+const MOST_NAMES = 1000; // of numbers to choose from; the server keeps no more
 
 class Plots extends MonitorElement {
   static kinds = ["mode", "structure"];
@@ -20,8 +21,8 @@ class Plots extends MonitorElement {
   constructor() {
     super();
     this.span = 30;
+    this.component = "";
     this.names = new Set();
-    this.numbered = 0;
   }
 
   connectedCallback() {
@@ -84,12 +85,21 @@ class Plots extends MonitorElement {
     this.#showMoment();
   }
 
+  /** What another component was plotted of says nothing here. */
+  #forget() {
+    this.component = monitor.component;
+    this.names.clear();
+    for (const plot of this.plots) plot.close();
+    this.plots = [];
+    this.requestUpdate();
+  }
+
   /** Take in which numbers there are, and their newest values. */
   #learn() {
+    if (this.component !== monitor.component) this.#forget();
     const numbers = monitor.newest ? numbersOf(monitor.newest) : new Map();
     const before = this.names.size;
-    for (const name of monitor.past.numbers) this.names.add(name);
-    for (const name of numbers.keys()) this.names.add(name);
+    for (const name of [...monitor.past.numbers, ...numbers.keys()]) if (this.names.size < MOST_NAMES) this.names.add(name);
     if (this.names.size !== before) this.requestUpdate();
     for (const plot of this.plots) plot.append(numbers);
   }

@@ -9,11 +9,15 @@ import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 import {valueIn} from "./values.js";
 
+const FRESH = 600; // ms for which a value that has changed is marked
+
 class LiveVariables extends MonitorElement {
   static watches = {page: ["automaton", "tab"], store: []};
 
   /** Values of the moment before, to show what has changed. */
   #before = new Map();
+  #values = new Map();
+  /** When each was seen to change, ms. */
   #changed = new Map();
 
   render() {
@@ -24,6 +28,7 @@ class LiveVariables extends MonitorElement {
     const automata = component.automata.filter((each) => Object.keys(each.variables).length);
     automata.sort((a, b) => Number(b.id === here) - Number(a.id === here));
     const types = new Map((monitor.structure?.parameters ?? []).map((each) => [each.name, each]));
+    [this.#before, this.#values] = [this.#values, new Map()];
     const none = !automata.length && !Object.keys(component.parameters).length;
     return html`<div class="live-values">
       ${none ? html`<p class="empty">This component has no variables and no parameters.</p>` : nothing}
@@ -40,11 +45,10 @@ class LiveVariables extends MonitorElement {
 
   #row(automaton, name, text, type) {
     const key = `${automaton}.${name}`;
-    if (this.#before.get(key) !== text) {
-      if (this.#before.has(key)) this.#changed.set(key, performance.now());
-      this.#before.set(key, text);
-    }
-    const fresh = performance.now() - (this.#changed.get(key) ?? -Infinity) < 600;
+    this.#values.set(key, text);
+    if (this.#before.has(key) && this.#before.get(key) !== text) this.#changed.set(key, performance.now());
+    const fresh = performance.now() - (this.#changed.get(key) ?? -Infinity) < FRESH;
+    if (!fresh) this.#changed.delete(key);
     return html`<tr class=${fresh ? "fresh" : ""}><th scope="row" title=${type?.description ?? ""}>${name}${type ? html` <span class="faint">${type.type}</span>` : nothing}</th>
       <td>${monitor.steers
         ? html`<input class="mono" aria-label="${name}" spellcheck="false" .value=${live(this.editing === key ? this.typed : text)} @focus=${(event) => this.#begin(key, text, event.target)}
