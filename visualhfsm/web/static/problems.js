@@ -16,6 +16,9 @@ export function problemOf(problems, automaton, kind, id) {
   return index.get(`${automaton}/${kind}/${id}`);
 }
 
+/** Whether two problems, or their lack, look the same. */
+export const sameProblem = (one, other) => one === other || (one?.severity === other?.severity && one?.message === other?.message);
+
 /** How many problems of a severity there are. */
 export const countOf = (problems, severity) => problems.filter((each) => each.severity === severity).length;
 

@@ -55,6 +55,7 @@ export class Store extends EventTarget {
   /** Connect, and again whenever the connection is lost. */
   connect() {
     clearTimeout(this.#timer);
+    if (this.#socket && this.#socket.readyState !== WebSocket.CLOSED) return; // one at a time, or all would be told twice
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws`);
     this.#socket = socket;
@@ -162,6 +163,7 @@ export class Store extends EventTarget {
       }
       case "closed":
         this.documents.delete(message.tab);
+        this.#settle(message.tab, Infinity);
         break;
     }
     this.#emit(message.push, message);
@@ -191,6 +193,11 @@ export class Store extends EventTarget {
     next.automata = withContent(next);
     this.documents.set(tab, next);
     this.#emit("document", {tab, changed, whole: Boolean(message.full)});
+    this.#settle(tab, revision);
+  }
+
+  /** Let those go on who wait for a document as of some revision. */
+  #settle(tab, revision) {
     const arrived = this.#late.filter((each) => each.tab === tab && each.revision <= revision);
     this.#late = this.#late.filter((each) => !arrived.includes(each));
     for (const {resolve, value} of arrived) resolve(value);

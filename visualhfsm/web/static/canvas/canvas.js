@@ -10,13 +10,8 @@ import {Pointer} from "./pointer.js";
 import {Rename} from "./rename.js";
 import {Scene} from "./scene.js";
 import {make} from "./svg.js";
-import {Viewport} from "./viewport.js";
+import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
-/** Below these scales ever less is drawn, see canvas.css. */
-const FAR = 0.55;
-const VERY_FAR = 0.28;
-const TINY = 0.15;
-const MOST_DETAILED = 1000; // transitions whose names are placed before it is known whether they are seen
 const BORDER = 28; // pixels from the edge, where a drag makes the drawing move along
 
 export class HfsmCanvas extends HTMLElement {
@@ -77,7 +72,6 @@ export class HfsmCanvas extends HTMLElement {
     const key = automaton ? `${page.tab}/${automaton.id}` : "";
     const other = key !== this.#shown;
     if (other) this.#leave();
-    if (other) this.scene.detailed = (automaton?.transitions.length ?? 0) < MOST_DETAILED;
     const {comparison} = this;
     const shown = automaton && comparison ? comparison.merged(automaton) : automaton;
     const marks = automaton && comparison?.marks(automaton);
@@ -86,9 +80,11 @@ export class HfsmCanvas extends HTMLElement {
     this.svg.setAttribute("aria-label", automaton ? `Automaton ${page.title()}` : "No automaton");
     this.#showEmpty(automaton);
     if (other) this.#arrive(key);
+    else this.#look();
     this.scene.select(page.states, page.transitions);
     this.scene.showLive(this.#live);
     this.order.keep();
+    this.rename.follow();
     if (other && this.hadFocus) this.focusSelected();
     this.minimap.draw();
   }
@@ -211,6 +207,7 @@ export class HfsmCanvas extends HTMLElement {
   #leave() {
     this.cancel();
     this.rename.cancel();
+    this.scene.automaton = undefined; // another document may have one of the same number
     if (this.#fitted === this.#view()) this.#views.delete(this.#shown); // fitted anew: panels may have come or gone
     else if (this.#shown) this.#views.set(this.#shown, {x: this.viewport.x, y: this.viewport.y, scale: this.viewport.scale});
     this.order.forget();
@@ -241,10 +238,15 @@ export class HfsmCanvas extends HTMLElement {
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
     this.classList.toggle("tiny", scale < TINY);
-    this.scene.detailed = scale >= VERY_FAR;
+    this.#look();
     this.minimap?.frame();
     this.rename?.follow();
     this.dispatchEvent(new Event("view"));
+  }
+
+  /** What comes into view is made, once it is known how much that is. */
+  #look() {
+    if (this.#size.width) this.scene.look(this.viewport.seen, this.viewport.scale);
   }
 
   #view() {

@@ -34,7 +34,7 @@ class Comparison {
   }
 
   async begin() {
-    if (!(await this.#load())) return;
+    if (!(await this.#load()) || page.tab !== this.tab || this.canvas.comparison) return;
     const {signal} = this.stop;
     this.legend = document.createElement("div");
     this.legend.className = "legend";
@@ -62,7 +62,10 @@ class Comparison {
   merged(automaton) {
     const former = this.before.get(automaton.id);
     if (!former) return automaton;
-    const gone = (now, then) => then.filter(({id}) => !now.some((each) => each.id === id));
+    const gone = (now, then) => {
+      const there = new Set(now.map(({id}) => id));
+      return then.filter(({id}) => !there.has(id));
+    };
     return {
       ...automaton,
       states: [...automaton.states, ...gone(automaton.states, former.states)],

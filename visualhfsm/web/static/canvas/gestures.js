@@ -52,8 +52,8 @@ export class Band {
       this.box.setAttribute(name, value);
     }
     const within = (key) => {
-      const {x, y} = this.canvas.scene.places.get(key);
-      return x >= left && x <= right && y >= top && y <= bottom;
+      const place = this.canvas.scene.places.get(key); // none yet for what another window has just added
+      return place && place.x >= left && place.x <= right && place.y >= top && place.y <= bottom;
     };
     const {states, transitions} = page.automaton;
     page.select({

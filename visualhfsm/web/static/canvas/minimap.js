@@ -7,76 +7,111 @@ const WIDTH = 176;
 const HEIGHT = 116;
 const MARGIN = 8;
 const FROM = 6; // states; fewer need no map
+const NARROW = 420; // pixels of a canvas that has no room for it
+const PATIENCE = 250; // ms that a picture may be old while there is more to do
 
+const whenIdle = window.requestIdleCallback?.bind(window) ?? ((action) => setTimeout(action, PATIENCE));
+
+/** The automaton is painted when nothing else is to be done, and kept as a picture; only the frame follows at once. */
 export class Minimap {
+  #waiting = false;
   #queued = 0;
 
   constructor(canvas) {
     this.canvas = canvas;
     this.element = document.createElement("canvas");
     this.element.className = "minimap";
+    this.element.hidden = true;
     this.element.setAttribute("role", "img");
     this.element.setAttribute("aria-label", "Map of the automaton");
-    const ratio = window.devicePixelRatio || 1;
-    [this.element.width, this.element.height] = [WIDTH * ratio, HEIGHT * ratio];
-    this.context = this.element.getContext("2d");
-    this.context.scale(ratio, ratio);
+    this.ratio = window.devicePixelRatio || 1;
+    this.picture = document.createElement("canvas");
+    for (const each of [this.element, this.picture]) [each.width, each.height] = [WIDTH * this.ratio, HEIGHT * this.ratio];
     this.element.addEventListener("pointerdown", (event) => {
       this.element.setPointerCapture(event.pointerId);
       this.#go(event);
     });
-    this.element.addEventListener("pointermove", (event) => event.buttons && this.#go(event));
+    this.element.addEventListener("pointermove", (event) => this.element.hasPointerCapture(event.pointerId) && this.#go(event));
   }
 
-  /** Draw it again, at the next picture of the screen. */
+  /** Draw all of it again, soon. */
   draw() {
+    if (this.#waiting) return;
+    this.#waiting = true;
+    whenIdle(() => {
+      this.#waiting = false;
+      this.#paint();
+      this.frame();
+    }, {timeout: PATIENCE});
+  }
+
+  /** Draw the frame around what is seen again, with the next picture of the screen. */
+  frame() {
     this.#queued ||= requestAnimationFrame(() => {
       this.#queued = 0;
-      this.#draw();
+      if (!this.element.hidden) this.#drawFrame();
     });
   }
 
-  frame() {
-    this.draw();
-  }
-
-  #draw() {
+  #paint() {
     const {scene, viewport} = this.canvas;
-    const few = (page.automaton?.states.length ?? 0) < FROM || this.canvas.clientWidth < 420;
-    this.element.hidden = few;
+    const few = scene.states.size < FROM || viewport.size().width < NARROW;
     const box = few ? undefined : scene.bounds();
+    this.element.hidden = !box;
     if (!box) return;
     const style = getComputedStyle(this.canvas);
-    const {context} = this;
-    context.clearRect(0, 0, WIDTH, HEIGHT);
+    const color = (name) => style.getPropertyValue(name);
+    const context = this.#cleared(this.picture);
     this.scale = Math.min((WIDTH - 2 * MARGIN) / (box.right - box.left), (HEIGHT - 2 * MARGIN) / (box.bottom - box.top));
     this.x = WIDTH / 2 - ((box.left + box.right) / 2) * this.scale;
     this.y = HEIGHT / 2 - ((box.top + box.bottom) / 2) * this.scale;
-    const at = ({x, y}) => [x * this.scale + this.x, y * this.scale + this.y];
-    context.strokeStyle = style.getPropertyValue("--arc");
+    context.strokeStyle = color("--arc");
     context.lineWidth = 0.6;
     context.beginPath();
-    for (const view of scene.transitions.values()) {
-      const from = scene.places.get(`s${view.transition.origin}`);
-      const to = scene.places.get(`s${view.transition.destination}`);
+    for (const {transition, arc} of scene.transitions.values()) {
+      const from = scene.places.get(`s${transition.origin}`);
+      const to = scene.places.get(`s${transition.destination}`);
       if (!from || !to || from === to) continue;
-      context.moveTo(...at(from));
-      context.quadraticCurveTo(...at({x: 2 * view.arc.middle.x - (from.x + to.x) / 2, y: 2 * view.arc.middle.y - (from.y + to.y) / 2}), ...at(to));
+      context.moveTo(...this.#at(from));
+      context.quadraticCurveTo(...this.#at({x: 2 * arc.middle.x - (from.x + to.x) / 2, y: 2 * arc.middle.y - (from.y + to.y) / 2}), ...this.#at(to));
     }
     context.stroke();
+    const circles = {"--plain-line": new Path2D(), "--parent-line": new Path2D(), "--accent": new Path2D()};
     for (const [key, {state}] of scene.states) {
-      const kind = state.children.length ? "parent" : "plain";
-      context.fillStyle = style.getPropertyValue(page.states.has(state.id) ? "--accent" : `--${kind}-line`);
-      context.beginPath();
-      context.arc(...at(scene.places.get(key)), Math.max(1.8, RADIUS * this.scale), 0, 2 * Math.PI);
-      context.fill();
+      const path = circles[page.states.has(state.id) ? "--accent" : state.children.length ? "--parent-line" : "--plain-line"];
+      const [x, y] = this.#at(scene.places.get(key));
+      const radius = Math.max(1.8, RADIUS * this.scale);
+      path.moveTo(x + radius, y);
+      path.arc(x, y, radius, 0, 2 * Math.PI);
     }
-    const seen = viewport.seen;
-    context.strokeStyle = style.getPropertyValue("--accent");
+    for (const [name, path] of Object.entries(circles)) {
+      context.fillStyle = color(name);
+      context.fill(path);
+    }
+    this.accent = color("--accent");
+  }
+
+  #drawFrame() {
+    const context = this.#cleared(this.element);
+    context.drawImage(this.picture, 0, 0, WIDTH, HEIGHT);
+    const {seen} = this.canvas.viewport;
+    context.strokeStyle = this.accent;
     context.lineWidth = 1.5;
-    const [left, top] = at({x: seen.left, y: seen.top});
-    const [right, bottom] = at({x: seen.right, y: seen.bottom});
+    const [left, top] = this.#at({x: seen.left, y: seen.top});
+    const [right, bottom] = this.#at({x: seen.right, y: seen.bottom});
     context.strokeRect(left, top, right - left, bottom - top);
+  }
+
+  /** Where a point of the drawing is on the map. */
+  #at({x, y}) {
+    return [x * this.scale + this.x, y * this.scale + this.y];
+  }
+
+  #cleared(canvas) {
+    const context = canvas.getContext("2d");
+    context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    context.clearRect(0, 0, WIDTH, HEIGHT);
+    return context;
   }
 
   #go({clientX, clientY}) {

@@ -63,11 +63,10 @@ export class Order {
   /** Select the next thing in the order of reading: each state, then the transitions out of it. */
   goOn(step) {
     const {states = [], transitions = []} = page.automaton ?? {};
-    const known = new Set(states.map((each) => each.id));
-    const keys = [
-      ...states.flatMap(({id}) => [`s${id}`, ...transitions.filter(({origin}) => origin === id).map((each) => `t${each.id}`)]),
-      ...transitions.filter(({origin}) => !known.has(origin)).map((each) => `t${each.id}`),
-    ];
+    const leaving = new Map(states.map(({id}) => [id, []]));
+    const lost = []; // they leave no state
+    for (const {id, origin} of transitions) (leaving.get(origin) ?? lost).push(`t${id}`);
+    const keys = [...states.flatMap(({id}) => [`s${id}`, ...leaving.get(id)]), ...lost];
     if (keys.length) this.#focus(keys.at((keys.indexOf(this.#here) + step) % keys.length));
   }
 

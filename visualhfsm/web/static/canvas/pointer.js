@@ -12,6 +12,7 @@ const keyOf = (element) => element.closest?.("[data-key]")?.dataset.key;
 
 export class Pointer {
   #gesture;
+  #finger; // the pointer of the gesture; others are not heard
   #pressed; // what it was last pressed on
   #spaceHeld = false;
   #whenDone;
@@ -20,15 +21,16 @@ export class Pointer {
     this.canvas = canvas;
     const {svg} = canvas;
     svg.addEventListener("pointerdown", (event) => this.#down(event));
-    svg.addEventListener("pointermove", (event) => (this.#gesture ?? canvas.tool)?.move(event));
-    svg.addEventListener("pointerup", () => this.#up());
-    svg.addEventListener("pointercancel", () => canvas.cancel());
+    svg.addEventListener("pointermove", (event) => this.#isOther(event) || (this.#gesture ?? canvas.tool)?.move(event));
+    svg.addEventListener("pointerup", (event) => this.#isOther(event) || this.#up());
+    svg.addEventListener("pointercancel", (event) => this.#isOther(event) || canvas.cancel());
     svg.addEventListener("pointerover", (event) => this.#showTip(event));
     svg.addEventListener("dblclick", (event) => this.#doubleClick(event));
     svg.addEventListener("contextmenu", (event) => this.#menu(event));
     svg.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
     canvas.addEventListener("keydown", (event) => this.#key(event));
     canvas.addEventListener("keyup", (event) => event.key === " " && (this.#spaceHeld = false));
+    canvas.addEventListener("focusout", (event) => canvas.contains(event.relatedTarget) || (this.#spaceHeld = false)); // let go elsewhere
   }
 
   /** Whether something is being dragged. */
@@ -39,6 +41,10 @@ export class Pointer {
   /** Do something when nothing is dragged any more. */
   whenDone(action) {
     this.#whenDone = action;
+  }
+
+  #isOther(event) {
+    return Boolean(this.#gesture) && event.pointerId !== this.#finger;
   }
 
   /** Let what is dragged be where it was; returns whether there was anything. */
@@ -86,6 +92,7 @@ export class Pointer {
       canvas.svg.focus({preventScroll: true});
       this.#gesture = new Band(canvas, event);
     }
+    this.#finger = event.pointerId;
     // The group itself, or a double click would be told to the whole drawing.
     if (this.#gesture) (group ?? canvas.svg).setPointerCapture(event.pointerId);
   }
@@ -101,10 +108,15 @@ export class Pointer {
     return canvas.readOnly ? undefined : new Move(canvas, event, () => selected && !event.shiftKey && canvas.order.select(key));
   }
 
-  #up() {
+  /** What waits for the end of the gesture is done when the server has answered: until then, all stays where it was put. */
+  async #up() {
     const gesture = this.#gesture;
-    this.#finish();
-    gesture?.end();
+    this.#gesture = undefined;
+    try {
+      await gesture?.end();
+    } finally {
+      if (!this.#gesture) this.#finish();
+    }
   }
 
   #doubleClick(event) {

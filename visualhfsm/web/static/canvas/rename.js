@@ -26,6 +26,7 @@ export class Rename {
   begin(kind, id) {
     const list = kind === "state" ? page.automaton?.states : page.automaton?.transitions;
     const item = list?.find((each) => each.id === id);
+    this.commit();
     if (!item) return;
     this.#what = {kind, id, name: item.name};
     this.input.value = item.name;
@@ -39,8 +40,12 @@ export class Rename {
 
   /** Stay at the name while the drawing moves. */
   follow() {
-    const place = this.#what && this.#place();
-    if (!place) return;
+    if (!this.#what) return;
+    const place = this.#place();
+    if (!place) {
+      this.cancel(); // it was deleted, as in another window
+      return;
+    }
     const {scale} = this.canvas.viewport;
     const {x, y} = this.canvas.viewport.toWindow(place);
     const size = Math.max(11, Math.min(20, SIZE * scale));

@@ -2,7 +2,7 @@
  * The drawing of one automaton: keeps the elements of the page in step with the document.
  *
  * Elements live as long as what they show, and only what differs is touched, so that a command in a document of
- * hundreds of states is drawn at once.
+ * hundreds of states is drawn at once. In a large automaton, names and handles are made when they come into view.
  */
 
 import {bounds, handles} from "./geometry.js";
@@ -11,6 +11,9 @@ import {markState, markTransition} from "./live-marks.js";
 import {StateView} from "./state-view.js";
 import {make, set} from "./svg.js";
 import {TransitionView} from "./transition-view.js";
+import {TINY, VERY_FAR} from "./viewport.js";
+
+const LARGE = 1000; // states and transitions, from which on what is not seen is not made
 
 /**
  * @typedef {import("./geometry.js").Point} Point
@@ -34,6 +37,10 @@ export class Scene {
     this.automaton = undefined;
   }
 
+  /** Views without names and handles, as nobody has come near enough. @type {Set<StateView | TransitionView>} */
+  #bare = new Set();
+  #isLarge = false;
+
   /** The view of a key such as `s1` or `t2`. */
   view(key) {
     return key.startsWith("s") ? this.states.get(key) : this.transitions.get(key);
@@ -49,13 +56,18 @@ export class Scene {
     const other = automaton?.id !== this.automaton?.id;
     this.automaton = automaton;
     const {states = [], transitions = []} = automaton ?? {};
-    if (other) this.#clear();
+    if (other) {
+      this.#clear();
+      this.#isLarge = states.length + transitions.length > LARGE;
+      this.#detailed = !this.#isLarge;
+    }
     this.places.clear();
+    let changed = other;
     const points = new Map();
     const names = new Map();
     this.#sync(this.states, this.circles, states, "s", StateView, (view, state, key) => {
       view.update(state, {problem: more.problem("state", state.id), imported: more.imported(state), mark: more.marks?.get(key)});
-      view.place(state);
+      changed = view.place(state) || changed;
       this.places.set(key, state);
       if (!points.has(state.id)) {
         points.set(state.id, state);
@@ -64,7 +76,6 @@ export class Scene {
     });
     const ranks = ranksOf(transitions);
     const grips = handles(transitions, points);
-    let changed = other;
     this.#sync(this.transitions, this.arcs, transitions, "t", TransitionView, (view, transition, key) => {
       const from = names.get(transition.origin) ?? "nothing";
       const to = names.get(transition.destination) ?? "nothing";
@@ -72,7 +83,7 @@ export class Scene {
       const handle = grips.get(transition);
       this.places.set(key, handle);
       const replaced = view.place(points.get(transition.origin), points.get(transition.destination), handle, transition.origin === transition.destination);
-      changed ||= rewritten || replaced;
+      changed = rewritten || replaced || changed;
     });
     if (changed || this.#moved) {
       this.#stale = true;
@@ -110,12 +121,31 @@ export class Scene {
   }
 
   #stale = false;
-  #detailed = true;
+  #detailed = true; // whether labels and badges are seen; they are not placed before
 
-  /** Whether names and badges are seen; they are not placed before. */
-  set detailed(wanted) {
-    this.#detailed = wanted;
-    if (wanted && this.#stale) this.#placeDetails();
+  /**
+   * Make what is needed to see a part of the drawing.
+   *
+   * @param {import("./geometry.js").Box} seen
+   * @param {number} scale
+   */
+  look(seen, scale) {
+    this.#detailed = scale >= VERY_FAR;
+    if (this.#bare.size && scale >= TINY) this.#approach(seen);
+    if (this.#detailed && this.#stale) this.#placeDetails();
+  }
+
+  /** Finish what is seen, and then also what is near, so that moving a little finds nothing to do. */
+  #approach(seen) {
+    const within = (box) => [...this.#bare].filter((view) => (this.#detailed || view instanceof StateView) && view.isIn(box));
+    if (within(wider(seen, 0.1)).length) within(wider(seen, 0.5)).forEach((view) => this.#finish(view));
+  }
+
+  #finish(view) {
+    if (!this.#bare.delete(view)) return;
+    view.finish();
+    if (view.label) this.names.append(view.label);
+    this.#stale = true;
   }
 
   #placeDetails() {
@@ -126,7 +156,7 @@ export class Scene {
 
   /** Put all names where none covers another. */
   #placeNames() {
-    const views = [...this.transitions.values()];
+    const views = [...this.transitions.values()].filter((view) => view.complete);
     const circles = [...this.states.keys()].map((key) => this.places.get(key));
     const found = placeLabels(views.map((view) => view.asLabel()), circles);
     for (const view of views) view.placeName(found.get(view));
@@ -158,9 +188,16 @@ export class Scene {
   /** Show what a running component does. @param {Map<string, import("./live-marks.js").Live> | undefined} live by key; undefined for nothing */
   showLive(live) {
     if (!live && !this.#live) return;
-    for (const [key, view] of this.states) markState(view, live?.get(key));
-    for (const [key, view] of this.transitions) markTransition(view, live?.get(key));
+    for (const [views, show] of [[this.states, markState], [this.transitions, markTransition]]) {
+      for (const [key, view] of views) {
+        const now = live?.get(key);
+        if (!now && !this.#live?.has(key)) continue;
+        if (now) this.#finish(view);
+        show(view, now);
+      }
+    }
     this.#live = live;
+    if (this.#stale && this.#detailed) this.#placeDetails();
   }
 
   /** The box around everything. */
@@ -179,6 +216,7 @@ export class Scene {
     for (const layer of this.layers) layer.replaceChildren();
     this.states.clear();
     this.transitions.clear();
+    this.#bare.clear();
   }
 
   #sync(views, parent, items, prefix, View, draw) {
@@ -189,14 +227,18 @@ export class Scene {
       let key = `${prefix}${item.id}`;
       while (wanted.has(key)) key += "'"; // two of one number in a document that is not sound
       wanted.add(key);
-      let view = views.get(key);
-      if (!view) {
-        view = new View();
-        views.set(key, view);
-        fresh.append(view.group);
-        if (view.label) labels.append(view.label);
-      }
+      const known = views.get(key);
+      const view = known ?? new View();
       draw(view, item, key);
+      if (known) continue;
+      views.set(key, view);
+      fresh.append(view.group);
+      if (this.#isLarge) {
+        this.#bare.add(view);
+        continue;
+      }
+      view.finish();
+      if (view.label) labels.append(view.label);
     }
     parent.append(fresh);
     this.names.append(labels);
@@ -205,9 +247,16 @@ export class Scene {
       if (wanted.has(key)) continue;
       view.group.remove();
       view.label?.remove();
+      this.#bare.delete(view);
       views.delete(key);
     }
   }
+}
+
+/** A box with more around it: a part of its own width and height on each side. */
+function wider({left, right, top, bottom}, part) {
+  const [x, y] = [(right - left) * part, (bottom - top) * part];
+  return {left: left - x, right: right + x, top: top - y, bottom: bottom + y};
 }
 
 function mark(view, selected) {

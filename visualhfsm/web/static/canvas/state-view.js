@@ -1,15 +1,18 @@
 /** One state in the drawing. */
 
+import {sameProblem} from "../problems.js";
 import {BADGES, CODES} from "./glyphs.js";
 import {RADIUS} from "./geometry.js";
-import {make, template} from "./svg.js";
+import {make, template, templates} from "./svg.js";
 import {fitCircle, lineHeight} from "./text.js";
 
 const blank = template(`
   <g class="state" role="button" tabindex="-1">
-    <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/><circle class="ring" r="${RADIUS - 5}"/>
-    <text class="name" aria-hidden="true"/><g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
+    <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/>
   </g>`);
+/** What is not seen from far away. */
+const blankDetails = templates(`
+  <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/><g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>`);
 const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
@@ -23,12 +26,16 @@ const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.
 export class StateView {
   constructor() {
     this.group = blank();
-    [this.glow, this.body, this.ring, this.name, this.codes, this.rim] = this.group.children;
+    [this.glow, this.body] = this.group.children;
     this.badges = null;
-    this.#signature = "";
+    /** Whether its details are drawn, too. */
+    this.complete = false;
   }
 
-  #signature;
+  #signature = "";
+  #more = {};
+  #x;
+  #y;
 
   /**
    * Draw a state; does nothing when nothing that is drawn differs.
@@ -37,9 +44,12 @@ export class StateView {
    * @param {{problem?: {severity: string, message: string}, imported: boolean, mark?: string}} more
    */
   update(state, more) {
-    this.state = state;
-    const has = Object.keys(CODES).filter((part) => state[part]?.trim());
     const {problem, imported, mark = ""} = more;
+    const former = this.#more;
+    if (state === this.state && imported === former.imported && more.mark === former.mark && sameProblem(problem, former.problem)) return;
+    this.state = state;
+    this.#more = more;
+    const has = codesOf(state);
     const signature = JSON.stringify([
       state.id, state.name, state.initial, state.final, state.children.length, state.history, has, imported, mark, problem?.severity, problem?.message,
     ]);
@@ -57,14 +67,39 @@ export class StateView {
     /** What is shown beside the pointer. */
     this.tip = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
       .filter(Boolean).join("\n");
-    this.#drawName(state.name, has.length > 0, state.initial || state.final);
-    this.#drawCodes(has);
-    this.#drawBadges(state, imported, problem);
+    if (this.complete) this.#drawDetails();
   }
 
-  /** Put it somewhere. */
+  /** Draw what is not seen from far away, too. */
+  finish() {
+    if (this.complete) return;
+    this.complete = true;
+    const details = blankDetails();
+    const [, name, codes] = details.children;
+    Object.assign(this, {name, codes});
+    this.body.after(details);
+    this.#drawDetails();
+  }
+
+  /** Put it somewhere; returns whether it was elsewhere. */
   place({x, y}) {
+    if (x === this.#x && y === this.#y) return false;
+    [this.#x, this.#y] = [x, y];
     this.group.setAttribute("transform", `translate(${x},${y})`);
+    return true;
+  }
+
+  /** Whether it stands in a box. @param {import("./geometry.js").Box} box */
+  isIn({left, right, top, bottom}) {
+    return this.#x > left - RADIUS && this.#x < right + RADIUS && this.#y > top - RADIUS && this.#y < bottom + RADIUS;
+  }
+
+  #drawDetails() {
+    const {state} = this;
+    const has = codesOf(state);
+    this.#drawName(state.name, has.length > 0, state.initial || state.final);
+    this.#drawCodes(has);
+    this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }
 
   #drawName(name, hasCodes, isInitial) {
@@ -118,6 +153,9 @@ export class StateView {
     this.placeBadges(this.#angles);
   }
 }
+
+/** The parts in which a state has code. */
+const codesOf = (state) => Object.keys(CODES).filter((part) => state[part]?.trim());
 
 /** A small thing at a state's rim, at so many half turns, with a glyph, and with a bar for each of several. */
 function badge(kind, halfTurns, path, count = 1) {

@@ -9,6 +9,16 @@ export function template(text) {
   return () => element.cloneNode(true);
 }
 
+/** The same for several elements; the function makes a fragment with copies of all of them. */
+export function templates(text) {
+  const copy = template(`<g>${text}</g>`);
+  return () => {
+    const made = document.createDocumentFragment();
+    made.append(...copy().children);
+    return made;
+  };
+}
+
 /** Make an element with attributes. */
 export function make(name, attributes = {}, ...children) {
   const element = document.createElementNS(NAMESPACE, name);

@@ -1,6 +1,11 @@
 /** Which part of the drawing is seen, and how large. */
 
-const SMALLEST = 0.05;
+/** Below these scales ever less is drawn, see canvas.css. */
+export const FAR = 0.55;
+export const VERY_FAR = 0.28;
+export const TINY = 0.15;
+
+const SMALLEST = 0.02;
 const LARGEST = 4;
 const FIT_MARGIN = 48; // pixels of the window
 const FIT_LARGEST = 1.25;
