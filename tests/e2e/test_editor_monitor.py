@@ -89,6 +89,28 @@ def test_finished_automaton_is_marked(shown: EditorPage) -> None:
     expect_current(shown, "found", "finished")
 
 
+def test_component_is_started_from_the_selected_state(shown: EditorPage) -> None:
+    shown.state("go").locator(".body").click()
+    shown.press("Alt+F5")
+    expect_current(shown, "go")
+    expect(shown.page.locator(".transition.fired")).to_have_count(0)
+
+
+def test_imported_automaton_is_followed_where_it_is_imported(shown: EditorPage, path: Path) -> None:
+    stub = '<SubAutomata id="2" idFather="1"><import automaton="2">walk.xml</import></SubAutomata>'
+    document = path.read_text()
+    kept = document[: document.index('<SubAutomata id="2"')]
+    path.with_name("guide.xml").write_text(f"{kept}{stub}</VisualHFSM>")
+    shown.press("Control+o")
+    shown.page.get_by_role("option", name="guide.xml").dblclick()
+    shown.page.get_by_role("tab", name=re.compile("guide")).wait_for()
+    run(shown)
+    shown.state("wait").focus()
+    shown.press("Control+Enter")
+    expect_current(shown, "look")
+    expect(shown.page.locator("hfsm-status")).to_contain_text("from walk.xml")
+
+
 def test_why_not_is_told_by_pointer_and_by_key(shown: EditorPage) -> None:
     run(shown)
     shown.state("wait").locator(".body").hover()
