@@ -81,6 +81,17 @@ class GuardedDevice:
         names = tuple(self._index if joints is None else joints)
         self._obey(lambda reading: self._safety.hold(names, reading))
 
+    def stiffen(self, stiffnesses: Mapping[str, float], seconds: float) -> dict[str, float]:
+        """Change how strongly joints hold; returns what was set.
+
+        Raises InvalidCommand, and then changes nothing.
+        """
+        with self._lock:
+            safe = self._safety.stiffen(stiffnesses)
+            if not self._closed:
+                self._device.command_stiffnesses(safe, seconds)
+        return {joint: safe[joint] for joint in stiffnesses}
+
     def drop_client(self, client: str) -> None:
         """Stop what a lost client drives by velocity."""
         with self._lock:

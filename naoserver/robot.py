@@ -12,7 +12,8 @@ Contract of every implementation
   the setpoint from where it is to the target at no more than the given speed; a velocity command moves it
   at that velocity until the next command. Velocity 0 holds the setpoint where it is. The newest command of
   a joint replaces the one before, of either kind; joints that a command does not name go on with theirs.
-  Commands take effect at the next control tick.
+  Commands take effect at the next control tick. The setpoint of a motor that is limp goes along with its
+  joint, so that nothing jumps when it becomes stiff again.
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
   implementation may limit further, and keeps its setpoints inside `JointFacts.lower` and `upper`.
 - **Units.** SI and radians in the body's own axes: yaw positive to the left, pitch positive downwards.
@@ -30,6 +31,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
 from zenoh_ice import Clock
 
 
@@ -57,6 +59,10 @@ class JointReading:
     velocities: tuple[float, ...]
     commands: tuple[float, ...]
     torques: tuple[float, ...]
+    stiffnesses: tuple[float, ...]
+    """How strongly each motor holds, from 0, limp, to 1."""
+    temperatures: tuple[float, ...]
+    """Of the motors in degrees Celsius."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +138,10 @@ class JointDevice(Protocol):
         """Move the setpoints of some joints at `velocities` until further notice; 0 holds."""
         ...
 
+    def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
+        """Change how strongly some motors hold to `stiffnesses`, from 0 to 1, within some robot seconds."""
+        ...
+
 
 @runtime_checkable
 class Robot(JointDevice, Protocol):
@@ -150,6 +160,36 @@ class Robot(JointDevice, Protocol):
     @property
     def mechanisms(self) -> tuple[JointDevice, ...]:
         """What is served beside the robot: the balls of a simulation; empty on a real robot."""
+        ...
+
+    @property
+    def walker(self) -> Walker | None:
+        """Its walk; None when it has none."""
+        ...
+
+    @property
+    def senses(self) -> Senses | None:
+        """Its senses but joints and cameras; None when it has none."""
+        ...
+
+    @property
+    def lights(self) -> Lights | None:
+        """Its lights; None when it has none."""
+        ...
+
+    @property
+    def voice(self) -> Voice | None:
+        """Its voice; None when it has none."""
+        ...
+
+    @property
+    def postures(self) -> OwnPostures | None:
+        """The robot's own way into postures; None when the server's key frames are to do it."""
+        ...
+
+    @property
+    def stage(self) -> Stage | None:
+        """The scene around it, which only a simulation can change; None of a real robot."""
         ...
 
     def state(self) -> BodyState:

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from naoserver.body import Coupling
+from naoserver.errors import InvalidCommand
 from naoserver.joint_rules import JointRules, clamp
 from naoserver.options import SafetyOptions
 from naoserver.outcome import Limitation, Outcome
@@ -143,6 +144,18 @@ class Safety:
         outcome.accepted = {joint: self._drives[joint].target for joint in velocities}
         self._command(wanted, reading, outcome)
         return outcome
+
+    def stiffen(self, stiffnesses: Mapping[str, float]) -> dict[str, float]:
+        """Return the stiffness of each motor that a command changes.
+
+        Raises InvalidCommand unless every one is from 0 to 1.
+        """
+        wanted = self._rules.check(stiffnesses, "stiffness")
+        for joint, value in wanted.items():
+            if not 0.0 <= value <= 1.0:
+                raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
+        self._rules.couple(wanted, Outcome())
+        return wanted
 
     def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
         """Stop joints at once, wherever they are."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from naoserver.body import Body, Joint, Link
 from naoserver.robot import CameraFacts
-from naoserver_sim.motor import add_motor
+from naoserver_sim.motors import add_motor
 
 TORSO: Final = "torso"
 

@@ -65,6 +65,12 @@ class SetpointController:
         self._targets[motors] = self._setpoints[motors]
         out[:] = self._setpoints
 
+    def follow(self, motors: NDArray[np.intp], positions: Array) -> None:
+        """Let the setpoints of motors that are limp go along with their joints."""
+        self._setpoints[motors] = np.clip(positions, self._lower[motors], self._upper[motors])
+        self._targets[motors] = self._setpoints[motors]
+        self._moving = True
+
     def tick(self, period: float, out: Array) -> None:
         """Take the commands posted since the last tick, move the setpoints for `period` s, fill `out`."""
         while self._mailbox:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
+from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
 from naoserver.errors import RobotError
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
 from naoserver_sim.cameras import CameraRenderer
@@ -57,6 +58,8 @@ class SimulatedDevice:
             velocities=tuple(snapshot.qvel[index.dofs].tolist()),
             commands=tuple(snapshot.setpoints[index.motors].tolist()),
             torques=tuple(snapshot.forces[index.motors].tolist()),
+            stiffnesses=tuple(snapshot.stiffnesses[index.motors].tolist()),
+            temperatures=tuple(snapshot.temperatures[index.motors].tolist()),
         )
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
@@ -82,6 +85,12 @@ class SimulatedDevice:
         places = self._motors_last_first(velocities)
         values = np.array([velocities[self._index.joints[place].name] for place in places])
         self._simulator.post(Command.velocities(self._index.motors[places], values))
+
+    def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
+        """Change how strongly some motors hold within some seconds. Raises KeyError for an unknown joint."""
+        places = self._motors_last_first(stiffnesses)
+        values = np.array([stiffnesses[self._index.joints[place].name] for place in places])
+        self._simulator.stiffen(self._index.motors[places], values, seconds)
 
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints somewhere at once, where they rest: a test's way to set a scene.
@@ -144,6 +153,36 @@ class SimulatedRobot(SimulatedDevice):
     def cameras(self) -> tuple[CameraFacts, ...]:
         """The head's two cameras and the spectator's."""
         return self._model.cameras
+
+    @property
+    def walker(self) -> Walker | None:
+        """None: it does not walk yet."""
+        return None
+
+    @property
+    def senses(self) -> Senses | None:
+        """None: it feels nothing yet."""
+        return None
+
+    @property
+    def lights(self) -> Lights | None:
+        """None: it has no lights yet."""
+        return None
+
+    @property
+    def voice(self) -> Voice | None:
+        """None: it has no voice yet."""
+        return None
+
+    @property
+    def postures(self) -> OwnPostures | None:
+        """None: the server's key frames bring it into postures."""
+        return None
+
+    @property
+    def stage(self) -> Stage | None:
+        """None: its scene cannot be changed yet."""
+        return None
 
     @property
     def clock(self) -> Clock:

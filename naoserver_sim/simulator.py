@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import math
 import threading
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,6 +16,7 @@ from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
 from naoserver_sim.control import Command, SetpointController
+from naoserver_sim.motors import Motors
 from naoserver_sim.pacing import Pacer
 
 if TYPE_CHECKING:
@@ -50,6 +53,10 @@ class Snapshot:
     setpoints: Array
     forces: Array
     """Force of each motor in N m, or N of a slide."""
+    stiffnesses: Array
+    """How strongly each motor holds, from 0 to 1."""
+    temperatures: Array
+    """Of each motor in degrees Celsius."""
 
 
 class Simulator:
@@ -65,6 +72,9 @@ class Simulator:
         self._mj = mj
         self._data = data
         self._controller = controller
+        self._motors = Motors(mj)
+        # What is to be done at the next tick; appending and popping is atomic.
+        self._orders: deque[Callable[[], None]] = deque()
         self._ticks = 0
         self.tick_period: float = float(mj.opt.timestep) * STEPS_PER_TICK
         self._data.ctrl[:] = controller.setpoints
@@ -88,18 +98,25 @@ class Simulator:
         """Hand over a command; it takes effect at the next control tick."""
         self._controller.post(command)
 
+    def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
+        """Change how strongly some motors hold within some simulated seconds, from the next tick on."""
+        self._orders.append(lambda: self._motors.stiffen(motors, stiffnesses, seconds))
+
     def advance(self, ticks: int) -> None:
         """Step some control ticks in the caller's thread and publish the state after the last.
 
         Raises RobotError when the numbers explode.
         """
-        while ticks > 0:
-            self._controller.tick(self.tick_period, self._data.ctrl)
-            # Nothing moves a setpoint before the next command: the physics may run on by itself.
-            together = 1 if self._controller.moving else ticks
-            mujoco.mj_step(self._mj, self._data, nstep=STEPS_PER_TICK * together)
-            self._ticks += together
-            ticks -= together
+        data, motors, controller = self._data, self._motors, self._controller
+        for _ in range(ticks):
+            while self._orders:
+                self._orders.popleft()()
+            motors.tick(self.tick_period, data.actuator_force)
+            if motors.limp.size:
+                controller.follow(motors.limp, data.actuator_length[motors.limp])
+            controller.tick(self.tick_period, data.ctrl)
+            mujoco.mj_step(self._mj, data, nstep=STEPS_PER_TICK)
+            self._ticks += 1
         if self._data.warning.number[_DIVERGED].any():
             raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
         self._snapshot = self._take_snapshot()
@@ -112,6 +129,8 @@ class Simulator:
             qvel=data.qvel.copy(),
             setpoints=self._controller.setpoints,
             forces=data.actuator_force.copy(),
+            stiffnesses=self._motors.stiffnesses.copy(),
+            temperatures=self._motors.temperatures.copy(),
         )
 
 
@@ -210,6 +229,12 @@ class VirtualSimulator(Simulator):
         with self._lock:
             self._catch_up()
             super().post(command)
+
+    def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
+        """Change how strongly some motors hold, from the first control tick after the clock's time on."""
+        with self._lock:
+            self._catch_up()
+            super().stiffen(motors, stiffnesses, seconds)
 
     def place(
         self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array

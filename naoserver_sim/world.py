@@ -15,7 +15,7 @@ import numpy as np
 
 from naoserver.robot import CameraFacts, JointFacts
 from naoserver_sim.body import BODY_BIT, FLOOR_BIT, add_camera
-from naoserver_sim.motor import add_motor
+from naoserver_sim.motors import add_motor
 
 BALL_RADIUS: Final = 0.06
 

@@ -69,6 +69,10 @@ class JointState(Struct):
     """Commanded angles in rad."""
     torques: JointValues
     """Torques of the motors in N m."""
+    stiffnesses: JointValues
+    """How strongly each motor holds, from 0, limp, to 1."""
+    temperatures: JointValues
+    """Temperatures of the motors in degrees Celsius."""
 
 
 class _Joints_getJointNames_Result(Struct):
@@ -124,6 +128,23 @@ _Joints_setJointPositions: Final[Operation[[JointTargets, float], JointTargets]]
     exceptions=(InvalidValueException, CommandRefusedException),
 )
 
+
+class _Joints_setStiffnesses_Arguments(Struct):
+    stiffnesses: JointTargets
+    seconds: float
+
+
+class _Joints_setStiffnesses_Result(Struct):
+    returnValue: JointTargets
+
+
+_Joints_setStiffnesses: Final[Operation[[JointTargets, float], JointTargets]] = Operation(
+    "setStiffnesses",
+    arguments=_Joints_setStiffnesses_Arguments,
+    result=_Joints_setStiffnesses_Result,
+    exceptions=(InvalidValueException, CommandRefusedException),
+)
+
 _Joints_stop: Final[Operation[[], None]] = Operation(
     "stop",
     arguments=_Nothing,
@@ -138,9 +159,10 @@ _Joints: Final = Interface(
         _Joints_getJointLimits,
         _Joints_getJointState,
         _Joints_setJointPositions,
+        _Joints_setStiffnesses,
         _Joints_stop,
     ),
-    fingerprint="258a8f33254be83e",
+    fingerprint="2693ae7f19237d2c",
     definition="""\
 ::jderobot::CommandRefusedException::holder: string
 ::jderobot::InvalidValueException::field: string
@@ -152,6 +174,8 @@ _Joints: Final = Interface(
 ::nao::JointLimits::upper: double
 ::nao::JointState::commands: sequence<double>
 ::nao::JointState::positions: sequence<double>
+::nao::JointState::stiffnesses: sequence<double>
+::nao::JointState::temperatures: sequence<double>
 ::nao::JointState::time: double
 ::nao::JointState::torques: sequence<double>
 ::nao::JointState::velocities: sequence<double>
@@ -159,6 +183,7 @@ _Joints: Final = Interface(
 ::nao::Joints::getJointNames(): sequence<string> idempotent
 ::nao::Joints::getJointState(): ::nao::JointState idempotent stream
 ::nao::Joints::setJointPositions(dictionary<string, double> targets, double fraction): dictionary<string, double> throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
+::nao::Joints::setStiffnesses(dictionary<string, double> stiffnesses, double seconds): dictionary<string, double> throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
 ::nao::Joints::stop(): void idempotent
 exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
 exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
@@ -212,6 +237,17 @@ class JointsPrx(ObjectPrx):
         """Call `setJointPositions` without waiting."""
         return self.ice_invokeAsync(_Joints_setJointPositions, targets, fraction)
 
+    def setStiffnesses(self, stiffnesses: JointTargets, seconds: float) -> JointTargets:
+        """Set how strongly some joints hold, from 0, limp, to 1, within some seconds; returns what was set.
+
+        Raises InvalidValueException, CommandRefusedException.
+        """
+        return self.ice_invoke(_Joints_setStiffnesses, stiffnesses, seconds)
+
+    def setStiffnessesAsync(self, stiffnesses: JointTargets, seconds: float) -> Future[JointTargets]:
+        """Call `setStiffnesses` without waiting."""
+        return self.ice_invokeAsync(_Joints_setStiffnesses, stiffnesses, seconds)
+
     def stop(self) -> None:
         """Hold every joint where it is."""
         return self.ice_invoke(_Joints_stop)
@@ -247,6 +283,13 @@ class Joints(Object):
     def setJointPositions(self, targets: JointTargets, fraction: float, current: Current) -> JointTargets:
         """Command some joints at a fraction of their full speed, above 0 and at most 1; returns the targets
         as they were limited.
+
+        Raises InvalidValueException, CommandRefusedException.
+        """
+
+    @abstractmethod
+    def setStiffnesses(self, stiffnesses: JointTargets, seconds: float, current: Current) -> JointTargets:
+        """Set how strongly some joints hold, from 0, limp, to 1, within some seconds; returns what was set.
 
         Raises InvalidValueException, CommandRefusedException.
         """

@@ -16,14 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
+from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
 from naoserver.errors import HardwareFailure
 from naoserver.fake.camera import Ball, draw
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
+from naoserver.stiffness import StiffnessRamps
 from zenoh_ice import Clock, WallClock
 
 LAG: Final = 0.02
 """Time constant in s with which a joint follows its setpoint."""
 _STIFFNESS: Final = 20.0  # N m for a rad between setpoint and position: that of the simulated upper body
+_WARM: Final = 38.0  # degrees Celsius: a motor that holds without effort
 
 BALL_JOINTS: Final = (
     ("Pan", -math.pi, math.pi, 2.0, 10.0),
@@ -85,6 +88,7 @@ class FakeDevice:
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
         self._closed = False
+        self._stiffnesses = StiffnessRamps(tuple(self._by_name))
         now = self._time = clock.now()
         start = {joint.name: (posture or {}).get(joint.name, 0.0) for joint in joints}
         self._motions = {
@@ -119,6 +123,8 @@ class FakeDevice:
                 min(max(_STIFFNESS * (m.setpoint - m.position), -j.max_torque), j.max_torque)
                 for m, j in zip(motions, self._joints, strict=True)
             ),
+            stiffnesses=self._stiffnesses.at(time),
+            temperatures=(_WARM,) * len(motions),
         )
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
@@ -128,6 +134,11 @@ class FakeDevice:
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         """Move the setpoints of some joints at `velocities` until further notice."""
         self._command({name: (math.copysign(math.inf, v), abs(v)) for name, v in velocities.items()})
+
+    def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
+        """Change how strongly some motors hold; a limp one stays where it is."""
+        if not self._closed:
+            self._stiffnesses.command(stiffnesses, seconds, self._clock.now())
 
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints somewhere at once, where they rest: a test's way to set a scene."""
@@ -150,7 +161,10 @@ class FakeDevice:
             now = self._clock.now()
             if self._closed:
                 return
+            stiff = dict(zip(self._by_name, self._stiffnesses.at(now), strict=True))
             for name, (target, speed) in commands.items():
+                if stiff[name] == 0.0:
+                    continue
                 facts, motion = self._by_name[name], self._motions[name].at(now)
                 end = min(max(target, facts.lower), facts.upper)
                 rate = math.copysign(speed, end - motion.setpoint) if end != motion.setpoint else 0.0
@@ -191,6 +205,36 @@ class FakeRobot(FakeDevice):
     def cameras(self) -> tuple[CameraFacts, ...]:
         """The head's two cameras."""
         return H25.cameras
+
+    @property
+    def walker(self) -> Walker | None:
+        """None: it does not walk."""
+        return None
+
+    @property
+    def senses(self) -> Senses | None:
+        """None: it feels nothing."""
+        return None
+
+    @property
+    def lights(self) -> Lights | None:
+        """None: it has no lights."""
+        return None
+
+    @property
+    def voice(self) -> Voice | None:
+        """None: it has no voice."""
+        return None
+
+    @property
+    def postures(self) -> OwnPostures | None:
+        """None: the server's key frames bring it into postures."""
+        return None
+
+    @property
+    def stage(self) -> Stage | None:
+        """None: there is nothing around it."""
+        return None
 
     @property
     def clock(self) -> Clock:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Final
+
+from interfaces.jderobot import InvalidValueException
 from interfaces.nao import JointLimits, Joints, JointState
 from naoserver.guarded_device import GuardedDevice
 from naoserver.robot import JointReading
 from naoserver.servants.conversions import refusals_told, require_finite, require_fraction
 from zenoh_ice import Current
+
+_LONGEST_CHANGE: Final = 60.0
+"""Seconds that a change of stiffness may take."""
 
 
 class JointsI(Joints):
@@ -54,6 +60,23 @@ class JointsI(Joints):
         with refusals_told():
             return self.device.move(targets, speeds).accepted
 
+    def setStiffnesses(
+        self,
+        stiffnesses: dict[str, float],
+        seconds: float,
+        current: Current,  # noqa: ARG002
+    ) -> dict[str, float]:
+        """Change how strongly some joints hold; returns what was set, the same for joints of one motor.
+
+        Raises InvalidValueException, and then changes nothing.
+        """
+        require_finite(seconds=seconds)
+        if not 0.0 <= seconds <= _LONGEST_CHANGE:
+            message = f"seconds is {seconds:g}: it must be from 0 to {_LONGEST_CHANGE:g}"
+            raise InvalidValueException(message, "seconds")
+        with refusals_told():
+            return self.device.stiffen(stiffnesses, seconds)
+
     def stop(self, current: Current) -> None:  # noqa: ARG002
         """Hold every joint where it is."""
         self.device.hold()
@@ -75,4 +98,6 @@ def _state(reading: JointReading) -> JointState:
         velocities=list(reading.velocities),
         commands=list(reading.commands),
         torques=list(reading.torques),
+        stiffnesses=list(reading.stiffnesses),
+        temperatures=list(reading.temperatures),
     )

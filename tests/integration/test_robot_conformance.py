@@ -333,6 +333,47 @@ def test_a_ball_goes_where_it_is_sent(nao, ball):
     )
 
 
+# -- stiffness -----------------------------------------------------------------------------------------------
+
+
+def test_a_joint_that_is_limp_heeds_nobody_until_it_is_stiff_again(body):
+    yaw = body.getJointNames().index("HeadYaw")
+    assert body.setStiffnesses({"HeadYaw": 0.0}, 0.0) == {"HeadYaw": 0.0}
+    wait_for(body.getJointState, lambda state: state.stiffnesses[yaw] == 0.0)
+    body.setJointPositions({"HeadYaw": 0.5}, 1.0)
+    body.setJointPositions({"HeadPitch": 0.2}, 1.0)
+    state = wait_for(body.getJointState, lambda state: abs(state.positions[yaw + 1] - 0.2) < TOLERANCE)
+    assert abs(state.positions[yaw]) < TOLERANCE
+    body.setStiffnesses({"HeadYaw": 1.0}, 0.1)
+    wait_for(body.getJointState, lambda state: state.stiffnesses[yaw] == 1.0)
+    body.setJointPositions({"HeadYaw": 0.4}, 1.0)
+    wait_for(body.getJointState, lambda state: abs(state.positions[yaw] - 0.4) < TOLERANCE)
+
+
+def test_joints_of_one_motor_are_as_stiff_as_each_other(body):
+    assert body.setStiffnesses({"RHipYawPitch": 0.6}, 0.0) == {"RHipYawPitch": 0.6}
+    names = body.getJointNames()
+    both = [names.index(f"{side}HipYawPitch") for side in "LR"]
+    wait_for(body.getJointState, lambda state: [state.stiffnesses[joint] for joint in both] == [0.6, 0.6])
+
+
+@pytest.mark.parametrize(
+    ("stiffnesses", "seconds", "field"),
+    [
+        ({"HeadYaw": 1.1}, 0.0, "HeadYaw"),
+        ({"HeadYaw": math.nan}, 0.0, "HeadYaw"),
+        ({"Tail": 0.5}, 0.0, "Tail"),
+        ({"HeadYaw": 0.5}, -1.0, "seconds"),
+        ({"HeadYaw": 0.5}, math.inf, "seconds"),
+    ],
+)
+def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body, stiffnesses, seconds, field):
+    with pytest.raises(InvalidValueException) as refusal:
+        body.setStiffnesses(stiffnesses, seconds)
+    assert refusal.value.field == field
+    assert set(body.getJointState().stiffnesses) == {1.0}
+
+
 # -- what is refused -----------------------------------------------------------------------------------------
 
 

@@ -215,3 +215,26 @@ def test_after_close_it_keeps_its_last_snapshot_and_takes_no_command(robot, cloc
 
 def test_close_without_start():
     SimulatedRobot(clock=VirtualClock(), skin=False).close()
+
+
+def test_it_sinks_down_when_its_legs_go_limp(robot, clock):
+    clock.advance(0.5)
+    robot.command_stiffnesses(dict.fromkeys(H25.joint_names, 0.0), 0.5)
+    clock.advance(3.0)
+    assert robot.state().fallen or robot.camera_pose("Camera")[0][2] < 0.35
+    assert set(robot.read().stiffnesses) == {0.0}
+
+
+def test_the_setpoint_of_a_limp_joint_goes_along_with_it(robot, clock):
+    robot.command_stiffnesses({"LShoulderPitch": 0.0}, 0.0)
+    clock.advance(2.0)
+    assert position(robot, "LShoulderPitch") > 1.5, "the arm hangs down"
+    assert setpoint(robot, "LShoulderPitch") == pytest.approx(position(robot, "LShoulderPitch"), abs=1e-3)
+
+
+def test_motors_that_hold_a_load_grow_warm(robot, clock):
+    cold = robot.read().temperatures
+    clock.advance(30.0)
+    warm = robot.read().temperatures
+    assert set(cold) == {25.0}
+    assert warm[PLACE["LKneePitch"]] > warm[PLACE["HeadYaw"]] >= 25.0

@@ -1,0 +1,169 @@
+"""Where the feet go: one step after the other, each ended by the touch of the foot that swings.
+
+The gait is of the family of rUNSWift's Walk2014 (Hengst, "rUNSWift Walk2014 Report", UNSW 2014): the centre
+of mass is not planned, the body rocks from foot to foot by the rhythm in which the feet are lifted, and the
+moment at which a foot comes down decides when the next step begins. Feet are told in the torso's frame, so
+that the foot that carries moves backwards under the body as the body moves on.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from naoserver.capabilities import WalkVelocity
+
+__all__ = ["FootOffset", "Gait", "GaitOptions"]
+
+LEFT: Final = 0
+RIGHT: Final = 1
+
+
+@dataclass(frozen=True, slots=True)
+class GaitOptions:
+    """The rhythm and the reach of the steps."""
+
+    period: float = 0.25
+    """Seconds that a step is planned to last."""
+    lift: float = 0.013
+    """Height in m to which a foot is lifted."""
+    earliest_touch: float = 0.5
+    """Part of the period before which no touch of the swinging foot counts."""
+    latest_touch: float = 1.6
+    """Part of the period after which the next step begins without a touch."""
+    touch_load: float = 3.0
+    """Load in N by which a foot touches the floor."""
+    forward_change: float = 0.012
+    """Most by which the length of a step changes from one to the next in m."""
+    left_change: float = 0.02
+    """Most by which its width changes in m."""
+    turn_change: float = 0.12
+    """Most by which its turn changes in rad."""
+
+
+@dataclass(frozen=True, slots=True)
+class FootOffset:
+    """How far a foot is from where it stands at rest, in the torso's frame: m, and rad to the left."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+    lift: float = 0.0
+
+
+_AT_REST: Final = FootOffset()
+
+
+class Gait:
+    """Walk in steps; `tick` it at the pace of control."""
+
+    def __init__(self, options: GaitOptions | None = None) -> None:
+        self.options: Final = options or GaitOptions()
+        self.walking = False
+        """Whether it makes steps; false when both feet stand at rest."""
+        self.swing = RIGHT
+        """The foot that is in the air."""
+        self.steps = 0
+        """How many steps were begun."""
+        self.phase = 0.0
+        """The part of the planned period that has passed, at most 1."""
+        self._time = 0.0
+        self._step = (
+            _AT_REST  # what the current step is for: x forward and y, yaw to the left in a pair of steps
+        )
+        self._from = [_AT_REST, _AT_REST]
+        self.feet = [_AT_REST, _AT_REST]
+        """Left and right foot."""
+
+    @property
+    def support(self) -> int:
+        """The foot that carries."""
+        return 1 - self.swing
+
+    def tick(self, seconds: float, velocity: WalkVelocity, loads: tuple[float, float]) -> bool:
+        """Go on for some seconds towards a velocity; `loads` are those of the soles in N.
+
+        Returns whether a step ended.
+        """
+        wanted = self._wanted(velocity)
+        if not self.walking:
+            if wanted == _AT_REST:
+                return False
+            self.walking = True
+            self._begin(RIGHT if wanted.y <= 0.0 else LEFT, wanted)
+        self._time += seconds
+        self.phase = min(self._time / self.options.period, 1.0)
+        ended = self._has_ended(loads[self.swing])
+        if ended:
+            if self._rests(wanted):
+                self._stand()
+                return True
+            self._begin(self.support, wanted)
+        self._move()
+        return ended
+
+    def stop(self) -> None:
+        """End at once: both feet stand where they are at rest."""
+        self._stand()
+
+    def _wanted(self, velocity: WalkVelocity) -> FootOffset:
+        period = self.options.period
+        # Sideways and about, every other step only brings the feet together again.
+        return FootOffset(velocity.forward * period, 2 * velocity.left * period, 2 * velocity.turn * period)
+
+    def _has_ended(self, load: float) -> bool:
+        options = self.options
+        if self._time > options.latest_touch * options.period:
+            return True
+        return self.phase >= options.earliest_touch and load > options.touch_load
+
+    def _rests(self, wanted: FootOffset) -> bool:
+        """Return whether nothing is wanted and the feet are as good as together."""
+        if wanted != _AT_REST:
+            return False
+        return all(abs(foot.x) < 0.004 and abs(foot.y) < 0.004 and abs(foot.yaw) < 0.02 for foot in self.feet)
+
+    def _begin(self, swing: int, wanted: FootOffset) -> None:
+        options = self.options
+        self.swing = swing
+        self.steps += 1
+        self._time = 0.0
+        self.phase = 0.0
+        self._from = [replace(foot, lift=0.0) for foot in self.feet]
+        self._step = FootOffset(
+            _nearer(self._step.x, wanted.x, options.forward_change),
+            _nearer(self._step.y, wanted.y, options.left_change),
+            _nearer(self._step.yaw, wanted.yaw, options.turn_change),
+        )
+
+    def _move(self) -> None:
+        swing, support, phase = self.swing, self.support, self.phase
+        eased = 0.5 * (1.0 - math.cos(math.pi * phase))
+        begun_swing, begun_support = self._from[swing], self._from[support]
+        half = self._step.x / 2
+        outwards = 1.0 if swing == LEFT else -1.0
+        # Only the foot on the side of a movement can lead it; the other one closes up.
+        y = self._step.y / 2 if self._step.y * outwards > 0 else 0.0
+        yaw = self._step.yaw / 2 if self._step.yaw * outwards > 0 else 0.0
+        self.feet[swing] = FootOffset(
+            begun_swing.x + (half - begun_swing.x) * eased,
+            begun_swing.y + (y - begun_swing.y) * eased,
+            begun_swing.yaw + (yaw - begun_swing.yaw) * eased,
+            self.options.lift * 4.0 * phase * (1.0 - phase),
+        )
+        self.feet[support] = FootOffset(
+            begun_support.x + (-half - begun_support.x) * phase,
+            begun_support.y + (-y - begun_support.y) * phase,
+            begun_support.yaw + (-yaw - begun_support.yaw) * phase,
+        )
+
+    def _stand(self) -> None:
+        self.walking = False
+        self.phase = 0.0
+        self._step = _AT_REST
+        self.feet = [_AT_REST, _AT_REST]
+
+
+def _nearer(value: float, wanted: float, most: float) -> float:
+    return value + max(-most, min(most, wanted - value))

@@ -1,0 +1,153 @@
+"""Where the motors of the legs must be for the feet to be somewhere: inverse kinematics in closed form.
+
+Frames are the torso's: x forward, y left, z up. One motor turns both HipYawPitch joints, so that eleven
+motors serve twelve wishes: the soles come to lie where and as level as they are wanted, and of their yaws
+the difference is met; what both have in common is shared between the feet.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from naoserver.body import H25, Body
+
+__all__ = ["LEG_MOTORS", "FootPose", "Legs"]
+
+_LEG: Final = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+LEG_MOTORS: Final = ("LHipYawPitch", *(f"{side}{joint}" for side in "LR" for joint in _LEG))
+"""The motors of the legs in the order of every solution."""
+
+_DIAGONAL: Final = math.sqrt(0.5)  # the axis of HipYawPitch lies at 45 degrees
+_CLOSE_ENOUGH: Final = 1e-7
+_STEP: Final = 1e-4
+_MOST_STEPS: Final = 8
+
+_Rotation = tuple[float, float, float, float, float, float, float, float, float]
+"""A rotation matrix, row by row."""
+
+
+@dataclass(frozen=True, slots=True)
+class FootPose:
+    """Where the point of a sole below its ankle is in m, and how the sole is turned in rad.
+
+    The rotation is about x by `roll`, then about y by `pitch`, then about z by `yaw`, all about fixed axes.
+    """
+
+    x: float
+    y: float
+    z: float
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
+
+
+class Legs:
+    """Solve for both legs; begins from where the last solution was."""
+
+    def __init__(self, body: Body = H25) -> None:
+        size = body.facts["dimensions"]
+        self._hip_y = float(size["hip_offset_y"])
+        self._hip_z = -float(size["hip_offset_z"])
+        self._thigh = float(size["thigh_length"])
+        self._tibia = float(size["tibia_length"])
+        self._foot_height = float(size["foot_height"])
+        self._hip_yaw = 0.0
+
+    def solve(self, left: FootPose, right: FootPose) -> list[float]:
+        """Return the angles of `LEG_MOTORS` in rad.
+
+        A foot that is out of reach is brought as near as it goes.
+        """
+        turned_left, turned_right = _rotation(left), _rotation(right)
+        ankle_left, ankle_right = self._ankle(left, turned_left), self._ankle(right, turned_right)
+
+        def legs(hip_yaw: float) -> tuple[list[float], list[float], float]:
+            one, error_one = self._leg(1.0, hip_yaw, ankle_left, turned_left)
+            other, error_other = self._leg(-1.0, hip_yaw, ankle_right, turned_right)
+            return one, other, error_one - error_other
+
+        hip_yaw = self._hip_yaw
+        one, other, error = legs(hip_yaw)
+        slope = (legs(hip_yaw + _STEP)[2] - error) / _STEP
+        for _ in range(_MOST_STEPS):
+            if abs(error) < _CLOSE_ENOUGH or abs(slope) < 1e-6:
+                break
+            change = max(-0.2, min(0.2, -error / slope))
+            before = error
+            hip_yaw += change
+            one, other, error = legs(hip_yaw)
+            slope = (
+                error - before
+            ) / change  # the secant is as good as the derivative here, and costs nothing
+        self._hip_yaw = hip_yaw
+        return [hip_yaw, *one, *other]
+
+    def _ankle(self, foot: FootPose, turned: _Rotation) -> tuple[float, float, float]:
+        """Return the centre of the ankle: straight above the point of the sole."""
+        height = self._foot_height
+        return foot.x + turned[2] * height, foot.y + turned[5] * height, foot.z + turned[8] * height
+
+    def _leg(
+        self, side: float, hip_yaw: float, ankle: tuple[float, float, float], turned: _Rotation
+    ) -> tuple[list[float], float]:
+        """Return the five angles below the HipYawPitch joint, and the sine of the yaw that is off.
+
+        `side` is 1 of the left leg, -1 of the right.
+        """
+        hip = _about_diagonal(side, hip_yaw)
+        x, y, z = ankle[0], ankle[1] - side * self._hip_y, ankle[2] - self._hip_z
+        along = hip[0] * x + hip[3] * y + hip[6] * z
+        aside = hip[1] * x + hip[4] * y + hip[7] * z
+        above = hip[2] * x + hip[5] * y + hip[8] * z
+        roll = math.atan2(aside, -above)
+        below = math.hypot(aside, above)
+        thigh, tibia = self._thigh, self._tibia
+        reach = along * along + below * below
+        cosine = (reach - thigh * thigh - tibia * tibia) / (2 * thigh * tibia)
+        knee = math.acos(max(-1.0, min(1.0, cosine)))
+        # A knee bends backwards: the thigh points ahead of the line from hip to ankle.
+        pitch = -math.atan2(along, below) - math.atan2(tibia * math.sin(knee), thigh + tibia * math.cos(knee))
+        # What is left of the foot's rotation below the roll of the hip is pitch, then the roll of the ankle.
+        m02, m12, m22 = _times_column(hip, turned, 2)
+        m10 = _times_column(hip, turned, 0)[1], _times_column(hip, turned, 0)[2]
+        cos_roll, sin_roll = math.cos(roll), math.sin(roll)
+        side_of_normal = cos_roll * m12 + sin_roll * m22
+        height_of_normal = -sin_roll * m12 + cos_roll * m22
+        ankle_roll = -math.asin(max(-1.0, min(1.0, side_of_normal)))
+        ankle_pitch = math.atan2(m02, height_of_normal) - pitch - knee
+        error = cos_roll * m10[0] + sin_roll * m10[1]
+        return [roll, pitch, knee, ankle_pitch, ankle_roll], error
+
+
+def _rotation(foot: FootPose) -> _Rotation:
+    cy, sy = math.cos(foot.yaw), math.sin(foot.yaw)
+    cp, sp = math.cos(foot.pitch), math.sin(foot.pitch)
+    cr, sr = math.cos(foot.roll), math.sin(foot.roll)
+    return (
+        *(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        *(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        *(-sp, cp * sr, cp * cr),
+    )
+
+
+def _about_diagonal(side: float, angle: float) -> _Rotation:
+    """Return the rotation of a HipYawPitch joint: about (0, 1, -side) / sqrt(2)."""
+    c, s = math.cos(angle), math.sin(angle) * _DIAGONAL
+    half, z = (1.0 - c) / 2.0, -side
+    return (
+        *(c, -s * z, s),
+        *(s * z, c + half, half * z),
+        *(-s, half * z, c + half),
+    )
+
+
+def _times_column(first: _Rotation, second: _Rotation, column: int) -> tuple[float, float, float]:
+    """Return a column of the first rotation's inverse times the second."""
+    x, y, z = second[column], second[column + 3], second[column + 6]
+    return (
+        first[0] * x + first[3] * y + first[6] * z,
+        first[1] * x + first[4] * y + first[7] * z,
+        first[2] * x + first[5] * y + first[8] * z,
+    )
