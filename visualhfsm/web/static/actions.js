@@ -74,8 +74,8 @@ const LIST = [
 
   ...monitorActions,
 
-  {id: "undo", label: "Undo", icon: "undo", keys: ["Ctrl+Z"], enabled: () => Boolean(page.document?.undo.length), run: () => commands.askTab("undo")},
-  {id: "redo", label: "Redo", icon: "redo", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], enabled: () => Boolean(page.document?.redo.length), run: () => commands.askTab("redo")},
+  {id: "undo", label: "Undo", icon: "undo", keys: ["Ctrl+Z"], enabled: () => Boolean(page.document?.undo.length), run: () => commands.step("undo")},
+  {id: "redo", label: "Redo", icon: "redo", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], enabled: () => Boolean(page.document?.redo.length), run: () => commands.step("redo")},
 
   {id: "rename", label: "Rename", icon: "rename", keys: ["F2"], enabled: () => drawable() && (oneState() || oneTransition()), run: ({canvas}) => canvas.beginRename(page.state ? "state" : "transition", (page.state ?? page.transition).id)},
   {id: "edit", label: "Edit code", icon: "code", keys: ["Enter"], scope: "canvas", enabled: () => oneState() || oneTransition(), run: enter, help: "Open the sub-automaton; of what has none, the code"},

@@ -77,6 +77,15 @@ export function rename(kind, id, name) {
 export const copy = () => askTab("copy", {automaton: page.automaton.id, states: [...page.states]});
 export const cut = () => askTab("cut", {automaton: page.automaton.id, states: [...page.states]});
 
+/** Undo or redo a step, and show the automaton that it changed. @param {"undo" | "redo"} op */
+export async function step(op) {
+  const {tab} = page;
+  const before = new Map(page.document.automata);
+  if (!(await askTab(op)) || page.tab !== tab) return;
+  const changed = [...page.document.automata].filter(([id, automaton]) => before.get(id) !== automaton);
+  if (changed.length && !changed.some(([id]) => id === page.automaton?.id)) page.open(changed[0][0]);
+}
+
 /** Paste, with the left upper corner at a point if one is given, and select what came. */
 export async function paste(point) {
   selectAdded(await askTab("paste", {automaton: page.automaton.id, ...point}), "states");
