@@ -67,6 +67,10 @@ class Typing:
         code, line, column = _at_cursor(text)
         return await self.helper.signature(self.source, place, code, line, column)
 
+    async def explanation(self, place: Place, text: str) -> Any:
+        code, line, column = _at_cursor(text)
+        return await self.helper.explain(self.source, place, code, line, column)
+
     async def problems(self, place: Place, code: str) -> list[tuple[str, int, int]]:
         found = await self.helper.lint(self.source, place, code)
         return [(each["code"], each["line"], each["column"]) for each in found]
@@ -172,6 +176,24 @@ def test_a_call_tells_its_parameters(typing: Type) -> None:
         assert (await person.signature(WALK, "self.Head.getPose(|"))["name"] == "getPose"
         assert (await person.signature(WALK, "self.find(|"))["parameters"] == ["color"]
         assert await person.signature(WALK, "steps|") is None
+
+    typing(go)
+
+
+def test_a_name_tells_what_it_stands_for(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        found = await person.explanation(WALK, "self.Head.|setPose(1.0)")
+        assert found["name"] == "setPose"
+        assert found["detail"].startswith("(pan: float, tilt: float, fraction: float)")
+        assert "fraction of its full speed" in found["documentation"]
+        assert await person.explanation(WALK, "x = self.|find('red')") == {
+            "name": "find",
+            "detail": "(color)",
+            "documentation": "Find a ball.",
+        }
+        assert "cosine" in (await person.explanation(GUARD, "math.|cos(1)"))["documentation"]
+        for nothing in ("|steps += 1", "i|f steps: pass", "x = 1 |+ 2"):
+            assert await person.explanation(WALK, nothing) is None
 
     typing(go)
 

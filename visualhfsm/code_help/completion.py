@@ -17,7 +17,7 @@ from jedi.api.environment import InterpreterEnvironment
 from .module import Synthetic
 from .proxies import STREAM
 
-__all__ = ["Completion", "Completions", "Signature", "complete", "signature"]
+__all__ = ["Completion", "Completions", "Explanation", "Signature", "complete", "explain", "signature"]
 
 _MOST: Final = 200
 _DOCUMENTED: Final = 24
@@ -74,6 +74,14 @@ class Signature(msgspec.Struct, frozen=True, rename="camel"):
     documentation: str
 
 
+class Explanation(msgspec.Struct, frozen=True, rename="camel"):
+    """What a name in the code stands for: its parameters with what it returns, and its documentation."""
+
+    name: str
+    detail: str
+    documentation: str
+
+
 def complete(module: Synthetic, path: Path, line: int, column: int) -> Completions:
     """Return what could follow, best first."""
     number, at = module.position(line, column)
@@ -115,6 +123,19 @@ def signature(module: Synthetic, path: Path, line: int, column: int) -> Signatur
         result=_shown(text.rpartition(" -> ")[2]) if " -> " in text else "",
         documentation=_documentation(call),
     )
+
+
+def explain(module: Synthetic, path: Path, line: int, column: int) -> Explanation | None:
+    """Return what the name at a position stands for; None when there is nothing to say."""
+    streams = frozenset(_STREAMED.findall(module.source))
+    for found in _script(module.source, path).help(*module.position(line, column)):
+        # As in completion, nothing else is inferred.
+        stream = _stream_of(found) if found.type == "statement" and found.name in streams else None
+        detail = _detail(found) if stream or found.type in _CALLABLE else ""
+        documentation = "" if found.type == "keyword" else _documentation(stream or found)
+        if detail or documentation:
+            return Explanation(found.name, detail, documentation)
+    return None
 
 
 class _Boosts:

@@ -42,7 +42,7 @@ class CodeHelper:
 
     def __init__(self, patience: float = _PATIENCE) -> None:
         self._patience = patience
-        self._desks = {kind: _Desk() for kind in ("complete", "signature", "lint", "interfaces")}
+        self._desks = {kind: _Desk() for kind in ("complete", "explain", "signature", "lint", "interfaces")}
         self._reading = LineProcess(f"{__package__}.worker")
         self._checking = LineProcess(f"{__package__}.worker")
         self._warm: set[LineProcess] = set()
@@ -52,6 +52,10 @@ class CodeHelper:
         """Return what could follow, best first."""
         found = await self._ask("complete", source, place, code, (line, column))
         return found or {"typed": 0, "options": []}
+
+    async def explain(self, source: Source, place: Place, code: str, line: int, column: int) -> Any:  # noqa: ANN401
+        """Return what the name at a position stands for, None when there is nothing to say."""
+        return await self._ask("explain", source, place, code, (line, column))
 
     async def signature(self, source: Source, place: Place, code: str, line: int, column: int) -> Any:  # noqa: ANN401
         """Return the parameters of the call around the cursor, None outside of calls."""

@@ -17,18 +17,19 @@ from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import Problem, find_problems_in_text
 from visualhfsm.line_process import answer_lines
 
-from .completion import complete, signature
+from .completion import complete, explain, signature
 from .module import Synthetic, synthesize
 from .parsed_files import keep_parsed_files, with_readable_files
 from .proxies import describe_operations
 
 __all__ = ["Question", "Wanted"]
 
-Wanted = Literal["complete", "signature", "lint", "interfaces"]
+Wanted = Literal["complete", "explain", "signature", "lint", "interfaces"]
 
 _INTERFACES_AGE: Final = 30.0
 """Seconds after which generated interfaces are looked for again."""
 _MOST_PROBLEMS: Final = 100
+_FINDERS: Final = {"complete": complete, "explain": explain, "signature": signature}
 
 
 class Question(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -78,7 +79,7 @@ def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
     if question.wanted == "lint":
         return lint(question.document, path, question.place)
     module = _module(question, path)
-    find = complete if question.wanted == "complete" else signature
+    find = _FINDERS[question.wanted]
     return with_readable_files(lambda: find(module, path, question.line, question.column))
 
 

@@ -28,6 +28,7 @@ CONCURRENT: Final = (
     p.Complete
     | p.Control
     | p.Diff
+    | p.Explain
     | p.Export
     | p.Generate
     | p.Imported
@@ -59,7 +60,16 @@ _FileRequest = (
 )
 _EditRequest = p.Do | p.Undo | p.Redo | p.Seal | p.Copy | p.Cut | p.Paste
 _ReadRequest = (
-    p.Search | p.Diff | p.Export | p.Imported | p.Locate | p.Complete | p.Signature | p.Lint | p.Interfaces
+    p.Search
+    | p.Diff
+    | p.Export
+    | p.Imported
+    | p.Locate
+    | p.Complete
+    | p.Explain
+    | p.Signature
+    | p.Lint
+    | p.Interfaces
 )
 
 
@@ -172,6 +182,9 @@ class Operations:
             case p.Complete(tab=tab, place=place, code=code, line=line, column=column):
                 source = self._workspace.tab(tab).source
                 return await code_help.complete(source, place, code, line, column)
+            case p.Explain(tab=tab, place=place, code=code, line=line, column=column):
+                source = self._workspace.tab(tab).source
+                return await code_help.explain(source, place, code, line, column)
             case p.Signature(tab=tab, place=place, code=code, line=line, column=column):
                 source = self._workspace.tab(tab).source
                 return await code_help.signature(source, place, code, line, column)

@@ -78,6 +78,10 @@ class CodeHelp(Protocol):
         """Return what could follow, best first."""
         ...
 
+    async def explain(self, source: Source, place: Place, code: str, line: int, column: int) -> object:
+        """Return what the name at a position stands for, None when there is nothing to say."""
+        ...
+
     async def signature(self, source: Source, place: Place, code: str, line: int, column: int) -> object:
         """Return the parameters of the call around the cursor, None outside of calls."""
         ...
@@ -178,6 +182,10 @@ class NoCodeHelp(_Missing):
     _what = "help for code"
 
     async def complete(self, source: Source, place: Place, code: str, line: int, column: int) -> object:  # noqa: ARG002
+        """Refuse."""
+        self._refuse()
+
+    async def explain(self, source: Source, place: Place, code: str, line: int, column: int) -> object:  # noqa: ARG002
         """Refuse."""
         self._refuse()
 

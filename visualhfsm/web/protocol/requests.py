@@ -21,6 +21,7 @@ __all__ = [
     "Diff",
     "Discard",
     "Do",
+    "Explain",
     "Export",
     "Generate",
     "Hello",
@@ -227,6 +228,16 @@ class Complete(_Request):
     column: Position
 
 
+class Explain(_Request):
+    """Ask what the name at a position stands for."""
+
+    tab: TabId
+    place: Place
+    code: Code
+    line: Position
+    column: Position
+
+
 class Signature(_Request):
     """Ask for the parameters of the call that the cursor stands in."""
 
@@ -333,6 +344,7 @@ Request = (
     | Imported
     | Locate
     | Complete
+    | Explain
     | Signature
     | Lint
     | Interfaces

@@ -89,10 +89,9 @@ class Help {
   async hover(view, position) {
     const word = view.state.wordAt(position);
     if (!word) return null;
-    const name = view.state.sliceDoc(word.from, word.to);
-    const found = (await this.ask("complete", view.state, word.to))?.options.find((each) => each.label === name);
-    if (!found?.detail && !found?.info) return null;
-    return {pos: word.from, end: word.to, above: true, create: () => ({dom: explain([`${name}${found.detail ?? ""}`], found.info)})};
+    const found = await this.ask("explain", view.state, word.from);
+    if (!found) return null;
+    return {pos: word.from, end: word.to, above: true, create: () => ({dom: explain([`${found.name}${found.detail}`], found.documentation)})};
   }
 }
 
