@@ -5,7 +5,8 @@ import {LISTS} from "./lists.js";
 import {interfaceDetails, interfaceNames} from "./known-interfaces.js";
 import {verdictOf} from "./verdicts.js";
 
-const AFTER_ERROR = [["", "Stop the robot and halt"], ["continue", "Go on without that piece of code"]];
+/** What stands in the document; an empty one is "stop". */
+const afterError = (text) => [[text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"], ["continue", "Go on without that piece of code"]];
 const LANGUAGES = [["", "Python"], ["C++", "C++: kept, and not run"]];
 
 /**
@@ -20,7 +21,7 @@ export function componentData({tab, document, known, showProblems}) {
     .details=${more.details ?? nothingMore} .suggest=${more.suggest ?? noSuggestions}></hfsm-entries>`;
   return html`
     ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
-    ${text("onError", "After an error in its code", {kind: "select", options: AFTER_ERROR})}
+    ${text("onError", "After an error in its code", {kind: "select", options: afterError(fields.onError ?? "")})}
     ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
     ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field) => (field === "type" ? interfaceNames(known) : [])})}
     ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
