@@ -24,7 +24,7 @@ from .supervision import OnError
 
 __all__ = ["main", "make_app"]
 
-_LOOK: Final = 1.0
+_LOOK: Final = 1.0  # s after which a wait of the main thread looks up: a signal may strike another thread
 
 _OnError = Annotated[
     OnError | None,
@@ -193,6 +193,6 @@ def _wait(runtime: Runtime, seconds: float | None) -> None:
         if end is None:
             runtime.ended.wait(_LOOK)
         elif runtime.timeline.now() < end:
-            runtime.timeline.wait_until(end, runtime.ended)
+            runtime.timeline.wait_until(min(end, runtime.timeline.now() + round(_LOOK * 1e9)), runtime.ended)
         else:
             return

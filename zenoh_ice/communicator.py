@@ -5,9 +5,11 @@ from __future__ import annotations
 import atexit
 import itertools
 import logging
+import math
 import os
 import re
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import ExitStack
@@ -39,6 +41,9 @@ _NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,128}")
 _LONGEST_TIMEOUT: Final = 60.0  # s; Zenoh keeps a kilobyte for each call until its limit has passed
 _MAX_UNSENT: Final = 1024  # calls of one servant that wait to be sent
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
+
+# s after which a wait of the main thread looks up: a signal that another thread takes does not wake it.
+_LOOK: Final = 0.5
 
 _logger = logging.getLogger(__name__)
 
@@ -170,10 +175,15 @@ class Communicator:
         """Wait until `shutdown` or `destroy` is called, at most `timeout` s; return whether one was."""
         if self._is_shut_down:
             return True
-        try:
-            self._shutdown.get(timeout=None if timeout is None else max(0.0, timeout))
-        except Empty:
-            return False
+        deadline = math.inf if timeout is None else time.monotonic() + timeout
+        while True:
+            left = deadline - time.monotonic()
+            try:
+                self._shutdown.get(timeout=max(0.0, min(left, _LOOK)))
+                break
+            except Empty:
+                if left <= _LOOK:
+                    return False
         self._shutdown.put(None)  # for the next who waits
         return True
 

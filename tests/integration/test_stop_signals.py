@@ -39,6 +39,25 @@ def command() -> None:
 run(app)
 """
 
+STRUCK_ANOTHER_THREAD = """
+import signal, threading, typer
+from zenoh_ice import initialize
+from zenoh_ice.command import run
+
+app = typer.Typer()
+
+def strike() -> None:
+    signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+
+@app.command()
+def command() -> None:
+    with initialize(connect=[], clock="wall") as communicator:
+        threading.Timer(0.3, strike).start()
+        communicator.waitForShutdown()
+
+run(app)
+"""
+
 STRUCK_IN_FOREIGN_CODE = """
 import os, signal, typer
 from zenoh_ice.command import run
@@ -61,6 +80,12 @@ def test_a_signal_that_strikes_in_a_callback_of_zenoh_is_not_lost() -> None:
     ended = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
     assert (ended.returncode, ended.stdout) == (130, "went on\n"), ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+def test_a_signal_that_strikes_another_thread_ends_a_wait_for_shutdown() -> None:
+    command = [sys.executable, "-c", STRUCK_ANOTHER_THREAD]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
+    assert (ended.returncode, ended.stderr) == (130, "")
 
 
 def test_a_signal_that_foreign_code_turned_into_another_error_still_ends_quietly() -> None:
