@@ -40,6 +40,8 @@ def surroundings() -> Iterator[None]:
         for name in list(os.environ):
             if name in DECISIVE or (name.startswith("VISUALHFSM_") and name != "VISUALHFSM_EXAMPLES"):
                 patch.delenv(name)
+        patch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
+        patch.setenv("GIT_CONFIG_NOSYSTEM", "1")
         # A shell has what runs in the background ignore signals, nohup too, and children inherit that.
         for number, handler in (
             (signal.SIGINT, signal.default_int_handler),

@@ -157,6 +157,7 @@ def test_the_interfaces_of_the_project_are_formatted() -> None:
 # breaking
 
 
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
 def test_what_breaks_since_a_revision(home: Path) -> None:
     (home / "idl").mkdir()
     for name in ("lamp.idl", "room.idl"):
