@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.pages import blocks_of
+from visualhfsm.web.operations import CONCURRENT
+from visualhfsm.web.protocol import ErrorKind, Push, Request
 
 PAGE = Path(__file__).parents[2] / "docs" / "editor-protocol.md"
 
@@ -47,3 +50,19 @@ def matches(message: Any, expected: Any) -> bool:
     if isinstance(expected, list) and isinstance(message, list):
         return len(message) == len(expected) and all(map(matches, message, expected))
     return bool(message == expected)
+
+
+def test_every_request_push_and_kind_of_error_is_described() -> None:
+    page = PAGE.read_text("utf-8")
+    described = {field: set(re.findall(rf'"{field}": "(\w+)"', page)) for field in ("op", "push")}
+    assert described["op"] - {"dance"} == tags(Request)
+    assert described["push"] == tags(Push)
+    assert re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE) == list(get_args(ErrorKind))
+    listed = re.search(r"Those that change no document \((.*?)\)", page, re.DOTALL)
+    assert listed
+    assert set(re.findall(r"`(\w+)`", listed[1])) == tags(CONCURRENT)
+
+
+def tags(union: Any) -> set[str]:
+    """Return what the messages of a union are called."""
+    return {each.__struct_config__.tag for each in get_args(union)}

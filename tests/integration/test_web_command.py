@@ -8,17 +8,21 @@ import socket
 import sys
 import time
 import urllib.request
+import webbrowser
 from http.cookiejar import CookieJar
 from pathlib import Path
 
 import psutil
 import pytest
+from typer.testing import CliRunner
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from tests.support.editor import DOCUMENT, Window
 from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from visualhfsm.command import app
+from visualhfsm.web.server import launch_browser
 
 ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
 
@@ -104,6 +108,22 @@ def test_the_browser_gets_an_address_of_its_own(tmp_path: Path) -> None:
         launched = content(told)
     assert re.fullmatch(ADDRESS, launched)
     assert launched != printed
+
+
+def test_without_a_display_no_browser_of_text_takes_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(variable, raising=False)
+    launch_browser("http://127.0.0.1/")
+    assert not opened
+
+
+@pytest.mark.parametrize("name", ["http://robots.example", "robots.example:8080", "robots.example/", ""])
+def test_a_name_that_no_machine_has_is_refused(name: str) -> None:
+    result = CliRunner().invoke(app, ["edit", "--no-browser", "--allow-host", name])
+    assert result.exit_code == 2
+    assert "--allow-host" in result.output
 
 
 def test_a_missing_package_is_named_with_the_command_that_installs_it(tmp_path: Path) -> None:

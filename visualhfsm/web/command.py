@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
 from pathlib import Path
 from typing import Annotated
+from urllib.parse import urlsplit
 
 import typer
 
@@ -33,7 +36,7 @@ def edit(
     settings: Settings,
     files: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[FILES]...", exists=True, dir_okay=False, help="Documents to open."),
+        typer.Argument(metavar="FILES", exists=True, dir_okay=False, help="Documents to open."),
     ] = None,
     port: Annotated[
         int,
@@ -54,13 +57,18 @@ def edit(
     ] = Path(),
     allow_host: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Name under which a proxy shows the page; may be repeated."),
+        typer.Option(
+            metavar="NAME",
+            callback=lambda names: [_host_name(name) for name in names or ()],
+            help="Name under which a proxy shows the page; may be repeated.",
+        ),
     ] = None,
 ) -> None:
-    """Draw automata in the browser, run them, and watch the robot and its components live.
+    """Draw automata in the browser, run them, and watch robot and components.
 
-    The page is served to this machine alone, at the address that is printed; it holds a secret. Unsaved
-    changes outlive Ctrl-C: they are offered when the document is opened again.
+    The page is served to this machine alone, at the address that is printed;
+    it holds a secret. Unsaved changes outlive Ctrl-C: they are offered when
+    the document is opened again.
     """
     try:
         from .server import Options, launch_browser, serve
@@ -80,6 +88,18 @@ def edit(
     serve(options, _tell_address, launch=launch_browser if browser else None)
 
 
+def _host_name(name: str) -> str:
+    """Return a name in small letters; refuse an address, which would never be the name of a machine."""
+    if not re.fullmatch(r"[A-Za-z0-9._-]+", name):
+        raise typer.BadParameter(f"{name} is not the name of a machine: leave out scheme and port")
+    return name.lower()
+
+
 def _tell_address(address: str) -> None:
     typer.echo(f"The editor is at {address}")
+    if os.environ.get("SSH_CONNECTION"):
+        port = urlsplit(address).port
+        typer.echo(
+            f"From where you logged in, it is there after: ssh -L {port}:localhost:{port} THIS_MACHINE"
+        )
     typer.echo("Ctrl-C ends it.")

@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import os
 import signal
 import socket
+import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
@@ -34,6 +36,10 @@ LOOPBACK: Final = "127.0.0.1"
 
 _GOODBYE: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
+_CLEANUP_GRACE: Final = (
+    10.0  # s after a signal in which further ones are ignored, so that cleaning up can end
+)
+_DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # variables that tell of a browser
 _SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _logger = logging.getLogger(__name__)
@@ -129,13 +135,19 @@ def serve(
 
 
 def launch_browser(address: str) -> None:
-    """Open the person's browser; a missing one is logged."""
+    """Open the person's browser; a missing one is logged.
+
+    Without a display only browsers of text are found, which would take the terminal away.
+    """
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in _DISPLAYS):
+        _logger.info("there is no display to open a browser on")
+        return
 
     def launch() -> None:
         if not webbrowser.open(address):
             _logger.warning("found no browser to open; open the printed address yourself")
 
-    # A browser of text would run until it is left.
+    # Some browsers run until they are left.
     threading.Thread(target=launch, name="launch of the browser", daemon=True).start()
 
 
@@ -186,10 +198,20 @@ class _Uvicorn(uvicorn.Server):
 
 @contextlib.contextmanager
 def _stop_at_signals(loop: asyncio.AbstractEventLoop, server: Server) -> Iterator[list[int]]:
-    """Let signals stop a server; yields the list of those that came."""
+    """Let signals stop a server; yields the list of those that came.
+
+    When it does not end for long, as on a disk that does not answer, the next signal ends the process at
+    once; what it has started ends with it.
+    """
     received: list[int] = []
+    first_at = 0.0
 
     def stop(number: int) -> None:
+        nonlocal first_at
+        if not received:
+            first_at = loop.time()
+        elif loop.time() - first_at > _CLEANUP_GRACE:
+            os._exit(128 + number)
         received.append(number)
         server.stop()
 
