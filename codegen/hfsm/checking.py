@@ -33,15 +33,15 @@ def check_document(
     include: Sequence[Path] = (),
     *,
     limit: int = DEFAULT_LIMIT,
-    content: bytes | str | None = None,
+    document: Document | None = None,
 ) -> ModelReport | None:
     """Report what is wrong or doubtful in a document, and return what its automata can do.
 
     The model checker looks at `limit` configurations at most, and not at all with a limit of 0 or after
-    errors: then there is no such report. `include` is as for `compile_document`, `content` what the file is
-    to hold, where it has not been saved yet.
+    errors: then there is no such report. `include` is as for `compile_document`, `document` what the file is
+    to hold, as it was read from its text, where it has not been saved yet.
     """
-    loaded = load_document(path, None, diagnostics, include, content=content)
+    loaded = load_document(path, None, diagnostics, include, document=document)
     if loaded is None or limit <= 0:
         return None
     schemas = {

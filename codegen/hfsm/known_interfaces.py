@@ -6,6 +6,7 @@ import importlib.util
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -68,11 +69,18 @@ def _in_package(
     directory: Path, package: tuple[str, ...], scope: tuple[str, ...]
 ) -> Iterator[KnownInterface]:
     for module in sorted(directory.glob("*.py")):
-        for match in _PROXY.finditer(module.read_text(encoding="utf-8", errors="replace")):
-            yield KnownInterface("::".join((*scope, match.group(1))), ".".join(package), module)
+        status = module.stat()
+        for name in _proxies(module, status.st_mtime_ns, status.st_size):
+            yield KnownInterface("::".join((*scope, name)), ".".join(package), module)
     if len(scope) < _MAX_DEPTH:
         for inner in _packages(directory):
             yield from _in_package(inner, (*package, inner.name), (*scope, inner.name))
+
+
+@lru_cache(maxsize=256)
+def _proxies(module: Path, _changed_at: int, _size: int) -> tuple[str, ...]:
+    """Return the interfaces whose proxies stand in a module; it is read again when it has changed."""
+    return tuple(_PROXY.findall(module.read_text(encoding="utf-8", errors="replace")))
 
 
 def _packages(directory: Path) -> list[Path]:

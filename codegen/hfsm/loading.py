@@ -10,7 +10,7 @@ from ..diagnostics import Diagnostics
 from .code.names import identifier
 from .document import Document
 from .extension import find_extension
-from .formats.reader import parse_document, read_document
+from .formats.reader import read_document
 from .generation.understanding import understand
 from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
@@ -34,19 +34,17 @@ def load_document(
     diagnostics: Diagnostics,
     include: Sequence[Path] = (),
     *,
-    content: bytes | str | None = None,
+    document: Document | None = None,
 ) -> LoadedDocument | None:
     """Return what a document says, or None after errors were reported.
 
     `output` is the directory of its component, by default that of the document. `include` are directories
-    with packages of proxies, and with files to import. `content` is what the file is to hold, where it has
-    not been saved yet.
+    with packages of proxies, and with files to import. `document` is what the file is to hold, as it was
+    read from its text, where it has not been saved yet.
     """
     errors = len(diagnostics.errors)
-    if content is None:
+    if document is None:
         document = read_document(path, diagnostics)
-    else:
-        document = parse_document(content, path, diagnostics)
     if document is None:
         return None
     document = resolve(document, path, diagnostics, include)

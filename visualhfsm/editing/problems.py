@@ -88,8 +88,10 @@ def find_problems_in_text(
     """Return what is wrong in the text of a document; the rest is as for `find_problems`."""
     file = path or Path.cwd() / _UNTITLED
     diagnostics = Diagnostics()
-    report = check_document(file, diagnostics, include, limit=limit, content=text)
-    document = parse_document(text, file, Diagnostics())
+    document = parse_document(text, file, diagnostics)
+    report = None
+    if document is not None and not diagnostics.has_errors:
+        report = check_document(file, diagnostics, include, limit=limit, document=document)
     locator = Locator(document or Document())
     importers = dict(_importers(document, file)) if document is not None else {}
     order = {"error": 0, "warning": 1, "note": 2}

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
+from functools import lru_cache
 from typing import Final
 
 from pyflakes import messages
 from pyflakes.checker import Checker
 
 from ...diagnostics import did_you_mean
+from ..code.text import without_warnings
 from ..code.trees import parse_python
 from .pieces import Piece
 from .report import Report
@@ -45,6 +47,10 @@ _DOUBTFUL: Final = (
 )
 """What is never meant; matters of style are left to the style of each."""
 
+_FUNCTIONS: Final = "class Component: pass"
+_PLAIN: Final = "def piece(self): pass"
+_WITH_EVENT: Final = "def piece(self, event): pass"
+
 _BUILTINS: Final = frozenset(dir(builtins))
 
 
@@ -74,12 +80,22 @@ class _Position(ast.expr):
         self.col_offset = self.end_col_offset = column
 
 
-def _messages(piece: Piece, known: Collection[str]) -> Iterator[messages.Message]:
+def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, ...]:
     # Pyflakes takes its time for each name that it is told, and an automaton may share thousands.
-    checker = Checker(_as_module(piece), builtins=_names_in(piece).intersection(known))
-    for message in sorted(checker.messages, key=lambda found: (found.lineno, found.col)):
-        if isinstance(message, (messages.UndefinedName, *_DOUBTFUL)):
-            yield message
+    names = frozenset(_names_in(piece).intersection(known))
+    head = _FUNCTIONS if piece.is_functions else _WITH_EVENT if piece.has_event else _PLAIN
+    lines = ("(", *piece.code.lines, ")") if piece.header else piece.code.lines
+    return _messages_of(lines, head, names)
+
+
+@lru_cache(maxsize=2048)
+def _messages_of(lines: tuple[str, ...], head: str, names: frozenset[str]) -> tuple[messages.Message, ...]:
+    """Return what pyflakes says; an editor asks again for all pieces whenever one of them has changed."""
+    with without_warnings():
+        body = parse_python("\n".join(lines)).body
+    checker = Checker(_as_module(body, head), builtins=names)
+    found = sorted(checker.messages, key=lambda message: (message.lineno, message.col))
+    return tuple(each for each in found if isinstance(each, (messages.UndefinedName, *_DOUBTFUL)))
 
 
 def _names_in(piece: Piece) -> set[str]:
@@ -93,14 +109,10 @@ def _names_in(piece: Piece) -> set[str]:
     return names
 
 
-def _as_module(piece: Piece) -> ast.Module:
+def _as_module(body: list[ast.stmt], head: str) -> ast.Module:
     """Return the module in which a piece of code stands as in the component."""
-    if piece.is_functions:
-        head = "class Component: pass"
-    else:
-        head = "def piece(self, event): pass" if piece.has_event else "def piece(self): pass"
     module = parse_python(head)
     (whole,) = module.body
     assert isinstance(whole, ast.ClassDef | ast.FunctionDef)
-    whole.body = piece.tree.body or whole.body
+    whole.body = body or whole.body
     return module

@@ -14,6 +14,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from ..document import Text
@@ -95,7 +96,7 @@ def split(text: Text) -> Code | None:
     lines = lines[first : last + 1]
     line = text.line + first
     indentation = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
-    fixed = _string_lines(lines, indented=bool(indentation))
+    fixed = _string_lines(tuple(lines), indented=bool(indentation))
     if indentation:
         for index, content in enumerate(lines):
             if index in fixed or not content.strip():
@@ -106,9 +107,12 @@ def split(text: Text) -> Code | None:
     return Code(tuple(lines), line, fixed, start, removed)
 
 
-def _string_lines(lines: list[str], *, indented: bool) -> frozenset[int]:
+@lru_cache(maxsize=2048)
+def _string_lines(lines: tuple[str, ...], *, indented: bool) -> frozenset[int]:
     """Return the indices of the lines that begin inside a string."""
-    source = "\n".join((["if True:"] if indented else []) + lines) + "\n"
+    if not any(quote in line for line in lines for quote in "\"'"):
+        return frozenset()
+    source = "\n".join((*(["if True:"] if indented else []), *lines)) + "\n"
     offset = 2 if indented else 1
     fixed: set[int] = set()
     open_format_strings: list[int] = []
