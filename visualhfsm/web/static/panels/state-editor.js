@@ -52,7 +52,7 @@ const isAt = (one, place) => one.kind === place.kind && one.automaton === place.
 
 function history(place, state, readonly) {
   const choose = ({target}) => apply("setHistory", {...at(place), history: target.value});
-  return html`<label>When entered again <select ?disabled=${readonly} @change=${choose}>
+  return html`<label class="again">When entered again <select ?disabled=${readonly} @change=${choose}>
     <option value="" ?selected=${state.history !== "restart"}>its automata go on</option>
     <option value="restart" ?selected=${state.history === "restart"}>its automata begin anew</option></select></label>`;
 }
