@@ -4,6 +4,9 @@ import {html} from "lit";
 
 const STEP = 24;
 const root = document.documentElement;
+/** Sizes that are known already: to ask the style makes the browser work it out for the whole page. @type {Map<string, number>} */
+const sizes = new Map();
+window.addEventListener("resize", () => sizes.clear());
 
 /** Let the areas be as large as they were made in this browser. */
 export function restoreSizes() {
@@ -20,10 +23,14 @@ export function restoreSizes() {
  *   `sign` says whether the area grows with the coordinate
  */
 export function resizer({name, variable, along, sign, smallest, largest}) {
-  const value = () => Number.parseFloat(getComputedStyle(root).getPropertyValue(variable));
+  const value = () => {
+    if (!sizes.has(variable)) sizes.set(variable, Number.parseFloat(getComputedStyle(root).getPropertyValue(variable)));
+    return sizes.get(variable);
+  };
   const set = (element, wanted) => {
     const next = Math.round(Math.min(largest, Math.max(smallest, wanted)));
     root.style.setProperty(variable, `${next}px`);
+    sizes.set(variable, next);
     element.setAttribute("aria-valuenow", next);
     localStorage.setItem(`visualhfsm.size${variable}`, next);
   };

@@ -1,6 +1,6 @@
 /** The whole hierarchy at the left: every state of every automaton. */
 
-import {html, nothing} from "lit";
+import {guard, html, nothing} from "lit";
 
 import {PageElement} from "./element.js";
 import {lostIn, rootOf} from "./outline.js";
@@ -8,6 +8,7 @@ import {page} from "./page.js";
 import {problemOf} from "./problems.js";
 
 const MOST = 4000; // rows; a larger tree is folded below the first level
+const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is seen
 
 /** @typedef {{key: string, level: number, name: string, kind: string, automaton: number, state?: number, open?: boolean,
  *   child?: number, count: number, index: number}} Row */
@@ -64,16 +65,8 @@ class Tree extends PageElement {
     const focused = rows.find((row) => row.key === this.#focused) ?? rows.find(isSelected) ?? rows.find((row) => row.child === current) ?? rows[0];
     return html`<h2 id="tree-title">Automata</h2>
       <div role="tree" aria-labelledby="tree-title" @keydown=${this.#key} @click=${this.#click} @dblclick=${this.#open}>
-        ${rows.map((row, index) => {
-          const selected = isSelected(row);
-          const problem = problemAt(row);
-          return html`<div role="treeitem" class="branch ${row.kind} ${row.child === current && row.child !== undefined ? "shown" : ""}" data-index=${index} data-level=${row.level}
-              aria-level=${row.level} aria-setsize=${row.count} aria-posinset=${row.index + 1} aria-selected=${selected}
-              aria-expanded=${row.open ?? nothing} aria-label=${row.name + (problem ? `, ${problem}` : "")} tabindex=${row === focused ? 0 : -1}>
-            ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span><span class="dot"></span><span class="text">${row.name}</span>
-            ${problem ? html`<span class="problem ${problem}" title=${problem}></span>` : nothing}
-          </div>`;
-        })}
+        ${inBlocks(rows.map((row) => ({row, selected: isSelected(row), problem: problemAt(row), shown: row.child === current && row.child !== undefined, focused: row === focused})))
+          .map((block, index) => html`<div role="presentation" class="block">${guard([JSON.stringify(block)], () => block.map((each, at) => branch(each, index * BLOCK + at)))}</div>`)}
       </div>`;
   }
 
@@ -161,6 +154,17 @@ class Tree extends PageElement {
     this.querySelector('[tabindex="0"]')?.focus();
   }
 }
+
+const inBlocks = (rows) => Array.from({length: Math.ceil(rows.length / BLOCK)}, (_, index) => rows.slice(index * BLOCK, (index + 1) * BLOCK));
+
+/** A row of the tree, `index` among all. @param {{row: Row, selected: boolean, problem: string, shown: boolean, focused: boolean}} each */
+const branch = ({row, selected, problem, shown, focused}, index) => html`
+  <div role="treeitem" class="branch ${row.kind} ${shown ? "shown" : ""}" data-index=${index} data-level=${row.level}
+      aria-level=${row.level} aria-setsize=${row.count} aria-posinset=${row.index + 1} aria-selected=${selected}
+      aria-expanded=${row.open ?? nothing} aria-label=${row.name + (problem ? `, ${problem}` : "")} tabindex=${focused ? 0 : -1}>
+    ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span><span class="dot"></span><span class="text">${row.name}</span>
+    ${problem ? html`<span class="problem ${problem}" title=${problem}></span>` : nothing}
+  </div>`;
 
 const kindOf = (state) => `${state.children.length ? "parent" : "plain"}${state.initial ? " initial" : ""}${state.final ? " final" : ""}`;
 
