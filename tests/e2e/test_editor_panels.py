@@ -108,6 +108,8 @@ def test_what_is_typed_before_the_code_panel_is_there_is_typed_into_it(shown: Ed
     with shown.page.expect_request("**/panels/editor.js"):
         shown.press("Shift+Enter")
     shown.type("sti = 1\n")  # each of which does something on the canvas
+    while not waiting:
+        shown.page.wait_for_timeout(20)
     waiting[0].continue_()
     code = shown.page.get_by_role("textbox", name="Code of the state wait")
     expect(code).to_be_focused()

@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
@@ -21,15 +22,18 @@ from hfsm_runtime.control.monitor import Monitor
 from hfsm_runtime.runtime import Runtime, Status
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
+from tests.conftest import Pair
+from tests.support.component import snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
+from visualhfsm.live.relay import Relay, Silence
 from visualhfsm.live.service import Monitoring
-from visualhfsm.live.values import LiveSnapshot, LiveStructure
+from visualhfsm.live.values import LiveSnapshot, LiveStructure, RobotState
 from visualhfsm.web.protocol import Snapshot, Stale, Structure
 from visualhfsm.web.services import Components, ServiceError
-from zenoh_ice import Settings, WallClock, initialize
+from zenoh_ice import Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
 
@@ -316,6 +320,23 @@ def test_a_lost_component_is_silent_since_then_and_recovers(
             )
 
     on_page(robot, go)
+
+
+def test_the_last_word_of_a_component_that_is_gone_does_not_bring_it_back(pair: Pair) -> None:
+    told: list[object] = []
+    robot: Any = SimpleNamespace(read=RobotState, cameras=list)
+    relay = Relay(pair.client, "dance_and_follow", robot, told.append)
+    relay.update()
+    relay._on_snapshot(Sample(snapshot(1.0), 1, 1.0, 0.0))
+    relay.update()
+    relay.close()
+    gone, back, word, gone_again = told
+    assert isinstance(word, LiveSnapshot)
+    assert [isinstance(each, Silence) and each.since > 0 for each in (gone, back, gone_again)] == [
+        True,
+        False,
+        True,
+    ]
 
 
 def test_a_component_is_stopped(robot: ServedRobot, running: Walker) -> None:

@@ -16,7 +16,7 @@ from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import ComponentProcess
-from tests.support.robot_server import ServedRobot, served
+from tests.support.robot_server import ServedRobot, eventually, served
 from visualhfsm.generation import generate_component
 from visualhfsm.web.standard_services import make_services
 from zenoh_ice import Settings
@@ -94,6 +94,18 @@ def status(shown: EditorPage) -> Locator:
 def run(shown: EditorPage) -> None:
     """Press F5 and wait until the component is followed."""
     shown.press("F5")
+    expect(status(shown)).to_have_text("Running")
+
+
+def run_anew(shown: EditorPage) -> None:
+    """Press F5 while the component runs, and wait until another one is followed."""
+    started = (
+        "async () => (await import(document.querySelector('script[type=module]').src"
+        ".replace('app.js', 'monitor/monitor.js'))).monitor.newest?.component.startedAt"
+    )
+    before = shown.page.evaluate(started)
+    shown.press("F5")
+    eventually(lambda: shown.page.evaluate(started) not in {before, None})
     expect(status(shown)).to_have_text("Running")
 
 

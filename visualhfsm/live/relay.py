@@ -60,6 +60,7 @@ class Relay:
         self._heard = time.monotonic()
         self._heard_at = time.time()
         self._silent = False
+        self._order = threading.Lock()  # of moments and of silences: whoever hears them goes by the last one
         self._closed = threading.Event()
         self._subscription = self.monitor.getSnapshot.subscribe(self._on_snapshot)
 
@@ -114,6 +115,10 @@ class Relay:
     def _update_silence(self) -> None:
         present = self.identity in self._communicator.identities()
         silent = not present or time.monotonic() - self._heard > _SILENT
+        with self._order:
+            self._become(silent)
+
+    def _become(self, silent: bool) -> None:
         if silent != self._silent:
             self._silent = silent
             self._told(self.silence)
@@ -141,5 +146,7 @@ class Relay:
             self._renewed = True
         live = LiveSnapshot(sample.wall_time, snapshot, self._robot.read())
         self._history.add(live)
-        self._told(live)
+        with self._order:
+            self._become(False)  # if that was the last word of one that is gone, it is silent again
+            self._told(live)
         self._closed.wait(_PACE)
