@@ -16,7 +16,9 @@ from .places import Place
 __all__ = ["Difference", "DifferenceKind", "diff_documents"]
 
 _POSITION: Final = frozenset(("x", "y"))
-_UNSEEN: Final = frozenset(("comments", "extras", "leaves", "attributes"))
+_UNSEEN: Final = frozenset(
+    ("attributes", "comments", "config_extras", "extras", "leaves", "libraries_extras", "root_tag")
+)
 
 
 class DifferenceKind(StrEnum):

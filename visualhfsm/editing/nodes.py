@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Final, TypeVar
@@ -20,10 +19,12 @@ from codegen.hfsm.document import (
     Text,
     Transition,
 )
+from codegen.hfsm.formats.xml_text import UNWRITABLE
 
 from .errors import EditError
 
 __all__ = [
+    "MAX_AUTOMATA",
     "MAX_ID",
     "changed",
     "checked",
@@ -42,9 +43,11 @@ __all__ = [
 MAX_ID: Final = 2**31 - 1
 """The largest id that a document may hold."""
 
+MAX_AUTOMATA: Final = 10_000
+"""Automata that a document may hold."""
+
 _MAX_TEXT: Final = 1 << 20
 _FARTHEST: Final = 1e6
-_UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _LONGEST_LABEL: Final = 30
 
 # Fields whose element in a file has another name.
@@ -68,7 +71,7 @@ def checked(text: str, what: str) -> str:
 
     Raises EditError for a character that XML cannot hold, and for a text that no person typed.
     """
-    found = _UNWRITABLE.search(text)
+    found = UNWRITABLE.search(text)
     if found:
         line = text.count("\n", 0, found.start()) + 1
         why = f"line {line} has the control character U+{ord(found.group()):04X}"

@@ -10,6 +10,7 @@ from ..document import Comment, Extra
 
 __all__ = [
     "INDENT",
+    "UNWRITABLE",
     "DocumentNotWritableError",
     "attributes_text",
     "content_text",
@@ -21,8 +22,9 @@ __all__ = [
 INDENT: Final = "  "
 """Indentation of one level."""
 
-# What XML 1.0 cannot hold, not even as a reference.
-_UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML 1.0 cannot hold, not even as a reference."""
+
 _TEXT_ESCAPES: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
 _ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
 
@@ -66,7 +68,7 @@ def escaped(text: str) -> str:
 
 def is_writable(text: str) -> bool:
     """Return whether XML can hold a text."""
-    return not _UNWRITABLE.search(text)
+    return not UNWRITABLE.search(text)
 
 
 def _inline(extra: Extra) -> str:
@@ -80,7 +82,7 @@ def _inline(extra: Extra) -> str:
 
 
 def _checked(text: str) -> str:
-    found = _UNWRITABLE.search(text)
+    found = UNWRITABLE.search(text)
     if found:
         raise DocumentNotWritableError(f"XML cannot hold the character {found.group()!r} in `{text[:40]!r}`")
     return text

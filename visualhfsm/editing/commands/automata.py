@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import replace
-from typing import Final, Literal
+from typing import Literal
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, Text
 
 from ..errors import EditError
 from ..nodes import (
+    MAX_AUTOMATA,
     changed,
     checked,
     find_automaton,
@@ -37,8 +38,6 @@ __all__ = [
     "SetPeriod",
 ]
 
-_MAX_AUTOMATA: Final = 10_000
-
 
 class AddAutomaton(Command, frozen=True, kw_only=True):
     """Give a state one more automaton, which is empty."""
@@ -49,7 +48,7 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         father = find_automaton(document, self.automaton)
         state = find_state(father, self.state)
-        if len(document.automata) >= _MAX_AUTOMATA:
+        if len(document.automata) >= MAX_AUTOMATA:
             why = f"the document has {len(document.automata)}"
             raise EditError("Cannot add an automaton", why, "import some from documents of their own")
         number = next(automaton_ids(document))

@@ -14,7 +14,7 @@ from ..comparison import KEYS
 from ..errors import EditError
 from ..fragments import parse
 from ..geometry import Point
-from ..nodes import changed, coordinate, find_automaton, swapped
+from ..nodes import MAX_AUTOMATA, changed, coordinate, find_automaton, swapped
 from ..numbering import automaton_ids, free_name, state_ids, transition_ids
 from ..subtrees import hanging, renumbered, renumbered_state, without_automata
 from .base import Command, Id
@@ -25,7 +25,6 @@ _STEP: Final = 30.0
 """Pixels by which states that are pasted onto others go aside, again and again."""
 _NEAR: Final = range(-2, 3)
 """Steps apart at which two circles still touch."""
-_MAX_AUTOMATA: Final = 10_000
 
 
 class PasteStates(Command, frozen=True, kw_only=True):
@@ -154,8 +153,8 @@ def _with_declarations(document: Document, fragment: Document) -> Document:
 
 def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
     """Return new ids for automata that come into a document. Raises EditError for too many of them."""
-    if len(document.automata) + len(automata) > _MAX_AUTOMATA:
-        why = f"the document would have more than {_MAX_AUTOMATA} automata"
+    if len(document.automata) + len(automata) > MAX_AUTOMATA:
+        why = f"the document would have more than {MAX_AUTOMATA} automata"
         raise EditError("Cannot add these automata", why, "import some from documents of their own")
     ids = automaton_ids(document)
     numbers: dict[int, int] = {}
