@@ -8,6 +8,8 @@ const HEIGHT = 116;
 const MARGIN = 8;
 const FROM = 6; // states; fewer need no map
 const NARROW = 420; // pixels of a canvas that has no room for it
+const SMALLEST = 1.8; // pixels of a state's radius, unless they would run into each other
+const MANY = 400; // states
 const PATIENCE = 250; // ms that a picture may be old while there is more to do
 
 const whenIdle = window.requestIdleCallback?.bind(window) ?? ((action) => setTimeout(action, PATIENCE));
@@ -77,10 +79,10 @@ export class Minimap {
     }
     context.stroke();
     const circles = {"--plain-line": new Path2D(), "--parent-line": new Path2D(), "--accent": new Path2D()};
+    const radius = Math.max(scene.states.size > MANY ? SMALLEST / 3 : SMALLEST, RADIUS * this.scale);
     for (const [key, {state}] of scene.states) {
       const path = circles[page.states.has(state.id) ? "--accent" : state.children.length ? "--parent-line" : "--plain-line"];
       const [x, y] = this.#at(scene.places.get(key));
-      const radius = Math.max(1.8, RADIUS * this.scale);
       path.moveTo(x + radius, y);
       path.arc(x, y, radius, 0, 2 * Math.PI);
     }
