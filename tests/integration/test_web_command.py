@@ -126,13 +126,14 @@ def test_a_name_that_no_machine_has_is_refused(name: str) -> None:
     assert "--allow-host" in result.output
 
 
-def test_a_missing_package_is_named_with_the_command_that_installs_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("package", ["uvicorn", "websockets", "jedi"])
+def test_a_missing_package_is_named_with_the_command_that_installs_it(package: str) -> None:
     code = (
-        "import sys; sys.modules['uvicorn'] = None\n"
+        f"import sys; sys.modules['{package}'] = None\n"
         "from visualhfsm.cli import main; sys.argv = ['visualhfsm', 'edit', '--no-browser']; main()"
     )
     with ComponentProcess([sys.executable, "-c", code]) as process:
-        process.wait_for(r"uvicorn is not installed; install it with: pip install 'visualhfsm\[web\]'")
+        process.wait_for(rf"{package} is not installed; install it with: pip install 'visualhfsm\[web\]'")
         assert process.wait() == 1
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 from urllib.parse import urlsplit
 
 import typer
@@ -16,7 +16,10 @@ from zenoh_ice.settings import Settings
 
 __all__ = ["register"]
 
-_EPILOG = """Examples:
+_PACKAGES: Final = frozenset({"h11", "jedi", "starlette", "uvicorn", "websockets"})
+"""What the extra `web` installs, as far as the server begins with it."""
+
+_EPILOG: Final = """Examples:
 
 visualhfsm edit
 
@@ -72,11 +75,12 @@ def edit(
     """
     try:
         from .server import Options, launch_browser, serve
+        from .standard_services import make_services
     except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] not in {"starlette", "uvicorn", "websockets"}:
+        package = (error.name or "").partition(".")[0]
+        if package not in _PACKAGES:
             raise
-        raise MissingPackageError(error.name, "web") from error
-    from .standard_services import make_services
+        raise MissingPackageError(package, "web") from error
 
     options = Options(
         files=files or [],

@@ -18,6 +18,7 @@ from typing import Final
 
 import uvicorn
 from starlette.types import ASGIApp
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from visualhfsm.errors import VisualHfsmError
 
@@ -164,7 +165,7 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         proxy_headers=False,
         server_header=False,
         timeout_graceful_shutdown=_GOODBYE,
-        ws="websockets-sansio",
+        ws=WebSocketsSansIOProtocol,
         ws_max_size=limits.message_bytes,
         ws_per_message_deflate=False,  # on loopback it costs more than it saves
         ws_ping_interval=_PING_INTERVAL,
