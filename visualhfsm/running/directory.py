@@ -13,9 +13,9 @@ from codegen.hfsm import component_path, extension_path, write_document
 from codegen.hfsm.document import Document
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generation import generate_component
+from visualhfsm.scratch import ScratchDirectory
 
 from .origins import Origins, read_origins
-from .scratch import ScratchDirectory
 
 __all__ = ["Generated", "RunDirectory"]
 

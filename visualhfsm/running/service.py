@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from codegen.hfsm import component_path
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.scratch import delete_abandoned
 from visualhfsm.web.protocol import Output, RunPush
 from visualhfsm.web.protocol import OutputLine as OutputLineMessage
 from visualhfsm.web.services import Publish, ServiceError, Source
@@ -15,7 +16,6 @@ from zenoh_ice import Settings
 
 from .origins import read_origins
 from .run import DocumentSource, OutputLine, Run, RunChange
-from .scratch import delete_abandoned
 
 __all__ = ["RunningComponents", "run_environment"]
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.scratch import ScratchDirectory
 
 from .paths import RECORDING_SUFFIX
 from .work import Workers
@@ -25,7 +25,7 @@ class Upload:
     def __init__(self, workers: Workers, largest: int = LARGEST) -> None:
         self._workers = workers
         self._largest = largest
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._folder: ScratchDirectory | None = None
         self._file: Path | None = None
         self._size = 0
 
@@ -62,12 +62,12 @@ class Upload:
         """Give up what was sent."""
         folder, self._folder, self._file, self._size = self._folder, None, None, 0
         if folder is not None:
-            folder.cleanup()
+            folder.close()
 
     def _write(self, name: str, data: bytes) -> None:
         if self._file is None:
-            self._folder = tempfile.TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True)
-            self._file = Path(self._folder.name, _file_name(name))
+            self._folder = ScratchDirectory()
+            self._file = self._folder.path / _file_name(name)
         with self._file.open("ab") as stream:
             stream.write(data)
 
