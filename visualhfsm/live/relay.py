@@ -21,6 +21,8 @@ __all__ = ["Relay", "Silence"]
 
 _PACE: Final = 0.02
 """Least seconds between two moments that are passed on; of more only the newest is."""
+_PACE_EACH: Final = 0.0005
+"""The same for each automaton: the page takes in no more of a component of hundreds."""
 _SILENT: Final = 1.0
 """Seconds without a word after which a component counts as silent; it speaks ten times a second."""
 
@@ -149,4 +151,4 @@ class Relay:
         with self._order:
             self._become(False)  # if that was the last word of one that is gone, it is silent again
             self._told(live)
-        self._closed.wait(_PACE)
+        self._closed.wait(max(_PACE, _PACE_EACH * len(snapshot.automata)))

@@ -256,9 +256,9 @@ export class HfsmApp extends PageElement {
   }
 
   #told(run) {
-    const wanted = this.runs.get(run.tab)?.status === "stopping";
+    const former = this.runs.get(run.tab)?.status; // undefined for what a new window is told
     this.runs.set(run.tab, run);
-    if (run.status === "ended" && run.exitCode && !wanted) notify(`${(run.message || "it has ended").replace(/^it /, "The component ")}.`, "error");
+    if (run.status === "ended" && run.exitCode && former && former !== "stopping") notify(`${(run.message || "it has ended").replace(/^it /, "The component ")}.`, "error");
   }
 
   /** Load an element of the monitor, and draw the page with it. */

@@ -24,7 +24,7 @@ class Cycles extends MonitorElement {
     const part = period > 0 ? lastCycle / period : 0;
     const drawn = page.tab === monitor.tab && page.document?.automata.has(id);
     return html`<tr class=${ghost ? "ghost-row" : ""}>
-      <th scope="row"><button type="button" class="link" ?disabled=${!drawn} @click=${() => page.open(id, {states: [state]})}>${name}</button></th>
+      <th scope="row"><button type="button" class="link" title=${name} ?disabled=${!drawn} @click=${() => page.open(id, {states: [state]})}>${name}</button></th>
       <td>${monitor.stateName(id, state)}${ghost ? html` <span class="faint">ghost</span>` : finished ? html` <span class="faint">finished</span>` : ""}</td>
       <td class="number">${ghost ? "" : spokenSeconds(Math.max(0, time - enteredAt))}</td>
       <td><div class="cycle-bar" title="${cycles} cycles"><svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true"><rect class="track" width="100" height="8"></rect><rect class=${part > 1 ? "over" : part > 0.7 ? "near" : "fine"} width=${Math.min(100, part * 100)} height="8"></rect></svg>
