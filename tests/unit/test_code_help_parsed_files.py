@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import jedi
@@ -44,9 +45,13 @@ def test_two_processes_never_share_a_directory_and_the_next_takes_over(tmp_path)
         third.kill()
 
 
-def test_no_directory_is_no_error(tmp_path):
+def test_without_a_directory_that_lasts_one_for_a_while_is_used(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     (tmp_path / "file").write_text("")
     assert keep_parsed_files(tmp_path / "file") is None
+    directory = Path(jedi.settings.cache_directory)
+    assert directory.parent == tmp_path
+    assert directory.stat().st_mode & 0o077 == 0
 
 
 def test_half_a_file_is_forgotten(tmp_path):

@@ -18,6 +18,8 @@ from typing import Final, TypeVar
 import jedi
 from parso.cache import parser_cache
 
+from visualhfsm.scratch import ScratchDirectory
+
 __all__ = ["keep_parsed_files", "with_readable_files"]
 
 T = TypeVar("T")
@@ -26,10 +28,11 @@ _DIRECTORIES: Final = 16
 
 
 def keep_parsed_files(root: Path | None = None) -> Path | None:
-    """Let jedi use the first of the user's directories that no process uses; None when there is none.
+    """Let jedi use the first of the user's directories that no process uses; return it.
 
     It is this process's until it ends, however it ends. `root` is where the directories lie, by default
-    `visualhfsm/parsed` in the user's cache.
+    `visualhfsm/parsed` in the user's cache. When none can be had, as in a home that is read-only, jedi uses
+    one that nobody else sees and that is deleted some day; None is returned.
     """
     root = root or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "visualhfsm" / "parsed"
     for number in range(_DIRECTORIES):
@@ -38,7 +41,7 @@ def keep_parsed_files(root: Path | None = None) -> Path | None:
             directory.mkdir(parents=True, exist_ok=True)
             lock = os.open(directory / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC)
         except OSError:
-            return None
+            break
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -46,6 +49,7 @@ def keep_parsed_files(root: Path | None = None) -> Path | None:
         else:  # and stays open: the lock is held as long as the process lives
             jedi.settings.cache_directory = str(directory / "files")
             return directory
+    jedi.settings.cache_directory = str(ScratchDirectory().path)
     return None
 
 
