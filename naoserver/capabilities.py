@@ -52,11 +52,19 @@ class Walker(Protocol):
         ...
 
     def command(self, velocity: WalkVelocity) -> None:
-        """Walk at a velocity until the next command; all 0 ends the walk on both feet."""
+        """Walk at a velocity until the next command; all 0 ends the walk on both feet.
+
+        Raises InvalidCommand when it cannot walk now: it does not stand on its feet, its legs are limp.
+        """
         ...
 
     def commanded(self) -> WalkVelocity:
-        """Return the newest command."""
+        """Return the newest command; all 0 once it has ended, also by a fall."""
+        ...
+
+    @property
+    def walking(self) -> bool:
+        """Whether it moves the legs: from a command until it stands on both feet again."""
         ...
 
     def odometry(self) -> Odometry:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from interfaces.nao import Severity
+from naoserver.claims import Claims
 from naoserver.event_log import EventLog
 from naoserver.outcome import Outcome
 from naoserver.robot import JointDevice, JointFacts, JointReading
@@ -38,6 +39,8 @@ class GuardedDevice:
         self._look_within = look_within
         self._lock = threading.Lock()
         self._closed = False
+        self.claims: Final = Claims()
+        """The joints that something moves by itself: only it may command them."""
         self._index = {joint.name: index for index, joint in enumerate(device.joints)}
 
     def facts(self, joint: str) -> JointFacts:
@@ -67,18 +70,28 @@ class GuardedDevice:
         with self._lock:
             return self._safety.velocity(joint)
 
-    def move(self, targets: Mapping[str, float], speeds: Mapping[str, float]) -> Outcome:
-        """Send joints to targets. Raises InvalidCommand, and then commands nothing."""
+    def move(self, targets: Mapping[str, float], speeds: Mapping[str, float], owner: str = "") -> Outcome:
+        """Send joints to targets. Raises InvalidCommand, and then commands nothing.
+
+        `owner` is who commands joints that it has claimed.
+        """
+        self.claims.check(targets, owner)
         return self._obey(lambda reading: self._safety.move(targets, speeds, reading))
 
     def drive(self, velocities: Mapping[str, float], client: str) -> Outcome:
         """Move joints at velocities until the timeout. Raises InvalidCommand, and then commands nothing."""
+        self.claims.check(velocities)
         now = self._wall_time()
         return self._obey(lambda reading: self._safety.drive(velocities, reading, client, now))
 
     def hold(self, joints: Iterable[str] | None = None) -> None:
-        """Stop joints at once, or all."""
+        """Stop joints at once, or all.
+
+        What has claimed one of them is asked to end; the joints that it still needs for that are left to it.
+        """
         names = tuple(self._index if joints is None else joints)
+        left = self.claims.stop(names)
+        names = tuple(name for name in names if name not in left)
         self._obey(lambda reading: self._safety.hold(names, reading))
 
     def stiffen(self, stiffnesses: Mapping[str, float], seconds: float) -> dict[str, float]:

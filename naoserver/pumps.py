@@ -10,9 +10,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final
 
-from naoserver.guarded_device import GuardedDevice
 from naoserver.servants.camera import CameraI
-from naoserver.servants.streaming import StreamsState
+from naoserver.servants.streaming import StateSource, StreamsState
 from zenoh_ice import Clock, TimeoutException
 
 _logger = logging.getLogger(__name__)
@@ -117,14 +116,14 @@ class WallPump(Pump):
 
 
 class StatePump(Pump):
-    """Stream the joint state: one reading a device and round, shared by all its servants."""
+    """Stream the state of joints, walk and senses: one reading a device and round, shared by its servants."""
 
     def __init__(self, clock: Clock, rate: float, wall_rate: float, servants: Sequence[StreamsState]) -> None:
-        super().__init__("joint state")
+        super().__init__("state")
         self._schedule = Schedule(clock)
         self._period = 1.0 / rate
         self._shortest = 1.0 / wall_rate
-        self._groups: dict[GuardedDevice, list[StreamsState]] = {}
+        self._groups: dict[StateSource, list[StreamsState]] = {}
         for servant in servants:
             self._groups.setdefault(servant.device, []).append(servant)
 

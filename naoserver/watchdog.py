@@ -7,9 +7,7 @@ import math
 import threading
 import time
 from collections.abc import Sequence
-from typing import Final
-
-from naoserver.guarded_device import GuardedDevice
+from typing import Final, Protocol
 
 _logger = logging.getLogger(__name__)
 
@@ -18,17 +16,38 @@ _AFTER_ERROR: Final = 0.1
 _END: Final = 2.0
 
 
+class Watched(Protocol):
+    """What can move and must not for longer than its client wants it: joints, and the walk."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in the log."""
+        ...
+
+    def watch(self) -> float | None:
+        """Stop what was not renewed; return in how many wall seconds to look again, None while all rests."""
+        ...
+
+    def drop_client(self, client: str) -> None:
+        """Stop what a lost client drives."""
+        ...
+
+    def close(self) -> None:
+        """Stop, and refuse further motion."""
+        ...
+
+
 class Watchdog:
     """Look after devices on the steady wall clock: sleep while all rest, and wake with the first command."""
 
     def __init__(self) -> None:
-        self._devices: Sequence[GuardedDevice] = ()
+        self._devices: Sequence[Watched] = ()
         self._condition = threading.Condition()
         self._next_look = math.inf  # in steady wall time
         self._stopping = False
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
 
-    def start(self, devices: Sequence[GuardedDevice]) -> None:
+    def start(self, devices: Sequence[Watched]) -> None:
         """Start to look after `devices`."""
         self._devices = tuple(devices)
         self._thread.start()
@@ -63,7 +82,7 @@ class Watchdog:
                 if self._stopping:
                     return
 
-    def _watch(self, device: GuardedDevice) -> float:
+    def _watch(self, device: Watched) -> float:
         """Look after a device; return in how many seconds to look again."""
         try:
             due = device.watch()

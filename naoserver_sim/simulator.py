@@ -8,7 +8,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, Protocol
 
 import mujoco
 import numpy as np
@@ -59,6 +59,14 @@ class Snapshot:
     """Of each motor in degrees Celsius."""
 
 
+class Part(Protocol):
+    """What moves motors by itself, tick by tick, such as the walk."""
+
+    def tick(self, seconds: float) -> None:
+        """Go on for some seconds, before the physics does; belongs to the thread of the physics."""
+        ...
+
+
 class Simulator:
     """Step a model control tick by control tick.
 
@@ -75,6 +83,8 @@ class Simulator:
         self._motors = Motors(mj)
         # What is to be done at the next tick; appending and popping is atomic.
         self._orders: deque[Callable[[], None]] = deque()
+        self.parts: Final[list[Part]] = []
+        """What goes on at each tick after the setpoints have moved and before the physics does."""
         self._ticks = 0
         self.tick_period: float = float(mj.opt.timestep) * STEPS_PER_TICK
         self._data.ctrl[:] = controller.setpoints
@@ -100,7 +110,11 @@ class Simulator:
 
     def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
         """Change how strongly some motors hold within some simulated seconds, from the next tick on."""
-        self._orders.append(lambda: self._motors.stiffen(motors, stiffnesses, seconds))
+        self.order(lambda: self._motors.stiffen(motors, stiffnesses, seconds))
+
+    def order(self, action: Callable[[], None]) -> None:
+        """Have something done by the thread of the physics at the next tick."""
+        self._orders.append(action)
 
     def advance(self, ticks: int) -> None:
         """Step some control ticks in the caller's thread and publish the state after the last.
@@ -115,6 +129,8 @@ class Simulator:
             if motors.limp.size:
                 controller.follow(motors.limp, data.actuator_length[motors.limp])
             controller.tick(self.tick_period, data.ctrl)
+            for part in self.parts:
+                part.tick(self.tick_period)
             mujoco.mj_step(self._mj, data, nstep=STEPS_PER_TICK)
             self._ticks += 1
         if self._data.warning.number[_DIVERGED].any():
@@ -170,6 +186,11 @@ class PacedSimulator(Simulator):
         """Hand over a command; it takes effect at the next control tick. Ignored after `close`."""
         if not self._ending.is_set():
             super().post(command)
+
+    def order(self, action: Callable[[], None]) -> None:
+        """Have something done by the thread of the physics at the next tick. Ignored after `close`."""
+        if not self._ending.is_set():
+            super().order(action)
 
     def start(self) -> None:
         """Start the physics thread."""
@@ -230,11 +251,11 @@ class VirtualSimulator(Simulator):
             self._catch_up()
             super().post(command)
 
-    def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
-        """Change how strongly some motors hold, from the first control tick after the clock's time on."""
+    def order(self, action: Callable[[], None]) -> None:
+        """Have something done at the first control tick after the clock's time."""
         with self._lock:
             self._catch_up()
-            super().stiffen(motors, stiffnesses, seconds)
+            super().order(action)
 
     def place(
         self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array

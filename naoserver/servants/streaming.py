@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
-from naoserver.guarded_device import GuardedDevice
-from naoserver.robot import JointReading
+
+class StateSource(Protocol):
+    """What several servants tell of: one reading serves them all."""
+
+    def read(self) -> Any:  # noqa: ANN401  (what its servants take)
+        """Return the newest snapshot without blocking."""
+        ...
 
 
 class StreamsState(Protocol):
-    """A servant that streams a part of a device's joint state."""
+    """A servant that streams a part of what its device reads: of the joints, the senses, the odometry."""
 
     @property
-    def device(self) -> GuardedDevice:
-        """The device whose readings it streams."""
+    def device(self) -> StateSource:
+        """What is read for it."""
         ...
 
     @property
@@ -21,6 +26,6 @@ class StreamsState(Protocol):
         """Whether anybody listens to its stream."""
         ...
 
-    def publish(self, reading: JointReading) -> None:
+    def publish(self, reading: Any, /) -> None:  # noqa: ANN401  (what its device reads)
         """Send a reading to whoever listens."""
         ...
