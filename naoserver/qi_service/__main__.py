@@ -1,0 +1,71 @@
+"""Serve the fake robot as NAOqi: `python -m naoserver.qi_service`."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from contextlib import ExitStack, closing
+from typing import Annotated, NoReturn
+
+import typer
+
+from startup import loading
+
+app = typer.Typer(add_completion=False, rich_markup_mode="rich")
+
+_EXAMPLES = """
+[bold]Examples[/bold]
+
+  python -m naoserver.qi_service
+  python -m naoserver.qi_service --qi tcp://127.0.0.1:9560 --faults
+"""
+
+
+@app.command(epilog=_EXAMPLES)
+def serve_fake(
+    *,
+    qi: Annotated[
+        str, typer.Option(metavar="URL", help="Where to listen; port 0 lets the system pick.")
+    ] = "tcp://127.0.0.1:9559",
+    faults: Annotated[
+        bool, typer.Option("--faults", help="Serve also Faults, which makes calls late or fail, for tests.")
+    ] = False,
+) -> None:
+    """Serve a robot without physics as NAOqi, in wall time.
+
+    Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
+    """
+    from naoserver.assembly import Assembly
+    from naoserver.fake import FakeRobot
+    from naoserver.options import ServerOptions
+    from naoserver.qi_service.access import Access
+    from naoserver.qi_service.service import NaoqiService
+    from naoserver.watchdog import Watchdog
+
+    with ExitStack() as stack:
+        robot = stack.enter_context(closing(FakeRobot()))
+        robot.start()
+        watchdog = stack.enter_context(closing(Watchdog()))
+        assembly = Assembly(robot, ServerOptions(), time.monotonic, watchdog.look_within)
+        watchdog.start(assembly.devices)
+        service = stack.enter_context(NaoqiService(Access.through(robot, assembly), qi, faults=faults))
+        typer.echo(f"ready: {service.url}")
+        threading.Event().wait()
+
+
+def main() -> NoReturn:
+    """Run the command."""
+    try:
+        with loading():
+            import qi  # noqa: F401 - tells early whether it is installed
+
+            from naoserver.errors import RobotError
+            from zenoh_ice.command import run
+    except ModuleNotFoundError as error:
+        sys.exit(f"qi_service: error: {error.name} is not installed; type: pip install 'visualhfsm[naoqi]'")
+    run(app, expected=(RobotError,))
+
+
+if __name__ == "__main__":
+    main()

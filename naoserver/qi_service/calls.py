@@ -1,0 +1,153 @@
+"""How calls of libqi reach the services: one wrapper for errors, long calls and what tests make go wrong.
+
+What bites in libqi's Python and is met here: a method that blocks holds one of its few threads, so long calls
+answer with a future and run on threads of our own; an exception travels with the path and line of the code,
+while a future that failed tells its text alone; every method of a registered object can be called, so what is
+registered is a bare facade that has the operations only.
+"""
+
+from __future__ import annotations
+
+import inspect
+import logging
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Final, TypeVar
+
+import qi
+
+from naoserver.errors import RobotError
+from naoserver.qi_service.faults import Faults
+from zenoh_ice import Clock
+
+__all__ = ["Call", "Calls", "long_call"]
+
+_logger = logging.getLogger(__name__)
+
+MOST: Final = 64
+"""Long calls that go on at the same time; further ones wait."""
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Call:
+    """A long call that goes on, and may be broken off by whoever made it or by the end of the service."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.stopped: Final = threading.Event()
+        self._clock = clock
+
+    def wait(self, seconds: float) -> bool:
+        """Wait some robot seconds; return at once, and True, when the call is broken off."""
+        return self._clock.wait(self.stopped, seconds)
+
+
+def long_call(operation: F) -> F:
+    """Mark an operation that lasts: it takes a `Call` before its arguments, and has a thread."""
+    operation.__long_call__ = True  # type: ignore[attr-defined]
+    return operation
+
+
+class Calls:
+    """Run the operations of services for libqi."""
+
+    def __init__(self, clock: Clock, faults: Faults) -> None:
+        self._clock = clock
+        self._faults = faults
+        self._executor = ThreadPoolExecutor(MOST, thread_name_prefix="qi call")
+        self._lock = threading.Lock()
+        self._running: set[Call] = set()
+        self._closed = False
+
+    def facade(self, name: str, service: object) -> object:
+        """Return what is registered with libqi as `name`: the public methods of a service, nothing else."""
+        operations = {
+            method: self._operation(f"{name}::{method}", getattr(service, method))
+            for method in dir(type(service))
+            if not method.startswith("_") and inspect.isfunction(getattr(type(service), method))
+        }
+        return qi.multiThreaded()(type(name, (), operations))()
+
+    def close(self) -> None:
+        """Break off the calls that go on, and wait for their end."""
+        with self._lock:
+            self._closed = True
+            running = list(self._running)
+        for call in running:
+            call.stopped.set()
+        self._executor.shutdown()
+
+    def _operation(self, name: str, operation: Callable[..., Any]) -> Callable[..., Any]:
+        signature = inspect.signature(operation)
+        long = getattr(operation, "__long_call__", False)
+        if long:
+            signature = signature.replace(parameters=list(signature.parameters.values())[1:])
+
+        def called(_self: object, *arguments: object) -> object:
+            try:
+                signature.bind(*arguments)
+            except TypeError as error:
+                return _failed(f"{name}: {error}")
+            delay = self._faults.delay(name)
+            if long or delay:
+                return self._begin(name, operation, arguments, long, delay)
+            try:
+                self._faults.strike(name)
+                return operation(*arguments)
+            except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
+                return _failed(_told(name, error))
+
+        parameters = signature.parameters.values()
+        plain = all(p.kind is p.POSITIONAL_OR_KEYWORD and p.default is p.empty for p in parameters)
+        called.__qi_signature__ = f"({'m' * len(parameters)})" if plain else "m"  # type: ignore[attr-defined]
+        result = getattr(operation, "__qi_return_signature__", None)
+        if result is not None and self._faults.enabled:
+            result = f"+{result}"  # or nothing, which only newer clients understand
+        called.__qi_return_signature__ = result  # type: ignore[attr-defined]
+        called.__qi_name__ = None  # type: ignore[attr-defined]
+        called.__doc__ = inspect.getdoc(operation)
+        return called
+
+    def _begin(
+        self,
+        name: str,
+        operation: Callable[..., Any],
+        arguments: tuple[object, ...],
+        long: bool,
+        delay: float,
+    ) -> object:
+        call = Call(self._clock)
+        promise = qi.Promise(lambda _promise: call.stopped.set())
+
+        def run() -> None:
+            try:
+                if delay:
+                    call.stopped.wait(delay)
+                self._faults.strike(name)
+                promise.setValue(operation(call, *arguments) if long else operation(*arguments))
+            except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
+                promise.setError(_told(name, error))
+            finally:
+                with self._lock:
+                    self._running.discard(call)
+
+        with self._lock:
+            if self._closed:
+                return _failed(f"{name}: the robot is about to end")
+            self._running.add(call)
+            self._executor.submit(run)
+        return promise.future()
+
+
+def _told(name: str, error: Exception) -> str:
+    if isinstance(error, RobotError):
+        return f"{name}: {error}"
+    _logger.error("%s failed", name, exc_info=error)
+    return f"{name}: {type(error).__name__}: {error}"
+
+
+def _failed(message: str) -> object:
+    promise = qi.Promise()
+    promise.setError(message)
+    return promise.future()

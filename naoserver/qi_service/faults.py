@@ -1,0 +1,83 @@
+"""What can be made to go wrong with a robot that is served as NAOqi, to test its clients."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from fnmatch import fnmatchcase
+
+from naoserver.errors import HardwareFailure
+from naoserver.qi_service.values import number, text
+
+__all__ = ["Faults", "FaultsService"]
+
+
+class Faults:
+    """Which calls are late or fail. Nothing goes wrong unless it is asked for."""
+
+    def __init__(self, *, enabled: bool = False) -> None:
+        self.enabled = enabled
+        """Whether anything may be asked to go wrong."""
+        self._lock = threading.Lock()
+        self._delays: dict[str, float] = {}  # replaced as a whole
+        self._errors: dict[str, str] = {}
+        self.blind = False
+        """Whether the cameras give no picture."""
+
+    def delay(self, name: str) -> float:
+        """Return by how many wall seconds a call such as `ALMotion::setAngles` is late."""
+        delays = self._delays
+        return max(
+            (seconds for pattern, seconds in delays.items() if fnmatchcase(name, pattern)), default=0.0
+        )
+
+    def strike(self, name: str) -> None:
+        """Raise HardwareFailure when a call is to fail."""
+        for pattern, message in self._errors.items():
+            if fnmatchcase(name, pattern):
+                raise HardwareFailure(message)
+
+    def slow(self, pattern: str, seconds: float) -> None:
+        """Let calls whose names match be late by some wall seconds; 0 ends it."""
+        with self._lock:
+            self._delays = {**self._delays, pattern: seconds}
+
+    def fail(self, pattern: str, message: str) -> None:
+        """Let calls whose names match fail with a message; an empty one ends it."""
+        with self._lock:
+            errors = {**self._errors, pattern: message}
+            self._errors = {key: value for key, value in errors.items() if value}
+
+    def clear(self) -> None:
+        """Let everything go well again."""
+        with self._lock:
+            self._delays, self._errors, self.blind = {}, {}, False
+
+
+class FaultsService:
+    """The service `Faults`, for tests in another process; the names of calls are patterns as of a shell."""
+
+    def __init__(self, faults: Faults, interrupt: Callable[[float], None]) -> None:
+        """Serve `faults`; `interrupt` closes all connections for some wall seconds."""
+        self._faults = faults
+        self._interrupt = interrupt
+
+    def slow(self, pattern: object, seconds: object) -> None:
+        """Let calls such as `ALMotion::*` be late by some wall seconds; 0 ends it."""
+        self._faults.slow(text(pattern, "pattern"), number(seconds, "seconds"))
+
+    def fail(self, pattern: object, message: object) -> None:
+        """Let calls fail with a message; an empty one ends it."""
+        self._faults.fail(text(pattern, "pattern"), text(message, "message"))
+
+    def blind(self, yes: object) -> None:
+        """Let the cameras give no picture."""
+        self._faults.blind = bool(yes)
+
+    def disconnect(self, seconds: object) -> None:
+        """Close every connection, and listen again after some wall seconds."""
+        self._interrupt(number(seconds, "seconds"))
+
+    def clear(self) -> None:
+        """Let everything go well again."""
+        self._faults.clear()

@@ -1,0 +1,131 @@
+"""Move joints along trajectories; who moves which joints is kept here, as in NAOqi's tasks."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Final
+
+from naoserver.guarded_device import GuardedDevice
+from naoserver.qi_service.calls import Call
+from naoserver.qi_service.trajectory import Trajectory
+from zenoh_ice import Clock
+
+__all__ = ["JointMotion", "Task"]
+
+PERIOD: Final = 0.02
+"""Robot seconds between two setpoints: ALMotion's cycle."""
+_SETTLING: Final = 3.0
+"""Robot seconds that joints get to arrive after the end of a trajectory that was too fast for them."""
+_REACHED: Final = 1e-3  # rad
+_LOOKS: Final = 0.1  # wall seconds between two looks whether a waiting call was broken off
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A call that moves joints."""
+
+    number: int
+    name: str
+    joints: frozenset[str]
+    call: Call
+
+
+class JointMotion:
+    """Move the joints of a body. Of two tasks that want the same joint the later waits for the earlier."""
+
+    def __init__(self, body: GuardedDevice, clock: Clock) -> None:
+        self._body = body
+        self._clock = clock
+        self._changed = threading.Condition()
+        self._tasks: list[Task] = []
+        self._taken: dict[str, int] = {}  # the task that moves each joint
+        self._count = 0
+
+    def tasks(self) -> list[Task]:
+        """Return the tasks that move joints or wait for them."""
+        with self._changed:
+            return list(self._tasks)
+
+    def stop(self, tasks: Iterable[Task]) -> None:
+        """Break tasks off; their joints stay where they are."""
+        for task in tasks:
+            task.call.stopped.set()
+
+    def take(self, joints: Iterable[str]) -> None:
+        """Take joints away from the tasks that move them, which go on with the others."""
+        with self._changed:
+            for joint in joints:
+                self._taken.pop(joint, None)
+
+    def commands(self) -> dict[str, float]:
+        """Return the setpoint of every joint."""
+        reading = self._body.read()
+        return {joint.name: value for joint, value in zip(self._body.joints, reading.commands, strict=True)}
+
+    @contextmanager
+    def task(self, name: str, joints: Iterable[str], call: Call) -> Iterator[Task]:
+        """Move joints in a `with` block, which begins when no other task moves them."""
+        with self._changed:
+            self._count += 1
+            task = Task(self._count, name, frozenset(joints), call)
+            self._tasks.append(task)
+            while not call.stopped.is_set() and not self._taken.keys().isdisjoint(task.joints):
+                self._changed.wait(_LOOKS)
+            self._taken.update(dict.fromkeys(task.joints, task.number))
+        try:
+            yield task
+        finally:
+            with self._changed:
+                self._tasks.remove(task)
+                for joint in [joint for joint, number in self._taken.items() if number == task.number]:
+                    del self._taken[joint]
+                self._changed.notify_all()
+
+    def follow(self, task: Task, trajectories: Mapping[str, Trajectory]) -> None:
+        """Follow trajectories from now on, to their ends; returns earlier when the call is broken off.
+
+        Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
+        """
+        end = max(trajectory.duration for trajectory in trajectories.values())
+        begin = self._clock.now()
+        while not task.call.stopped.is_set():
+            time = self._clock.now() - begin
+            ahead = min(time + PERIOD, end)
+            self._step(task, {joint: path.at(ahead) for joint, path in trajectories.items()})
+            if ahead >= end:
+                break
+            task.call.wait(PERIOD)
+        self._settle(task, {joint: path.at(end) for joint, path in trajectories.items()})
+
+    def _step(self, task: Task, targets: Mapping[str, float]) -> None:
+        """Send the setpoints to where they are to be one period from now."""
+        setpoints = self.commands()
+        with self._changed:
+            own = [joint for joint in targets if self._taken.get(joint) == task.number]
+        moving = {joint: targets[joint] for joint in own if targets[joint] != setpoints[joint]}
+        if moving:
+            speeds = {joint: abs(target - setpoints[joint]) / PERIOD for joint, target in moving.items()}
+            self._body.move(moving, speeds)
+
+    def _settle(self, task: Task, targets: Mapping[str, float]) -> None:
+        """Wait until the setpoints have arrived; full speed where they are late."""
+        end = self._clock.now() + _SETTLING
+        while not task.call.stopped.is_set() and self._clock.now() < end:
+            setpoints = self.commands()
+            with self._changed:
+                late = {
+                    joint: target
+                    for joint, target in targets.items()
+                    if self._taken.get(joint) == task.number and abs(setpoints[joint] - target) > _REACHED
+                }
+            late = {joint: target for joint, target in late.items() if self._moves(joint)}
+            if not late:
+                return
+            task.call.wait(PERIOD)
+
+    def _moves(self, joint: str) -> bool:
+        goal = self._body.goal(joint)
+        return abs(self._body.read().commands[self._body.index(joint)] - goal.target) > _REACHED

@@ -1,0 +1,146 @@
+"""ALMemory: what the robot knows under keys, and signals that tell when it changes."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import Any, Final
+
+import qi
+
+from naoserver.errors import InvalidCommand
+from naoserver.qi_service.access import Access
+from naoserver.qi_service.memory_keys import Moment, keys_of
+from naoserver.qi_service.values import text, texts
+
+__all__ = ["ALMemory", "MemoryPump"]
+
+_logger = logging.getLogger(__name__)
+
+MOST: Final = 1000
+"""Keys that clients may write, and keys that they may listen to."""
+_PERIOD: Final = 0.02  # wall seconds between two looks for changes
+_END: Final = 2.0
+
+
+class Subscriber:
+    """What ALMemory.subscriber returns: the signal that tells the values of a key."""
+
+    def __init__(self) -> None:
+        self.signal = qi.Signal("(m)")
+
+
+class ALMemory:
+    """Keep what clients and services insert, and look up everything else when it is asked for."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+        self._looks = keys_of(access)
+        self._lock = threading.Lock()
+        self._inserted: dict[str, Any] = {}
+        self._subscribers: dict[str, Subscriber] = {}
+        self._told: dict[str, object] = {}
+
+    def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
+        """Return the value of a key."""
+        name = text(key, "key")
+        found, value = self._look(name, Moment(self._access))
+        if not found:
+            raise InvalidCommand("key", f"there is no data under {name[:200]!r}")
+        return value
+
+    def getListData(self, keys: object) -> list[Any]:
+        """Return the values of keys at one moment; None where there is none."""
+        moment = Moment(self._access)
+        return [self._look(key, moment)[1] for key in texts(keys, "keys")]
+
+    def insertData(self, key: object, value: object) -> None:
+        """Write a value under a key, and tell nobody; what is measured stays as it is."""
+        name = text(key, "key")
+        with self._lock:
+            if name not in self._inserted and len(self._inserted) >= MOST:
+                raise InvalidCommand("key", f"there are {MOST} keys already: remove some")
+            self._inserted[name] = value
+
+    def raiseEvent(self, name: object, value: object) -> None:
+        """Write a value under a key, and tell who listens."""
+        self.insertData(name, value)
+        subscriber = self._subscribers.get(text(name, "name"))
+        if subscriber is not None:
+            subscriber.signal(value)
+
+    def raiseMicroEvent(self, name: object, value: object) -> None:
+        """Write a value under a key, and tell who listens."""
+        self.raiseEvent(name, value)
+
+    def removeData(self, key: object) -> None:
+        """Forget what was written under a key."""
+        with self._lock:
+            self._inserted.pop(text(key, "key"), None)
+
+    def getDataListName(self) -> list[str]:
+        """Return every key."""
+        with self._lock:
+            return sorted({*self._looks, *self._inserted})
+
+    def getDataList(self, filter: object) -> list[str]:
+        """Return the keys that contain a text."""
+        part = text(filter, "filter")
+        return [key for key in self.getDataListName() if part in key]
+
+    def subscriber(self, event: object) -> Subscriber:
+        """Return an object whose `signal` tells the values of a key whenever they change."""
+        name = text(event, "event")
+        with self._lock:
+            if name not in self._subscribers:
+                if len(self._subscribers) >= MOST:
+                    raise InvalidCommand("event", f"{MOST} keys are listened to already")
+                if name in self._looks:
+                    self._told[name] = self._look(name, Moment(self._access))[1]
+                self._subscribers[name] = Subscriber()
+            return self._subscribers[name]
+
+    def _tell(self) -> None:
+        with self._lock:
+            moment = Moment(self._access)
+            changed = [
+                (self._subscribers[name], value)
+                for name, before in self._told.items()
+                if (value := self._looks[name](moment)) != before
+            ]
+            self._told = {name: self._looks[name](moment) for name in self._told}
+        for subscriber, value in changed:
+            subscriber.signal(value)
+
+    def _look(self, key: str, moment: Moment) -> tuple[bool, object]:
+        look = self._looks.get(key)
+        if look is not None:
+            return True, look(moment)
+        return key in self._inserted, self._inserted.get(key)
+
+
+class MemoryPump:
+    """The thread that tells who listens to an ALMemory what changes."""
+
+    def __init__(self, memory: ALMemory) -> None:
+        self._memory = memory
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="ALMemory", daemon=True)
+
+    def start(self) -> None:
+        """Start to tell."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._ending.set()
+        if self._thread.ident is not None:
+            self._thread.join(_END)
+
+    def _run(self) -> None:
+        while not self._ending.wait(_PERIOD):
+            try:
+                self._memory._tell()
+            except Exception:
+                _logger.exception("ALMemory could not tell what changed")
+                return

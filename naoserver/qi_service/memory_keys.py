@@ -1,0 +1,156 @@
+"""What stands under ALMemory's keys, taken from the robot's newest readings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import Final
+
+from naoserver.capabilities import FootReading, SenseReading
+from naoserver.qi_service.access import Access
+from naoserver.robot import JointReading
+
+__all__ = ["Moment", "keys_of"]
+
+GRAVITY: Final = 9.81
+"""In m/s2: pressure is told in kg."""
+NOTHING_NEAR: Final = 5.0
+"""What the sonar tells in m when nothing is in its range."""
+_DEVICES: Final = "Device/SubDeviceList/"
+
+
+class Moment:
+    """The readings of one moment, each taken when it is first asked for."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+
+    @cached_property
+    def joints(self) -> JointReading:
+        """The newest reading of the joints."""
+        return self._access.body.read()
+
+    @cached_property
+    def senses(self) -> SenseReading:
+        """The newest reading of the senses, which the robot has when there are keys of them."""
+        senses = self._access.robot.senses
+        assert senses is not None
+        return senses.read()
+
+    @cached_property
+    def fallen(self) -> bool:
+        """Whether the robot lies on the floor."""
+        return self._access.robot.state().fallen
+
+
+Look = Callable[[Moment], object]
+
+
+def keys_of(access: Access) -> Mapping[str, Look]:
+    """Return what tells the value of every key that the robot keeps itself."""
+    keys: dict[str, Look] = dict(_of_joints(access))
+    keys["RobotConfig/Body/Type"] = lambda _moment: "nao"
+    keys["RobotConfig/Body/BaseVersion"] = lambda _moment: "V6.0"
+    keys["RobotConfig/Head/BaseVersion"] = lambda _moment: "V6.0"
+    keys["robotHasFallen"] = lambda moment: moment.fallen
+    keys["robotIsWakeUp"] = lambda moment: max(moment.joints.stiffnesses) > 0.0
+    if access.robot.senses is not None:
+        keys.update(_of_inertial_unit())
+        keys.update(_of_feet())
+        keys.update(_of_battery())
+        keys.update(_of_touch(access.robot.senses.touch_names))
+    return keys
+
+
+def _of_joints(access: Access) -> Iterator[tuple[str, Look]]:
+    for i, joint in enumerate(access.body.joints):
+        device = f"{_DEVICES}{joint.name}/"
+        yield f"{device}Position/Sensor/Value", _entry(lambda moment: moment.joints.positions, i)
+        yield f"{device}Position/Actuator/Value", _entry(lambda moment: moment.joints.commands, i)
+        yield f"{device}Hardness/Actuator/Value", _entry(lambda moment: moment.joints.stiffnesses, i)
+        yield f"{device}Temperature/Sensor/Value", _entry(lambda moment: moment.joints.temperatures, i)
+
+
+def _of_inertial_unit() -> Iterator[tuple[str, Look]]:
+    unit = f"{_DEVICES}InertialSensor/"
+    for i, axis in enumerate("XYZ"):
+        acceleration = _entry(lambda moment: moment.senses.inertial.acceleration, i)
+        angular_velocity = _entry(lambda moment: moment.senses.inertial.angular_velocity, i)
+        # The short names are those of the NAO4 and older, the long ones came with the NAO5.
+        yield f"{unit}Acc{axis}/Sensor/Value", acceleration
+        yield f"{unit}Accelerometer{axis}/Sensor/Value", acceleration
+        yield f"{unit}Gyr{axis}/Sensor/Value", angular_velocity
+        yield f"{unit}Gyroscope{axis}/Sensor/Value", angular_velocity
+    yield f"{unit}AngleX/Sensor/Value", lambda moment: moment.senses.inertial.roll
+    yield f"{unit}AngleY/Sensor/Value", lambda moment: moment.senses.inertial.pitch
+
+
+def _of_feet() -> Iterator[tuple[str, Look]]:
+    feet: dict[str, Callable[[Moment], FootReading]] = {
+        "LFoot": lambda moment: moment.senses.left_foot,
+        "RFoot": lambda moment: moment.senses.right_foot,
+    }
+    for foot, of in feet.items():
+        pressure = f"{_DEVICES}{foot}/FSR/"
+        yield f"{pressure}FrontLeft/Sensor/Value", _mass(of, lambda reading: reading.front_left)
+        yield f"{pressure}FrontRight/Sensor/Value", _mass(of, lambda reading: reading.front_right)
+        yield f"{pressure}RearLeft/Sensor/Value", _mass(of, lambda reading: reading.rear_left)
+        yield f"{pressure}RearRight/Sensor/Value", _mass(of, lambda reading: reading.rear_right)
+        yield f"{pressure}TotalWeight/Sensor/Value", _mass(of, _load)
+
+
+def _of_battery() -> Iterator[tuple[str, Look]]:
+    battery = f"{_DEVICES}Battery/"
+    yield f"{battery}Charge/Sensor/Value", lambda moment: moment.senses.battery.charge
+    yield f"{battery}Current/Sensor/Value", lambda moment: moment.senses.battery.current
+    yield f"{battery}Temperature/Sensor/Value", lambda moment: moment.senses.battery.temperature
+    yield "BatteryChargeChanged", lambda moment: round(100 * moment.senses.battery.charge)
+    yield "BatteryPowerPluggedChanged", lambda moment: moment.senses.battery.plugged
+
+
+def _of_touch(names: tuple[str, ...]) -> Iterator[tuple[str, Look]]:
+    for name in names:
+        for key in _touch_keys(name):
+            yield key, _pressed({name})
+    for side, event in (("L", "LeftBumperPressed"), ("R", "RightBumperPressed")):
+        yield event, _pressed({name for name in names if name.startswith(f"{side}FootBumper")})
+
+
+def _entry(of: Callable[[Moment], Sequence[float]], index: int) -> Look:
+    return lambda moment: of(moment)[index]
+
+
+def _mass(of: Callable[[Moment], FootReading], force: Callable[[FootReading], float]) -> Look:
+    return lambda moment: force(of(moment)) / GRAVITY
+
+
+def _load(foot: FootReading) -> float:
+    return foot.front_left + foot.front_right + foot.rear_left + foot.rear_right
+
+
+def _pressed(sensors: set[str]) -> Look:
+    return lambda moment: 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
+
+
+def _touch_keys(name: str) -> Iterator[str]:
+    """Yield the keys of a touch sensor: of its device, and of what ALTouch tells of it."""
+    if name == "ChestButton":
+        yield f"{_DEVICES}ChestBoard/Button/Sensor/Value"
+        yield "ChestButtonPressed"
+    elif name.startswith("Head"):
+        place = name.removeprefix("Head")
+        yield f"{_DEVICES}Head/Touch/{place}/Sensor/Value"
+        yield f"{place}TactilTouched"
+    elif name[1:].startswith("Hand"):
+        place = name[5:]
+        side = "Left" if name[0] == "L" else "Right"
+        yield f"{_DEVICES}{name[:5]}/Touch/{place}/Sensor/Value"
+        yield f"Hand{side}{place}Touched"
+    elif name[1:].startswith("FootBumper"):
+        yield f"{_DEVICES}{name[:5]}/Bumper/{name[11:]}/Sensor/Value"
+
+
+def sonar_value(distance: float) -> float:
+    """Return what NAOqi tells for a distance in m that may be infinite."""
+    return distance if math.isfinite(distance) else NOTHING_NEAR

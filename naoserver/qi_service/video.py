@@ -1,0 +1,241 @@
+"""ALVideoDevice: the cameras."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import Final
+
+from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.qi_service.faults import Faults
+from naoserver.qi_service.pictures import COLOR_SPACES, LAYERS, SIZES, shrunk, source_size
+from naoserver.qi_service.values import number, text
+from naoserver.robot import CameraFacts, Frame, Robot
+
+__all__ = ["ALVideoDevice", "Picture"]
+
+_logger = logging.getLogger(__name__)
+
+MOST_OF_A_NAME: Final = 8
+"""Subscriptions that one name may have, as in NAOqi."""
+MOST: Final = 64
+"""Subscriptions in all."""
+CAMERAS: Final = ("Camera", "CameraBottom")
+"""The cameras by NAOqi's number: top and bottom."""
+
+Picture = tuple[int, int, int, int, int, int, bytes, int, float, float, float, float]
+"""Width, height, layers, colour space, s, us, bytes, camera, angles of left, top, right and bottom."""
+# Bytes that are not said to be raw arrive as text, and mangled.
+_SIGNATURE: Final = "(iiiiiiriffff)"
+
+
+@dataclass(frozen=True, slots=True)
+class _Subscription:
+    facts: CameraFacts
+    camera: int
+    resolution: int
+    color_space: int
+    rate: float
+
+
+class ALVideoDevice:
+    """Give pictures to whoever subscribed. None is taken while nobody asks for one."""
+
+    def __init__(self, robot: Robot, faults: Faults) -> None:
+        self._robot = robot
+        self._faults = faults
+        by_name = {facts.name: facts for facts in robot.cameras}
+        self._cameras = [by_name[name] for name in CAMERAS if name in by_name]
+        self._lock = threading.Lock()
+        self._subscriptions: dict[str, _Subscription] = {}
+        self._counter = count()
+        self._taking = {facts.name: threading.Lock() for facts in self._cameras}
+        self._newest: dict[tuple[str, int, int], Frame] = {}
+
+    def subscribeCamera(
+        self, name: object, cameraIndex: object, resolution: object, colorSpace: object, fps: object
+    ) -> str:
+        """Return a handle for pictures of a camera; an empty one when it cannot be had: see the log."""
+        try:
+            subscription = self._subscription(cameraIndex, resolution, colorSpace, fps)
+            return self._add(text(name, "name"), subscription)
+        except InvalidCommand as error:
+            _logger.warning("ALVideoDevice::subscribeCamera: %s", error)
+            return ""
+
+    def subscribe(self, name: object, resolution: object, colorSpace: object, fps: object) -> str:
+        """Return a handle for pictures of the top camera, as before there were two."""
+        return self.subscribeCamera(name, 0, resolution, colorSpace, fps)
+
+    def unsubscribe(self, handle: object) -> bool:
+        """End a subscription; returns whether there was one."""
+        with self._lock:
+            return self._subscriptions.pop(text(handle, "handle"), None) is not None
+
+    def unsubscribeAllInstances(self, name: object) -> bool:
+        """End every subscription of a name; returns whether there was one."""
+        with self._lock:
+            handles = self._of(text(name, "name"))
+            for handle in handles:
+                del self._subscriptions[handle]
+        return bool(handles)
+
+    def getSubscribers(self) -> list[str]:
+        """Return the handles of all subscriptions."""
+        with self._lock:
+            return list(self._subscriptions)
+
+    def getImageRemote(self, handle: object) -> Picture | None:
+        """Return the newest picture, at most as old as the period of the subscription."""
+        subscription = self._get(handle)
+        if self._faults.blind:
+            return None
+        frame = self._frame(subscription)
+        size = SIZES[subscription.resolution]
+        pixels = shrunk(frame, size)
+        right = subscription.facts.horizontal_fov / 2
+        bottom = math.atan(math.tan(right) * size[1] / size[0])
+        seconds = math.floor(frame.time)
+        return (
+            *size,
+            LAYERS[subscription.color_space],
+            subscription.color_space,
+            seconds,
+            int((frame.time - seconds) * 1e6),
+            COLOR_SPACES[subscription.color_space](pixels),
+            subscription.camera,
+            right,
+            bottom,
+            -right,
+            -bottom,
+        )
+
+    getImageRemote.__qi_return_signature__ = _SIGNATURE  # type: ignore[attr-defined]
+
+    def releaseImage(self, handle: object) -> bool:
+        """Do nothing, since every picture is a copy; returns whether there is such a subscription."""
+        with self._lock:
+            return handle in self._subscriptions
+
+    def getResolution(self, handle: object) -> int:
+        """Return the number of a subscription's resolution."""
+        return self._get(handle).resolution
+
+    def setResolution(self, handle: object, resolution: object) -> bool:
+        """Change the resolution of a subscription; returns whether the camera has it."""
+        return self._change(handle, resolution=resolution)
+
+    def getColorSpace(self, handle: object) -> int:
+        """Return the number of a subscription's colour space."""
+        return self._get(handle).color_space
+
+    def setColorSpace(self, handle: object, colorSpace: object) -> bool:
+        """Change the colour space of a subscription; returns whether there is such a one."""
+        return self._change(handle, color_space=colorSpace)
+
+    def getFrameRate(self, handle: object) -> int:
+        """Return the pictures a second of a subscription."""
+        return round(self._get(handle).rate)
+
+    def setFrameRate(self, handle: object, frameRate: object) -> bool:
+        """Change the pictures a second of a subscription; returns whether they can be had."""
+        return self._change(handle, rate=frameRate)
+
+    def getActiveCamera(self, handle: object) -> int:
+        """Return the number of a subscription's camera."""
+        return self._get(handle).camera
+
+    def getCameraIndexes(self) -> list[int]:
+        """Return the numbers of the cameras."""
+        return list(range(len(self._cameras)))
+
+    def hasCamera(self, cameraIndex: object) -> bool:
+        """Return whether there is a camera of a number."""
+        return cameraIndex in range(len(self._cameras))
+
+    def getHorizontalFOV(self, cameraIndex: object) -> float:
+        """Return the horizontal field of view in rad."""
+        return self._camera(cameraIndex)[1].horizontal_fov
+
+    def getVerticalFOV(self, cameraIndex: object) -> float:
+        """Return the vertical field of view in rad of pictures four to three."""
+        return 2.0 * math.atan(math.tan(self.getHorizontalFOV(cameraIndex) / 2) * 3 / 4)
+
+    # -- within ------------------------------------------------------------------------------------------
+
+    def _camera(self, index: object) -> tuple[int, CameraFacts]:
+        if not isinstance(index, int) or not 0 <= index < len(self._cameras):
+            raise InvalidCommand("camera", f"there is no camera {index!r}; there are {len(self._cameras)}")
+        return index, self._cameras[index]
+
+    def _subscription(
+        self, camera: object, resolution: object, color_space: object, rate: object
+    ) -> _Subscription:
+        index, facts = self._camera(camera)
+        size = SIZES.get(resolution) if isinstance(resolution, int) else None
+        if size is None or source_size(facts, size) is None:
+            raise InvalidCommand("resolution", f"{facts.name} has no resolution {resolution!r}")
+        if not isinstance(color_space, int) or color_space not in COLOR_SPACES:
+            known = ", ".join(map(str, COLOR_SPACES))
+            message = f"there is no colour space {color_space!r}; there are {known}"
+            raise InvalidCommand("colorSpace", message)
+        assert isinstance(resolution, int)
+        wanted = number(rate, "fps")
+        if not 1.0 <= wanted <= 30.0:
+            raise InvalidCommand("fps", f"fps is {wanted:g}: it must be from 1 to 30")
+        return _Subscription(facts, index, resolution, color_space, wanted)
+
+    def _add(self, name: str, subscription: _Subscription) -> str:
+        with self._lock:
+            if len(self._of(name)) >= MOST_OF_A_NAME or len(self._subscriptions) >= MOST:
+                raise InvalidCommand("name", f"{name[:60]!r} has too many subscriptions: unsubscribe")
+            handle = f"{name}_{next(self._counter)}"
+            self._subscriptions[handle] = subscription
+        return handle
+
+    def _of(self, name: str) -> list[str]:
+        return [handle for handle in self._subscriptions if handle.rpartition("_")[0] == name]
+
+    def _get(self, handle: object) -> _Subscription:
+        with self._lock:
+            subscription = self._subscriptions.get(handle) if isinstance(handle, str) else None
+        if subscription is None:
+            raise InvalidCommand("handle", f"there is no subscription {str(handle)[:60]!r}")
+        return subscription
+
+    def _change(self, handle: object, **changes: object) -> bool:
+        before = self._get(handle)
+        wanted = {
+            "camera": before.camera,
+            "resolution": before.resolution,
+            "color_space": before.color_space,
+            "rate": before.rate,
+            **changes,
+        }
+        try:
+            after = self._subscription(**wanted)
+        except InvalidCommand as error:
+            _logger.warning("ALVideoDevice: %s", error)
+            return False
+        with self._lock:
+            if handle in self._subscriptions:
+                self._subscriptions[str(handle)] = replace(after)
+        return True
+
+    def _frame(self, subscription: _Subscription) -> Frame:
+        """Return the newest frame, or take one when it is as old as the period."""
+        facts = subscription.facts
+        size = source_size(facts, SIZES[subscription.resolution])
+        if size is None:
+            raise HardwareFailure(f"{facts.name} has no picture of this size")
+        key = (facts.name, *size)
+        with self._taking[facts.name]:
+            newest = self._newest.get(key)
+            age = math.inf if newest is None else self._robot.clock.now() - newest.time
+            if newest is None or not 0.0 <= age < 1.0 / subscription.rate:
+                self._newest.pop(key, None)
+                newest = self._newest[key] = self._robot.capture(facts.name, *size)
+            return newest

@@ -1,0 +1,1 @@
+"""The real robot: what implements `naoserver.robot.Robot` over libqi, and the command `naoserver-naoqi`."""
