@@ -8,6 +8,7 @@ from typing import Final
 from naoserver.body import H25
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
+from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.hinges import HINGES, Hinge, ball_hinge
 from naoserver.options import SafetyOptions, ServerOptions
@@ -20,16 +21,18 @@ from naoserver.servants.head import PoseHeadI
 from naoserver.servants.health import HealthI
 from naoserver.servants.hinge import Pose3DEncodersI, Pose3DMotorsI
 from naoserver.servants.neck_speed import NeckSpeedI
+from naoserver.servants.safety import SafetyI
 from naoserver.servants.streaming import StreamsState
+from naoserver.watchdog import Watched
 from zenoh_ice import Object
 
 
 class Assembly:
-    """What stands between a robot and its clients.
+    """What stands between a robot and its clients: the servants of what the robot has.
 
     `wall_time` is the steady clock of the safety deadlines; `look_within` is told in how many of its seconds
-    `GuardedDevice.watch` is due after a command. Raises RobotError when the options ask for what the robot
-    cannot do.
+    the `watched` are to be looked after once something was commanded. Raises RobotError when the options ask
+    for what the robot cannot do.
     """
 
     def __init__(
@@ -39,39 +42,72 @@ class Assembly:
         wall_time: Callable[[], float],
         look_within: Callable[[float], None],
     ) -> None:
+        self._robot = robot
+        self._options = options
         self._wall_time = wall_time
         self._look_within = look_within
         self.servants: Final[dict[str, Object]] = {}
         """Every servant by its identity."""
         self.streams: Final[list[StreamsState]] = []
-        """The servants that stream the state of joints."""
+        """The servants that stream the state of something at the state's rate in robot time."""
+        self.reports: Final[list[Callable[[], None]]] = []
+        """What publishes at the health report's rate in wall time."""
+        self.watched: Final[list[Watched]] = []
+        """What moves and is to be looked after."""
         self.events: Final = EventLog(robot.clock.now, wall_time)
         """What an operator should know, as the health report tells it."""
+        self.gate: Final = Gate(self.events, wall_time)
+        """Emergency stop and lease in front of every command of the robot."""
 
-        body = self._guard(robot, options.safety)
-        self.devices: Final = [body]
-        """The robot, and the mechanisms beside it."""
+        self.clock: Final = ClockI(robot.clock)
+        self.servants["Clock"] = self.clock
+        self._safety = self._add_safety()
+        self.body: Final = self._add_body()
+        """The robot's joints behind the safety layer."""
+        for mechanism in robot.mechanisms:
+            self._add_mechanism(mechanism)
+        self.cameras: Final = self._add_cameras()
+        self._add_health()
+
+    def drop_client(self, client: str) -> None:
+        """Stop what a lost client drives, and take its lease back."""
+        for watched in self.watched:
+            watched.drop_client(client)
+        self._safety.drop_client(client)
+
+    # -- the servants of each part -----------------------------------------------------------------------
+
+    def _add_safety(self) -> SafetyI:
+        safety = SafetyI(self.gate, self._robot.clock.now)
+        self.servants["Safety"] = safety
+        self.reports.append(safety.publish)
+        return safety
+
+    def _add_body(self) -> GuardedDevice:
+        body = self._guard(self._robot, self._options.safety, self.gate)
+        self.gate.on_stop(body.hold)
         for hinge in HINGES:
             self._add_hinge(body, hinge)
-        for mechanism in robot.mechanisms:
-            device = self._guard(mechanism, options.mechanism_safety)
-            self.devices.append(device)
-            self._add_hinge(device, ball_hinge(mechanism.name, tuple(j.name for j in mechanism.joints)))
         self.servants["NeckSpeed"] = NeckSpeedI(body)
         head, joints = PoseHeadI(body), JointsI(body)
         self.servants.update({"Head": head, "Body": joints})
         self.streams.extend((head, joints))
-        self.cameras: Final = self._make_cameras(robot, options)
-        self.clock: Final = ClockI(robot.clock)
-        self.health: Final = HealthI(
-            robot,
-            self.events,
-            lambda: {camera.facts.name: camera.delivered_rate for camera in self.cameras},
-            wall_time,
-        )
-        self.servants.update({"Clock": self.clock, "Health": self.health})
+        return body
 
-    def _make_cameras(self, robot: Robot, options: ServerOptions) -> list[CameraI]:
+    def _add_mechanism(self, mechanism: JointDevice) -> None:
+        # A gate of its own that nobody shuts: what carries a ball is no part of the robot.
+        gate = Gate(self.events, self._wall_time)
+        device = self._guard(mechanism, self._options.mechanism_safety, gate)
+        self._add_hinge(device, ball_hinge(mechanism.name, tuple(j.name for j in mechanism.joints)))
+
+    def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
+        self.servants[f"{hinge.name}Motors"] = Pose3DMotorsI(device, hinge)
+        encoders = Pose3DEncodersI(device, hinge)
+        self.servants[f"{hinge.name}Encoders"] = encoders
+        self.streams.append(encoders)
+
+    def _add_cameras(self) -> list[CameraI]:
+        robot, options = self._robot, self._options
         unknown = options.cameras.keys() - {facts.name for facts in robot.cameras}
         if unknown:
             names = ", ".join(facts.name for facts in robot.cameras)
@@ -83,7 +119,17 @@ class Assembly:
         self.servants.update({camera.facts.name: camera for camera in cameras})
         return cameras
 
-    def _guard(self, device: JointDevice, options: SafetyOptions) -> GuardedDevice:
+    def _add_health(self) -> None:
+        health = HealthI(
+            self._robot,
+            self.events,
+            lambda: {camera.facts.name: camera.delivered_rate for camera in self.cameras},
+            self._wall_time,
+        )
+        self.servants["Health"] = health
+        self.reports.append(health.publish)
+
+    def _guard(self, device: JointDevice, options: SafetyOptions, gate: Gate) -> GuardedDevice:
         own = {joint.name for joint in device.joints}
         safety = Safety(
             device.joints,
@@ -91,10 +137,8 @@ class Assembly:
             [table for table in H25.anticollision if {table.independent, table.dependent} <= own],
             [pair for pair in H25.couplings if {pair.leader, pair.follower} <= own],
         )
-        return GuardedDevice(device, safety, self.events, self._wall_time, self._look_within)
-
-    def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
-        self.servants[f"{hinge.name}Motors"] = Pose3DMotorsI(device, hinge)
-        encoders = Pose3DEncodersI(device, hinge)
-        self.servants[f"{hinge.name}Encoders"] = encoders
-        self.streams.append(encoders)
+        guarded = GuardedDevice(
+            device, safety, gate, self.events, wall_time=self._wall_time, look_within=self._look_within
+        )
+        self.watched.append(guarded)
+        return guarded

@@ -14,6 +14,15 @@ class HardwareFailure(RobotError):
     """
 
 
+class CommandRefused(RobotError):
+    """The robot takes no command from this client now: it is stopped, or somebody else holds it."""
+
+    def __init__(self, message: str, holder: str = "") -> None:
+        super().__init__(message)
+        self.holder = holder
+        """Who holds the robot; empty when it is stopped."""
+
+
 class InvalidCommand(RobotError):
     """A command cannot be obeyed: a value is not finite or out of its domain, or a joint is unknown."""
 

@@ -9,6 +9,7 @@ from typing import Final
 from interfaces.nao import Severity
 from naoserver.claims import Claims
 from naoserver.event_log import EventLog
+from naoserver.gate import Gate
 from naoserver.outcome import Outcome
 from naoserver.robot import JointDevice, JointFacts, JointReading
 from naoserver.safety import Goal, Safety
@@ -17,16 +18,18 @@ from naoserver.safety import Goal, Safety
 class GuardedDevice:
     """Pass commands through `safety` to `device`, one at a time, and tell `events` what was changed.
 
-    Every command of a client goes through `_obey`: a lease that shuts other writers out and an emergency stop
-    belong there. `wall_time` is steady; `look_within` is told in how many wall seconds
-    `watch` is due after a command.
+    `gate` lets each command through or refuses it with CommandRefused, but nobody is refused to hold. Who
+    commands is the calling client, as the gate knows it; without one it is somebody who holds no lease.
+    `wall_time` is steady; `look_within` is told in how many wall seconds `watch` is due after a command.
     """
 
     def __init__(
         self,
         device: JointDevice,
         safety: Safety,
+        gate: Gate,
         events: EventLog,
+        *,
         wall_time: Callable[[], float],
         look_within: Callable[[float], None],
     ) -> None:
@@ -34,6 +37,7 @@ class GuardedDevice:
         self.joints: Final = device.joints
         self._device = device
         self._safety = safety
+        self._gate = gate
         self._events = events
         self._wall_time = wall_time
         self._look_within = look_within
@@ -70,19 +74,39 @@ class GuardedDevice:
         with self._lock:
             return self._safety.velocity(joint)
 
-    def move(self, targets: Mapping[str, float], speeds: Mapping[str, float], owner: str = "") -> Outcome:
-        """Send joints to targets. Raises InvalidCommand, and then commands nothing.
+    def move(
+        self,
+        targets: Mapping[str, float],
+        speeds: Mapping[str, float],
+        *,
+        client: str = "",
+        owner: str = "",
+    ) -> Outcome:
+        """Send joints to targets. Raises InvalidCommand or CommandRefused, and then commands nothing.
 
         `owner` is who commands joints that it has claimed.
         """
-        self.claims.check(targets, owner)
-        return self._obey(lambda reading: self._safety.move(targets, speeds, reading))
+
+        def command(reading: JointReading) -> Outcome:
+            self._gate.require(client)
+            self.claims.check(targets, owner)
+            return self._safety.move(targets, speeds, reading)
+
+        return self._obey(command)
 
     def drive(self, velocities: Mapping[str, float], client: str) -> Outcome:
-        """Move joints at velocities until the timeout. Raises InvalidCommand, and then commands nothing."""
-        self.claims.check(velocities)
+        """Move joints at velocities until the timeout.
+
+        Raises InvalidCommand or CommandRefused, and then commands nothing.
+        """
         now = self._wall_time()
-        return self._obey(lambda reading: self._safety.drive(velocities, reading, client, now))
+
+        def command(reading: JointReading) -> Outcome:
+            self._gate.require(client)
+            self.claims.check(velocities)
+            return self._safety.drive(velocities, reading, client, now)
+
+        return self._obey(command)
 
     def hold(self, joints: Iterable[str] | None = None) -> None:
         """Stop joints at once, or all.
@@ -94,12 +118,15 @@ class GuardedDevice:
         names = tuple(name for name in names if name not in left)
         self._obey(lambda reading: self._safety.hold(names, reading))
 
-    def stiffen(self, stiffnesses: Mapping[str, float], seconds: float) -> dict[str, float]:
+    def stiffen(
+        self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = ""
+    ) -> dict[str, float]:
         """Change how strongly joints hold; returns what was set.
 
-        Raises InvalidCommand, and then changes nothing.
+        Raises InvalidCommand or CommandRefused, and then changes nothing.
         """
         with self._lock:
+            self._gate.require(client)
             safe = self._safety.stiffen(stiffnesses)
             if not self._closed:
                 self._device.command_stiffnesses(safe, seconds)

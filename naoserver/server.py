@@ -36,7 +36,7 @@ class RobotServer:
         self._pumps: list[Pump] = [
             StatePump(robot.clock, options.state_rate, options.state_wall_rate, self._assembly.streams),
             WallPump("clock", options.clock_rate, self._assembly.clock.publish),
-            WallPump("health", options.health_rate, self._assembly.health.publish),
+            WallPump("reports", options.health_rate, self._publish_reports),
             *(CameraPump(robot.clock, camera) for camera in self._assembly.cameras),
         ]
         self._start()
@@ -49,8 +49,8 @@ class RobotServer:
             steps.callback(self._watchdog.close)
             steps.callback(self._clients.close)
             steps.callback(self._withdraw)
-            for device in self._assembly.devices:
-                steps.callback(device.close)
+            for watched in self._assembly.watched:
+                steps.callback(watched.close)
             for pump in self._pumps:
                 steps.callback(pump.ask_to_stop)
 
@@ -63,9 +63,9 @@ class RobotServer:
         self.close()
 
     def _start(self) -> None:
-        self._clients = self._adapter.getCommunicator().onClientLost(self._client_lost)
+        self._clients = self._adapter.getCommunicator().onClientLost(self._assembly.drop_client)
         try:
-            self._watchdog.start(self._assembly.devices)
+            self._watchdog.start(self._assembly.watched)
             for identity, servant in self._assembly.servants.items():
                 self._adapter.add(servant, identity)
                 self._served.append(identity)
@@ -79,6 +79,6 @@ class RobotServer:
         served, self._served = self._served, []
         self._adapter.removeAll(served)
 
-    def _client_lost(self, client: str) -> None:
-        for device in self._assembly.devices:
-            device.drop_client(client)
+    def _publish_reports(self) -> None:
+        for publish in self._assembly.reports:
+            publish()

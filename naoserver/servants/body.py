@@ -46,11 +46,11 @@ class JointsI(Joints):
         self,
         targets: dict[str, float],
         fraction: float,
-        current: Current,  # noqa: ARG002
+        current: Current,
     ) -> dict[str, float]:
         """Send some joints to targets at a fraction of their full speed; returns the targets as limited.
 
-        Raises InvalidValueException, and then moves nothing.
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
         require_finite(fraction=fraction)
         require_fraction(fraction)
@@ -58,24 +58,24 @@ class JointsI(Joints):
             joint.name: fraction * joint.max_velocity for joint in self.device.joints if joint.name in targets
         }
         with refusals_told():
-            return self.device.move(targets, speeds).accepted
+            return self.device.move(targets, speeds, client=current.client).accepted
 
     def setStiffnesses(
         self,
         stiffnesses: dict[str, float],
         seconds: float,
-        current: Current,  # noqa: ARG002
+        current: Current,
     ) -> dict[str, float]:
         """Change how strongly some joints hold; returns what was set, the same for joints of one motor.
 
-        Raises InvalidValueException, and then changes nothing.
+        Raises InvalidValueException or CommandRefusedException, and then changes nothing.
         """
         require_finite(seconds=seconds)
         if not 0.0 <= seconds <= _LONGEST_CHANGE:
             message = f"seconds is {seconds:g}: it must be from 0 to {_LONGEST_CHANGE:g}"
             raise InvalidValueException(message, "seconds")
         with refusals_told():
-            return self.device.stiffen(stiffnesses, seconds)
+            return self.device.stiffen(stiffnesses, seconds, client=current.client)
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
         """Hold every joint where it is."""

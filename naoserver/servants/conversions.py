@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from interfaces.jderobot import InvalidValueException, Time
-from naoserver.errors import InvalidCommand
+from interfaces.jderobot import CommandRefusedException, InvalidValueException, Time
+from naoserver.errors import CommandRefused, InvalidCommand
 
 
 def to_time(seconds: float) -> Time:
@@ -31,8 +31,13 @@ def require_fraction(fraction: float) -> None:
 
 @contextmanager
 def refusals_told() -> Iterator[None]:
-    """Tell a command that the safety layer refuses by the interface's InvalidValueException."""
+    """Tell a refused command by the interface's exceptions.
+
+    InvalidCommand becomes InvalidValueException, CommandRefused becomes CommandRefusedException.
+    """
     try:
         yield
     except InvalidCommand as refusal:
         raise InvalidValueException(str(refusal), refusal.field) from refusal
+    except CommandRefused as refusal:
+        raise CommandRefusedException(str(refusal), refusal.holder) from refusal

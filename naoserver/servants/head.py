@@ -19,16 +19,16 @@ class PoseHeadI(PoseHead):
         self.device = device
         self._pan, self._tilt = device.index(_YAW), device.index(_PITCH)
 
-    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:  # noqa: ARG002
+    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
         """Turn the head to a pose; returns the pose and the highest speeds as they were limited.
 
-        Raises InvalidValueException, and then moves nothing.
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
         require_finite(pan=pan, tilt=tilt, fraction=fraction)
         require_fraction(fraction)
         speeds = {joint: fraction * self.device.facts(joint).max_velocity for joint in (_YAW, _PITCH)}
         with refusals_told():
-            outcome = self.device.move({_YAW: pan, _PITCH: tilt}, speeds)
+            outcome = self.device.move({_YAW: pan, _PITCH: tilt}, speeds, client=current.client)
         return HeadPose(
             time=self.device.read().time,
             pan=outcome.accepted[_YAW],
@@ -40,7 +40,7 @@ class PoseHeadI(PoseHead):
     def setSpeed(self, pan: float, tilt: float, current: Current) -> HeadPose:
         """Turn the head at speeds until the timeout; returns where it is and the speeds as they were limited.
 
-        Raises InvalidValueException, and then moves nothing.
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
         require_finite(pan=pan, tilt=tilt)
         with refusals_told():

@@ -37,10 +37,10 @@ class Pose3DMotorsI(Pose3DMotors):
         speeds = {"panSpeed": max(pan, default=0.0), "tiltSpeed": max(other, default=0.0)}
         return msgspec.structs.replace(_NO_COMMAND, **targets, **speeds)
 
-    def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:  # noqa: ARG002
+    def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
         """Send every axis to its target; returns 1 when a value was limited, else 0.
 
-        Raises InvalidValueException, and then moves nothing.
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
         require_finite(**msgspec.structs.asdict(data))
         for field, speed in (("panSpeed", data.panSpeed), ("tiltSpeed", data.tiltSpeed)):
@@ -51,7 +51,7 @@ class Pose3DMotorsI(Pose3DMotors):
         targets = {joint: float(getattr(data, axis)) for axis, joint in self._axes}
         speeds = {joint: data.panSpeed if axis is Axis.PAN else data.tiltSpeed for axis, joint in self._axes}
         with refusals_told():
-            return 1 if self.device.move(targets, speeds).limitations else 0
+            return 1 if self.device.move(targets, speeds, client=current.client).limitations else 0
 
     def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:  # noqa: ARG002
         """Return the limits of the axes."""

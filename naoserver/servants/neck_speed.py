@@ -37,7 +37,10 @@ class NeckSpeedI(Pose3DMotors):
         )
 
     def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
-        """Turn the head; returns 1 when a speed was limited, else 0. Raises InvalidValueException."""
+        """Turn the head; returns 1 when a speed was limited, else 0.
+
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
+        """
         require_finite(**msgspec.structs.asdict(data))
         with refusals_told():
             outcome = self._device.drive({_YAW: data.panSpeed, _PITCH: data.tiltSpeed}, current.client)

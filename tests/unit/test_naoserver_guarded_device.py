@@ -9,6 +9,7 @@ from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 from naoserver.event_log import KEPT, EventLog
 from naoserver.fake import FakeDevice
+from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
 from naoserver.safety import Safety
@@ -24,7 +25,15 @@ class Rig:
         self.events = EventLog(clock.now, lambda: self.wall)
         self.device = device or FakeDevice("Nao", H25.joints, clock)
         safety = Safety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
-        self.guarded = GuardedDevice(self.device, safety, self.events, lambda: self.wall, self.look_within)
+        self.gate = Gate(self.events, lambda: self.wall)
+        self.guarded = GuardedDevice(
+            self.device,
+            safety,
+            self.gate,
+            self.events,
+            wall_time=lambda: self.wall,
+            look_within=self.look_within,
+        )
 
     def look_within(self, seconds):
         self.due = seconds

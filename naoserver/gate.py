@@ -1,0 +1,154 @@
+"""Who may command the robot, and whether anybody may: a lease, and an emergency stop that latches."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from interfaces.nao import Severity
+from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.event_log import EventLog
+
+__all__ = ["LONGEST_LEASE", "Gate", "GateState"]
+
+_logger = logging.getLogger(__name__)
+
+LONGEST_LEASE: Final = 60.0
+"""Wall seconds for which a lease may be held without being renewed."""
+_LONGEST_HOLDER: Final = 64
+_LONGEST_REASON: Final = 200
+_SOURCE: Final = "Safety"
+
+
+@dataclass(frozen=True, slots=True)
+class GateState:
+    """Who may command the robot at one moment."""
+
+    stopped: bool = False
+    reason: str = ""
+    """Why it is stopped, for people."""
+    holder: str = ""
+    """Who holds the lease, as they call themselves; empty while nobody does."""
+    remaining: float = 0.0
+    """Wall seconds until the lease ends unless it is renewed."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Lease:
+    client: str
+    holder: str
+    end: float
+    """In steady wall time."""
+
+
+class Gate:
+    """Let commands through, or not. Safe to use from any thread.
+
+    What commands the robot calls `require` while it holds the lock that it holds to stop: then no command
+    comes after an emergency stop. Nobody is refused to stop. `wall_time` is steady.
+    """
+
+    def __init__(self, events: EventLog, wall_time: Callable[[], float]) -> None:
+        self._events = events
+        self._wall_time = wall_time
+        self._lock = threading.Lock()
+        self._stops: list[Callable[[], None]] = []
+        self._stop_reason: str | None = None
+        self._lease: _Lease | None = None
+
+    def on_stop(self, stop: Callable[[], None]) -> None:
+        """Call `stop` at every emergency stop, as soon as commands are refused."""
+        self._stops.append(stop)
+
+    def require(self, client: str = "") -> None:
+        """Raise CommandRefused unless a client may command the robot now.
+
+        Without a client it is asked for somebody who cannot hold a lease.
+        """
+        with self._lock:
+            holder = self._other_holder(client) if self._stop_reason is None else ""
+            if self._stop_reason is None and not holder:
+                return
+            why = f"held by {holder}" if holder else f"stopped: {self._stop_reason}"
+        self._events.add(Severity.Warning, _SOURCE, f"refused a command: the robot is {why}", "refused")
+        what = "wait until the lease is given back" if holder else "reset the emergency stop first"
+        raise CommandRefused(f"the robot is {why}; {what}", holder)
+
+    def stop(self, reason: str) -> None:
+        """Refuse every command until `reset`, and stop what moves.
+
+        Every stop is tried, whatever another raises; the first failure is raised after the last of them.
+        """
+        reason = reason[:_LONGEST_REASON] or "emergency stop"
+        with self._lock:
+            self._stop_reason = reason
+        self._events.add(Severity.Error, _SOURCE, f"emergency stop: {reason}", "stop")
+        failure: Exception | None = None
+        for stop in self._stops:
+            try:
+                stop()
+            except Exception as error:
+                _logger.exception("a part of the robot could not be stopped")
+                failure = failure or error
+        if failure is not None:
+            raise failure
+
+    def reset(self) -> None:
+        """Let commands through again after an emergency stop."""
+        with self._lock:
+            was_stopped, self._stop_reason = self._stop_reason is not None, None
+        if was_stopped:
+            self._events.add(Severity.Info, _SOURCE, "the emergency stop was reset", "reset")
+
+    def acquire(self, client: str, holder: str, seconds: float) -> None:
+        """Hold the robot for a client, called `holder`, or renew.
+
+        Raises InvalidCommand, and CommandRefused while another client holds it.
+        """
+        if not 0.0 < seconds <= LONGEST_LEASE:
+            message = f"seconds is {seconds:g}: a lease lasts more than 0 s and at most {LONGEST_LEASE:g} s"
+            raise InvalidCommand("seconds", message)
+        if not holder.isprintable() or not 0 < len(holder.strip()) <= len(holder) <= _LONGEST_HOLDER:
+            message = f"holder must be a name of 1 to {_LONGEST_HOLDER} printable characters"
+            raise InvalidCommand("holder", message)
+        with self._lock:
+            if taken := self._other_holder(client):
+                raise CommandRefused(f"the robot is held by {taken}; wait until it is given back", taken)
+            new = self._lease is None
+            self._lease = _Lease(client, holder, self._wall_time() + seconds)
+        if new:
+            self._events.add(Severity.Info, _SOURCE, f"{holder} holds the robot", "lease")
+
+    def release(self, client: str) -> bool:
+        """Give the lease of a client back, also because it is lost; returns whether it held one."""
+        with self._lock:
+            lease = self._lease
+            if lease is None or lease.client != client:
+                return False
+            self._lease = None
+        self._events.add(Severity.Info, _SOURCE, f"{lease.holder} holds the robot no longer", "lease")
+        return True
+
+    def state(self) -> GateState:
+        """Return who may command the robot now."""
+        with self._lock:
+            self._drop_ended()
+            lease = self._lease
+            return GateState(
+                stopped=self._stop_reason is not None,
+                reason=self._stop_reason or "",
+                holder=lease.holder if lease else "",
+                remaining=lease.end - self._wall_time() if lease else 0.0,
+            )
+
+    def _other_holder(self, client: str) -> str:
+        """Return who holds the robot and is not the client; empty when nobody else does."""
+        self._drop_ended()
+        return self._lease.holder if self._lease is not None and self._lease.client != client else ""
+
+    def _drop_ended(self) -> None:
+        if self._lease is not None and self._wall_time() >= self._lease.end:
+            self._lease = None

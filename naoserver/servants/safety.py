@@ -1,0 +1,71 @@
+"""Servant of the gate in front of every command: emergency stop and lease."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from interfaces.nao import Safety, SafetyState
+from naoserver.gate import Gate, GateState
+from naoserver.servants.conversions import refusals_told
+from zenoh_ice import Current
+
+
+class SafetyI(Safety):
+    """Stop the robot for everybody, or hold it for one client. `robot_time` is in s."""
+
+    ice_concurrent = True  # a stop waits for nobody
+
+    def __init__(self, gate: Gate, robot_time: Callable[[], float]) -> None:
+        self._gate = gate
+        self._robot_time = robot_time
+
+    def emergencyStop(self, reason: str, current: Current) -> None:  # noqa: ARG002
+        """Stop all that moves and refuse every command until resetEmergencyStop."""
+        try:
+            self._gate.stop(reason)
+        finally:
+            self.publish()
+
+    def resetEmergencyStop(self, current: Current) -> None:  # noqa: ARG002
+        """Take commands again."""
+        self._gate.reset()
+        self.publish()
+
+    def acquireLease(self, holder: str, seconds: float, current: Current) -> None:
+        """Hold the robot for the caller, or renew.
+
+        Raises CommandRefusedException while somebody else holds it, InvalidValueException.
+        """
+        with refusals_told():
+            self._gate.acquire(current.client, holder, seconds)
+        self.publish()
+
+    def releaseLease(self, current: Current) -> None:
+        """Give the caller's lease back."""
+        if self._gate.release(current.client):
+            self.publish()
+
+    def getSafetyState(self, current: Current) -> SafetyState:  # noqa: ARG002
+        """Return who may command the robot."""
+        return self._state()
+
+    def publish(self) -> None:
+        """Send who may command the robot to whoever listens."""
+        if self.getSafetyStatePublisher.listening:
+            state = self._state()
+            self.getSafetyStatePublisher.publish(state, time=state.time)
+
+    def drop_client(self, client: str) -> None:
+        """Give the lease of a lost client back."""
+        if self._gate.release(client):
+            self.publish()
+
+    def _state(self) -> SafetyState:
+        state: GateState = self._gate.state()
+        return SafetyState(
+            time=self._robot_time(),
+            stopped=state.stopped,
+            reason=state.reason,
+            holder=state.holder,
+            remaining=state.remaining,
+        )

@@ -1,0 +1,96 @@
+"""Emergency stop and lease as clients meet them: over Zenoh, in front of every command of the robot."""
+
+import pytest
+
+from interfaces.jderobot import CommandRefusedException, InvalidValueException, Pose3DMotorsPrx
+from interfaces.nao import JointsPrx, PoseHeadPrx, SafetyPrx
+from naoserver.fake import FakeRobot
+from tests.support.limits import LIMIT
+from tests.support.robot_server import eventually, served_to_client, wait_for
+
+
+@pytest.fixture
+def nao():
+    with served_to_client(FakeRobot()) as nao:
+        yield nao
+
+
+def commands(nao):
+    """Every way to command the joints, by name."""
+    head, body = nao.proxy(PoseHeadPrx, "Head"), nao.proxy(JointsPrx, "Body")
+    knee, neck = nao.proxy(Pose3DMotorsPrx, "LeftKneeMotors"), nao.proxy(Pose3DMotorsPrx, "NeckSpeed")
+    return {
+        "setPose": lambda: head.setPose(0.3, 0.1, 0.5),
+        "setSpeed": lambda: head.setSpeed(0.1, 0.0),
+        "setJointPositions": lambda: body.setJointPositions({"HeadYaw": 0.3}, 0.5),
+        "setStiffnesses": lambda: body.setStiffnesses({"HeadYaw": 0.5}, 0.0),
+        "LeftKneeMotors": lambda: knee.setPose3DMotorsData(knee.getPose3DMotorsData()),
+        "NeckSpeed": lambda: neck.setPose3DMotorsData(neck.getPose3DMotorsData()),
+    }
+
+
+def refused(nao):
+    """The names of the commands that are refused."""
+    names = set()
+    for name, command in commands(nao).items():
+        try:
+            command()
+        except CommandRefusedException:
+            names.add(name)
+    return names
+
+
+def test_an_emergency_stop_holds_the_robot_and_refuses_every_command_until_it_is_reset(nao):
+    safety, body = nao.proxy(SafetyPrx, "Safety"), nao.proxy(JointsPrx, "Body")
+    body.setJointPositions({"HeadYaw": 1.5}, 0.1)
+    safety.emergencyStop("enough")
+    state = body.getJointState()
+    assert abs(state.commands[0]) < 1.0
+    assert refused(nao) == commands(nao).keys()
+    assert safety.getSafetyState().reason == "enough"
+    assert body.getJointState().commands == state.commands
+    safety.resetEmergencyStop()
+    assert refused(nao) == set()
+
+
+def test_everybody_can_stop_while_somebody_else_holds_the_robot(nao):
+    with nao.client() as other:
+        other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
+        assert refused(nao) == commands(nao).keys()
+        nao.proxy(JointsPrx, "Body").stop()
+        nao.proxy(PoseHeadPrx, "Head").stop()
+        nao.proxy(SafetyPrx, "Safety").emergencyStop("enough")
+        assert refused(other) == commands(nao).keys()
+
+
+def test_the_balls_are_no_part_of_the_robot(nao):
+    nao.proxy(SafetyPrx, "Safety").emergencyStop("enough")
+    ball = nao.proxy(Pose3DMotorsPrx, "BallRedMotors")
+    assert ball.setPose3DMotorsData(ball.getPose3DMotorsData()) == 0
+
+
+def test_a_lease_ends_with_its_holder(nao):
+    with nao.client() as other:
+        other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
+        with pytest.raises(CommandRefusedException) as refusal:
+            nao.proxy(SafetyPrx, "Safety").acquireLease("Bob", 1.0)
+        assert refusal.value.holder == "Ann"
+    eventually(lambda: not refused(nao))
+
+
+def test_what_no_lease_can_be_is_told(nao):
+    with pytest.raises(InvalidValueException) as refusal:
+        nao.proxy(SafetyPrx, "Safety").acquireLease("Ann", 61.0)
+    assert refusal.value.field == "seconds"
+
+
+def test_the_stream_tells_each_change(nao):
+    safety = nao.proxy(SafetyPrx, "Safety")
+    wait_for(safety.getSafetyState, lambda state: not state.stopped)
+    safety.emergencyStop("enough")
+    wait_for(safety.getSafetyState, lambda state: state.stopped and state.reason == "enough")
+    safety.resetEmergencyStop()
+    safety.acquireLease("Ann", LIMIT)
+    wait_for(safety.getSafetyState, lambda state: state.holder == "Ann" and state.remaining > 0.0)
+    safety.releaseLease()
+    wait_for(safety.getSafetyState, lambda state: not state.holder)
