@@ -12,7 +12,7 @@ import typer
 
 from startup import loading
 
-app = typer.Typer(add_completion=False, rich_markup_mode="rich")
+app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
 
 _EXAMPLES = """
 [bold]Examples[/bold]
@@ -48,7 +48,7 @@ def serve_fake(
         robot.start()
         watchdog = stack.enter_context(closing(Watchdog()))
         assembly = Assembly(robot, ServerOptions(), time.monotonic, watchdog.look_within)
-        watchdog.start(assembly.devices)
+        watchdog.start(assembly.watched)
         service = stack.enter_context(NaoqiService(Access.through(robot, assembly), qi, faults=faults))
         typer.echo(f"ready: {service.url}")
         threading.Event().wait()

@@ -23,4 +23,4 @@ class Access:
     @classmethod
     def through(cls, robot: Robot, assembly: Assembly) -> Self:
         """Return the access that goes through the guards of an assembly."""
-        return cls(robot, assembly.devices[0])
+        return cls(robot, assembly.body)
