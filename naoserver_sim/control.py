@@ -42,6 +42,8 @@ class SetpointController:
         self._targets = self._setpoints.copy()
         self._speeds = np.zeros_like(self._setpoints)
         self._moving = False
+        self.commands = np.zeros(len(self._setpoints), dtype=np.int64)
+        """How many commands each motor has had."""
         # Appending to and popping from a deque is atomic: no lock between the servants and the physics.
         self._mailbox: deque[Command] = deque()
 
@@ -85,6 +87,7 @@ class SetpointController:
 
     def _take(self, command: Command) -> None:
         motors = command.motors
+        self.commands[motors] += 1
         self._targets[motors] = np.clip(command.targets, self._lower[motors], self._upper[motors])
         self._speeds[motors] = np.minimum(command.speeds, self._max_speeds[motors])
         self._moving = True

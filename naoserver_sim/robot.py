@@ -21,6 +21,8 @@ from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.pacing import Pacer
 from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
 from naoserver_sim.viewer import show
+from naoserver_sim.walk.feeling import exact
+from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import BALLS, scattered
 
 if TYPE_CHECKING:
@@ -141,6 +143,8 @@ class SimulatedRobot(SimulatedDevice):
             simulator = VirtualSimulator(model.mj, data, controller, clock)
             self._clock = clock
         super().__init__("Nao", simulator, model.robot)
+        self._walker = SimulatedWalker(model, data, controller, simulator, exact(model.mj, data))
+        simulator.parts.append(self._walker)
         self._model = model
         self._scratch = mujoco.MjData(model.mj)
         self._physics = simulator
@@ -155,9 +159,9 @@ class SimulatedRobot(SimulatedDevice):
         return self._model.cameras
 
     @property
-    def walker(self) -> Walker | None:
-        """None: it does not walk yet."""
-        return None
+    def walker(self) -> Walker:
+        """Its walk."""
+        return self._walker
 
     @property
     def senses(self) -> Senses | None:

@@ -80,7 +80,8 @@ class Simulator:
         self._mj = mj
         self._data = data
         self._controller = controller
-        self._motors = Motors(mj)
+        self.motors: Final = Motors(mj)
+        """The stiffness and temperature of the motors; belongs to the thread of the physics."""
         # What is to be done at the next tick; appending and popping is atomic.
         self._orders: deque[Callable[[], None]] = deque()
         self.parts: Final[list[Part]] = []
@@ -110,7 +111,7 @@ class Simulator:
 
     def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
         """Change how strongly some motors hold within some simulated seconds, from the next tick on."""
-        self.order(lambda: self._motors.stiffen(motors, stiffnesses, seconds))
+        self.order(lambda: self.motors.stiffen(motors, stiffnesses, seconds))
 
     def order(self, action: Callable[[], None]) -> None:
         """Have something done by the thread of the physics at the next tick."""
@@ -121,7 +122,7 @@ class Simulator:
 
         Raises RobotError when the numbers explode.
         """
-        data, motors, controller = self._data, self._motors, self._controller
+        data, motors, controller = self._data, self.motors, self._controller
         for _ in range(ticks):
             while self._orders:
                 self._orders.popleft()()
@@ -145,8 +146,8 @@ class Simulator:
             qvel=data.qvel.copy(),
             setpoints=self._controller.setpoints,
             forces=data.actuator_force.copy(),
-            stiffnesses=self._motors.stiffnesses.copy(),
-            temperatures=self._motors.temperatures.copy(),
+            stiffnesses=self.motors.stiffnesses.copy(),
+            temperatures=self.motors.temperatures.copy(),
         )
 
 

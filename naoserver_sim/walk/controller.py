@@ -1,4 +1,4 @@
-"""From velocities to the motors of legs and arms: the gait, kept upright by the inertial unit."""
+"""From velocities to the motors of the legs: the gait, kept upright by the inertial unit."""
 
 from __future__ import annotations
 
@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from naoserver.capabilities import WalkVelocity
-from naoserver_sim.walk.gait import Gait
+from naoserver_sim.walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
 from naoserver_sim.walk.kinematics import FootPose, Legs
 
-__all__ = ["ARM_MOTORS", "WalkController", "WalkOptions"]
-
-ARM_MOTORS: Final = ("LShoulderPitch", "LShoulderRoll", "RShoulderPitch", "RShoulderRoll")
-"""The motors of the arms that swing, in the order of every `arms`."""
+__all__ = ["WalkController", "WalkOptions"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,18 +34,25 @@ class WalkOptions:
     """Radians of the carrying hip's pitch for a rad/s of the torso's."""
     smoothing: float = 0.6
     """Part of the last turning rate that is kept at each tick."""
-    arm_swing: float = 3.0
-    """Radians of a shoulder for a metre of the opposite foot."""
 
 
 class WalkController:
-    """Say at each tick of control where the legs and the arms are to be; no physics, no threads."""
+    """Say at each tick of control where the legs are to be; no physics, no threads."""
 
     def __init__(self, options: WalkOptions | None = None, gait: Gait | None = None) -> None:
         self.options: Final = options or WalkOptions()
         self.gait: Final = gait or Gait()
         self._legs = Legs()
         self._rate = (0.0, 0.0)
+
+    def reset(self) -> None:
+        """Stand on both feet at once, as before the first step."""
+        self.gait.stop()
+        self._rate = (0.0, 0.0)
+
+    def stance(self) -> list[float]:
+        """Return the angles of `LEG_MOTORS` with which a step begins and ends."""
+        return Legs().solve(self._foot(LEFT, AT_REST), self._foot(RIGHT, AT_REST))
 
     def tick(
         self,
@@ -67,7 +71,7 @@ class WalkController:
         pitch = keep * self._rate[1] + (1.0 - keep) * turning[1]
         self._rate = (roll, pitch)
         gait.tick(seconds, velocity, loads)
-        angles = self._legs.solve(self._foot(0), self._foot(1))
+        angles = self._legs.solve(self._foot(LEFT, gait.feet[LEFT]), self._foot(RIGHT, gait.feet[RIGHT]))
         if gait.walking:
             first = 1 + 5 * gait.support
             angles[first + 1] += options.hip_gain * pitch
@@ -75,10 +79,10 @@ class WalkController:
             angles[first + 4] += options.roll_gain * roll
         return angles
 
-    def _foot(self, foot: int) -> FootPose:
+    def _foot(self, foot: int, offset: FootOffset) -> FootPose:
         """Return where a foot is to be in the frame of a torso that leans forwards."""
-        options, offset = self.options, self.gait.feet[foot]
-        side = 1.0 if foot == 0 else -1.0
+        options = self.options
+        side = 1.0 if foot == LEFT else -1.0
         x = offset.x + options.forward_of_hip
         z = offset.lift - options.hip_height - options.hip_depth
         lean = options.lean  # small: the sine is the angle, the cosine 1 but for 0.1 percent

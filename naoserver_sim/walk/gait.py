@@ -14,7 +14,7 @@ from typing import Final
 
 from naoserver.capabilities import WalkVelocity
 
-__all__ = ["FootOffset", "Gait", "GaitOptions"]
+__all__ = ["AT_REST", "LEFT", "RIGHT", "FootOffset", "Gait", "GaitOptions"]
 
 LEFT: Final = 0
 RIGHT: Final = 1
@@ -52,7 +52,8 @@ class FootOffset:
     lift: float = 0.0
 
 
-_AT_REST: Final = FootOffset()
+AT_REST: Final = FootOffset()
+"""A foot that stands beside the other one."""
 
 
 class Gait:
@@ -70,10 +71,10 @@ class Gait:
         """The part of the planned period that has passed, at most 1."""
         self._time = 0.0
         self._step = (
-            _AT_REST  # what the current step is for: x forward and y, yaw to the left in a pair of steps
+            AT_REST  # what the current step is for: x forward and y, yaw to the left in a pair of steps
         )
-        self._from = [_AT_REST, _AT_REST]
-        self.feet = [_AT_REST, _AT_REST]
+        self._from = [AT_REST, AT_REST]
+        self.feet = [AT_REST, AT_REST]
         """Left and right foot."""
 
     @property
@@ -88,7 +89,7 @@ class Gait:
         """
         wanted = self._wanted(velocity)
         if not self.walking:
-            if wanted == _AT_REST:
+            if wanted == AT_REST:
                 return False
             self.walking = True
             self._begin(RIGHT if wanted.y <= 0.0 else LEFT, wanted)
@@ -120,7 +121,7 @@ class Gait:
 
     def _rests(self, wanted: FootOffset) -> bool:
         """Return whether nothing is wanted and the feet are as good as together."""
-        if wanted != _AT_REST:
+        if wanted != AT_REST:
             return False
         return all(abs(foot.x) < 0.004 and abs(foot.y) < 0.004 and abs(foot.yaw) < 0.02 for foot in self.feet)
 
@@ -161,8 +162,8 @@ class Gait:
     def _stand(self) -> None:
         self.walking = False
         self.phase = 0.0
-        self._step = _AT_REST
-        self.feet = [_AT_REST, _AT_REST]
+        self._step = AT_REST
+        self.feet = [AT_REST, AT_REST]
 
 
 def _nearer(value: float, wanted: float, most: float) -> float:

@@ -1,4 +1,4 @@
-"""Where the motors of the legs must be for the feet to be somewhere: inverse kinematics in closed form.
+"""Where the soles are by the joints of the legs, and which angles bring them somewhere, in closed form.
 
 Frames are the torso's: x forward, y left, z up. One motor turns both HipYawPitch joints, so that eleven
 motors serve twelve wishes: the soles come to lie where and as level as they are wanted, and of their yaws
@@ -8,22 +8,26 @@ the difference is met; what both have in common is shared between the feet.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from naoserver.body import H25, Body
 
-__all__ = ["LEG_MOTORS", "FootPose", "Legs"]
+__all__ = ["LEG_JOINTS", "LEG_MOTORS", "FootPose", "Legs"]
 
 _LEG: Final = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 LEG_MOTORS: Final = ("LHipYawPitch", *(f"{side}{joint}" for side in "LR" for joint in _LEG))
 """The motors of the legs in the order of every solution."""
+LEG_JOINTS: Final = tuple(f"{side}{joint}" for side in "LR" for joint in ("HipYawPitch", *_LEG))
+"""The joints of the legs, six of the left one and six of the right one, from the hip down."""
 
 _DIAGONAL: Final = math.sqrt(0.5)  # the axis of HipYawPitch lies at 45 degrees
 _CLOSE_ENOUGH: Final = 1e-7
 _STEP: Final = 1e-4
 _MOST_STEPS: Final = 8
 
+Vector = tuple[float, float, float]
 _Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """A rotation matrix, row by row."""
 
@@ -53,6 +57,8 @@ class Legs:
         self._thigh = float(size["thigh_length"])
         self._tibia = float(size["tibia_length"])
         self._foot_height = float(size["foot_height"])
+        hip = body.joints[body.joint_names.index(LEG_MOTORS[0])]
+        self._hip_range = hip.lower, hip.upper
         self._hip_yaw = 0.0
 
     def solve(self, left: FootPose, right: FootPose) -> list[float]:
@@ -76,21 +82,43 @@ class Legs:
                 break
             change = max(-0.2, min(0.2, -error / slope))
             before = error
+            lowest, highest = self._hip_range
+            change = max(lowest, min(highest, hip_yaw + change)) - hip_yaw
+            if change == 0.0:
+                break
             hip_yaw += change
             one, other, error = legs(hip_yaw)
-            slope = (
-                error - before
-            ) / change  # the secant is as good as the derivative here, and costs nothing
+            slope = (error - before) / change  # the secant: as good as the derivative, and it costs nothing
         self._hip_yaw = hip_yaw
         return [hip_yaw, *one, *other]
 
-    def _ankle(self, foot: FootPose, turned: _Rotation) -> tuple[float, float, float]:
+    def sole(self, side: float, angles: Sequence[float]) -> Vector:
+        """Return where the point of a sole below its ankle is in m, by the six angles of its `LEG_JOINTS`.
+
+        `side` is 1 of the left leg, -1 of the right.
+        """
+        hip_yaw, hip_roll, hip_pitch, knee_pitch, ankle_pitch, ankle_roll = angles
+        knee, ankle = hip_pitch + knee_pitch, hip_pitch + knee_pitch + ankle_pitch
+        foot = self._foot_height * math.cos(ankle_roll)
+        x = -self._thigh * math.sin(hip_pitch) - self._tibia * math.sin(knee) - foot * math.sin(ankle)
+        z = -self._thigh * math.cos(hip_pitch) - self._tibia * math.cos(knee) - foot * math.cos(ankle)
+        aside = self._foot_height * math.sin(ankle_roll)
+        cos_roll, sin_roll = math.cos(hip_roll), math.sin(hip_roll)
+        y, z = aside * cos_roll - z * sin_roll, aside * sin_roll + z * cos_roll
+        hip = _about_diagonal(side, hip_yaw)
+        return (
+            hip[0] * x + hip[1] * y + hip[2] * z,
+            hip[3] * x + hip[4] * y + hip[5] * z + side * self._hip_y,
+            hip[6] * x + hip[7] * y + hip[8] * z + self._hip_z,
+        )
+
+    def _ankle(self, foot: FootPose, turned: _Rotation) -> Vector:
         """Return the centre of the ankle: straight above the point of the sole."""
         height = self._foot_height
         return foot.x + turned[2] * height, foot.y + turned[5] * height, foot.z + turned[8] * height
 
     def _leg(
-        self, side: float, hip_yaw: float, ankle: tuple[float, float, float], turned: _Rotation
+        self, side: float, hip_yaw: float, ankle: Vector, turned: _Rotation
     ) -> tuple[list[float], float]:
         """Return the five angles below the HipYawPitch joint, and the sine of the yaw that is off.
 
@@ -111,13 +139,13 @@ class Legs:
         pitch = -math.atan2(along, below) - math.atan2(tibia * math.sin(knee), thigh + tibia * math.cos(knee))
         # What is left of the foot's rotation below the roll of the hip is pitch, then the roll of the ankle.
         m02, m12, m22 = _times_column(hip, turned, 2)
-        m10 = _times_column(hip, turned, 0)[1], _times_column(hip, turned, 0)[2]
+        _, m10, m20 = _times_column(hip, turned, 0)
         cos_roll, sin_roll = math.cos(roll), math.sin(roll)
         side_of_normal = cos_roll * m12 + sin_roll * m22
         height_of_normal = -sin_roll * m12 + cos_roll * m22
         ankle_roll = -math.asin(max(-1.0, min(1.0, side_of_normal)))
         ankle_pitch = math.atan2(m02, height_of_normal) - pitch - knee
-        error = cos_roll * m10[0] + sin_roll * m10[1]
+        error = cos_roll * m10 + sin_roll * m20
         return [roll, pitch, knee, ankle_pitch, ankle_roll], error
 
 
@@ -143,7 +171,7 @@ def _about_diagonal(side: float, angle: float) -> _Rotation:
     )
 
 
-def _times_column(first: _Rotation, second: _Rotation, column: int) -> tuple[float, float, float]:
+def _times_column(first: _Rotation, second: _Rotation, column: int) -> Vector:
     """Return a column of the first rotation's inverse times the second."""
     x, y, z = second[column], second[column + 3], second[column + 6]
     return (

@@ -1,0 +1,95 @@
+"""Where the robot has got to, by what its joints and its inertial unit measure.
+
+The soles that carry stand still on the floor, so that the torso moves by as much as they move below it, the
+other way; each sole counts by the load on it. The heading is the turning rate added up: soles slip when they
+turn, gyroscopes do not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from naoserver_sim.walk.kinematics import Legs, Vector
+
+__all__ = ["Attitude", "FloorPose", "Odometer"]
+
+_LEFT: Final = 1.0
+_RIGHT: Final = -1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """What the inertial unit tells."""
+
+    turning: Vector = (0.0, 0.0, 0.0)
+    """Turning rate about the torso's axes in rad/s."""
+    roll: float = 0.0
+    """Of the torso against the vertical in rad."""
+    pitch: float = 0.0
+    """Of the torso against the vertical in rad."""
+
+
+@dataclass(frozen=True, slots=True)
+class FloorPose:
+    """A place on the floor in m, and a heading in rad within (-pi, pi]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    heading: float = 0.0
+
+
+class Odometer:
+    """Add up where the torso is on the floor, in the frame in which it began."""
+
+    def __init__(self, legs: Legs) -> None:
+        self._legs = legs
+        self._soles: tuple[Vector, Vector] | None = None
+        self.pose = FloorPose()
+
+    def tick(
+        self, seconds: float, joints: Sequence[float], attitude: Attitude, loads: tuple[float, float]
+    ) -> None:
+        """Go on for some seconds after which the sensors tell this.
+
+        `joints` are the angles of `LEG_JOINTS` in rad, `loads` those of the soles in N, left and right.
+        """
+        before = self.pose
+        heading = _wrapped(before.heading + _yaw_rate(attitude) * seconds)
+        soles = (
+            _in_world(self._legs.sole(_LEFT, joints[:6]), attitude, heading),
+            _in_world(self._legs.sole(_RIGHT, joints[6:]), attitude, heading),
+        )
+        x, y = before.x, before.y
+        total = loads[0] + loads[1]
+        if self._soles is not None and total > 0.0:
+            for now, last, load in zip(soles, self._soles, loads, strict=True):
+                x -= (now[0] - last[0]) * load / total
+                y -= (now[1] - last[1]) * load / total
+        self._soles = soles
+        self.pose = FloorPose(x, y, heading)
+
+
+def _yaw_rate(attitude: Attitude) -> float:
+    """Return how fast the heading turns, of the rates about the axes of a torso that tilts."""
+    _, about_y, about_z = attitude.turning
+    upright = max(math.cos(attitude.pitch), 0.1)  # a torso that lies has no heading
+    return (about_y * math.sin(attitude.roll) + about_z * math.cos(attitude.roll)) / upright
+
+
+def _in_world(point: Vector, attitude: Attitude, heading: float) -> Vector:
+    """Turn a vector of the torso's frame about x by roll, about y by pitch and about z by heading."""
+    x, y, z = point
+    cosine, sine = math.cos(attitude.roll), math.sin(attitude.roll)
+    y, z = y * cosine - z * sine, y * sine + z * cosine
+    cosine, sine = math.cos(attitude.pitch), math.sin(attitude.pitch)
+    x, z = x * cosine + z * sine, z * cosine - x * sine
+    cosine, sine = math.cos(heading), math.sin(heading)
+    return x * cosine - y * sine, x * sine + y * cosine, z
+
+
+def _wrapped(angle: float) -> float:
+    """Return an angle within (-pi, pi]."""
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)

@@ -1,0 +1,200 @@
+"""The walk of the simulated robot: begun and ended by commands, a part of every control tick."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from typing import Final
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver.errors import InvalidCommand
+from naoserver_sim.control import SetpointController
+from naoserver_sim.model import Model
+from naoserver_sim.simulator import Simulator
+from naoserver_sim.walk.arms import ArmSwing
+from naoserver_sim.walk.controller import WalkController
+from naoserver_sim.walk.feeling import Feel, Feeling
+from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, Legs
+from naoserver_sim.walk.odometry import Odometer
+
+__all__ = ["LIMITS", "SimulatedWalker"]
+
+LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
+"""The highest velocity of each kind."""
+_STILL: Final = WalkVelocity()
+
+# What a commanded velocity is multiplied by: the feet follow late and slip, so that the robot walks a little
+# slower than they are told to. Measured by benchmarks/bench_walk.py.
+_FORWARD_GAIN: Final = 1.16
+_LEFT_GAIN: Final = 1.13
+_TURN_GAIN: Final = 1.14
+
+_PACE: Final = 1.0
+"""Speed in rad/s at which the legs come from where they are into the stance of the walk."""
+_CLOSE: Final = 0.01
+"""Distance in rad from the stance at which there is nothing to come from."""
+_SETTLING: Final = 0.3
+"""Seconds for which it stands before the walk counts as ended."""
+_TILT: Final = math.radians(50)
+"""Tilt of the torso from which on it falls, and walks no more."""
+_WEIGHT: Final = 25.0
+"""Least load on the soles in N with which it stands on its feet: half its weight."""
+_FIRM: Final = 0.5
+"""Least stiffness of the legs with which it walks."""
+
+
+class _Stage(Enum):
+    RESTING = auto()
+    RISING = auto()
+    STEPPING = auto()
+    SETTLING = auto()
+
+
+class SimulatedWalker:
+    """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
+
+    Implements `naoserver.capabilities.Walker` and `naoserver_sim.simulator.Part`. The methods of the first
+    may be called from any thread; `tick` belongs to the thread of the physics.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        data: mujoco.MjData,
+        setpoints: SetpointController,
+        simulator: Simulator,
+        feel: Feel,
+    ) -> None:
+        self._data = data
+        self._setpoints = setpoints
+        self._simulator = simulator
+        self._feel = feel
+        names = [joint.name for joint in model.robot.joints]
+        joints = [names.index(name) for name in LEG_JOINTS]
+        motors = [names.index(name) for name in LEG_MOTORS]
+        self._joints = model.robot.qpos[joints]
+        self._motors: NDArray[np.intp] = model.robot.motors[motors]
+        self._arms = ArmSwing(model.robot, setpoints)
+        self._controller = WalkController()
+        self._odometer = Odometer(Legs())
+        self._stage = _Stage.RESTING
+        self._time = 0.0  # since the stage began
+        self._start = np.zeros(len(LEG_MOTORS))
+        self._stance = np.array(self._controller.stance())
+        self._rising = 0.0
+        self._commanded = _STILL
+        self._velocity = _STILL  # what the feet are told
+        self._feeling = Feeling()
+
+    @property
+    def limits(self) -> WalkVelocity:
+        """The highest velocity of each kind, each by itself."""
+        return LIMITS
+
+    def command(self, velocity: WalkVelocity) -> None:
+        """Walk at a velocity until the next command; all 0 ends the walk on both feet.
+
+        Raises InvalidCommand when it does not stand on its feet or its legs are limp.
+        """
+        snapshot = self._simulator.newest()
+        if velocity != _STILL and not self.walking:
+            hindrance = self._hindrance(snapshot.stiffnesses)
+            if hindrance:
+                raise InvalidCommand("walk", f"the robot cannot walk: {hindrance}")
+        self._commanded = velocity
+        self._simulator.order(lambda: self._take(velocity))
+
+    def commanded(self) -> WalkVelocity:
+        """Return the newest command; all 0 once it has ended, also by a fall."""
+        self._simulator.newest()
+        return self._commanded
+
+    @property
+    def walking(self) -> bool:
+        """Whether it moves the legs: from a command until it stands on both feet again."""
+        self._simulator.newest()
+        return self._commanded != _STILL or self._stage is not _Stage.RESTING
+
+    def odometry(self) -> Odometry:
+        """Return where the robot believes to be, by its joints and its inertial unit."""
+        time = self._simulator.newest().time
+        pose = self._odometer.pose
+        return Odometry(time, pose.x, pose.y, pose.heading)
+
+    def tick(self, seconds: float) -> None:
+        """Set the setpoints of legs and arms while it walks, and follow where it gets to."""
+        feeling = self._feeling = self._feel()
+        joints = self._data.qpos[self._joints].tolist()
+        self._odometer.tick(seconds, joints, feeling.attitude, feeling.loads)
+        if self._stage is _Stage.RESTING and self._velocity == _STILL:
+            return
+        if self._hindrance(self._simulator.motors.stiffnesses):
+            self._give_up()
+            return
+        if self._stage is _Stage.RESTING:
+            self._rise()
+        self._time += seconds
+        if self._stage is _Stage.RISING:
+            self._come_into_stance()
+        else:
+            self._step(seconds, feeling)
+
+    def _take(self, velocity: WalkVelocity) -> None:
+        self._velocity = WalkVelocity(
+            velocity.forward * _FORWARD_GAIN, velocity.left * _LEFT_GAIN, velocity.turn * _TURN_GAIN
+        )
+
+    def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
+        """Return why it cannot walk; empty when it can."""
+        attitude, loads = self._feeling.attitude, self._feeling.loads
+        if max(abs(attitude.roll), abs(attitude.pitch)) > _TILT:
+            return "it lies, or it falls; let it stand up first"
+        if self._stage is _Stage.RESTING and sum(loads) < _WEIGHT:
+            return "it does not stand on its feet"
+        if stiffnesses[self._motors].min() < _FIRM:
+            return f"its legs are limp; make them stiff, {_FIRM:g} at least"
+        return ""
+
+    def _enter(self, stage: _Stage) -> None:
+        self._stage = stage
+        self._time = 0.0
+
+    def _rise(self) -> None:
+        self._start = self._setpoints.setpoints[self._motors]
+        away = float(np.abs(self._stance - self._start).max())
+        self._rising = away / _PACE if away > _CLOSE else 0.0
+        self._controller.reset()
+        self._arms.begin()
+        self._enter(_Stage.RISING)
+
+    def _come_into_stance(self) -> None:
+        done = min(self._time / self._rising, 1.0) if self._rising else 1.0
+        eased = done * done * (3.0 - 2.0 * done)
+        self._place(self._start + (self._stance - self._start) * eased)
+        if done == 1.0:
+            self._enter(_Stage.STEPPING)
+
+    def _step(self, seconds: float, feeling: Feeling) -> None:
+        controller = self._controller
+        angles = controller.tick(seconds, self._velocity, feeling.attitude.turning, feeling.loads)
+        self._place(np.array(angles))
+        self._arms.tick(controller.gait.feet, self._data.ctrl)
+        if controller.gait.walking:
+            self._stage = _Stage.STEPPING
+        elif self._stage is _Stage.STEPPING:
+            self._enter(_Stage.SETTLING)
+        elif self._time >= _SETTLING:
+            self._enter(_Stage.RESTING)
+
+    def _place(self, angles: NDArray[np.float64]) -> None:
+        self._setpoints.place(self._motors, angles, self._data.ctrl)
+
+    def _give_up(self) -> None:
+        """End at once, the legs where they are."""
+        self._controller.reset()
+        self._commanded = self._velocity = _STILL
+        self._enter(_Stage.RESTING)
