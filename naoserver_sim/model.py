@@ -15,6 +15,7 @@ from naoserver.robot import CameraFacts, JointFacts
 from naoserver_sim.appearance import Painter
 from naoserver_sim.blocks import paint_blocks
 from naoserver_sim.body import TORSO, add_body, sole
+from naoserver_sim.senses.sensors import add_sensors
 from naoserver_sim.skin import paint_skin
 from naoserver_sim.world import BALLS, SPECTATOR, Ball, add_ball, add_surroundings
 
@@ -80,6 +81,7 @@ def build_model(body: Body = H25, balls: Sequence[Ball] = BALLS, *, skin: bool =
     cameras = simulated_cameras(body)
     add_surroundings(spec)
     links = add_body(spec, body, cameras[: len(body.cameras)])
+    add_sensors(spec, links, body)
     (paint_skin if skin else paint_blocks)(Painter(spec, links))
     for ball in balls:
         add_ball(spec, ball)

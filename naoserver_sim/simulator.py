@@ -67,6 +67,14 @@ class Part(Protocol):
         ...
 
 
+class Watcher(Protocol):
+    """What looks at the state tick by tick, such as the senses."""
+
+    def look(self, time: float) -> None:
+        """Look at the state at the end of a tick, in the thread of the physics; the time is simulated, in s."""
+        ...
+
+
 class Simulator:
     """Step a model control tick by control tick.
 
@@ -86,6 +94,8 @@ class Simulator:
         self._orders: deque[Callable[[], None]] = deque()
         self.parts: Final[list[Part]] = []
         """What goes on at each tick after the setpoints have moved and before the physics does."""
+        self.watchers: Final[list[Watcher]] = []
+        """What looks at the state at the end of each tick."""
         self._ticks = 0
         self.tick_period: float = float(mj.opt.timestep) * STEPS_PER_TICK
         self._data.ctrl[:] = controller.setpoints
@@ -134,6 +144,8 @@ class Simulator:
                 part.tick(self.tick_period)
             mujoco.mj_step(self._mj, data, nstep=STEPS_PER_TICK)
             self._ticks += 1
+            for watcher in self.watchers:
+                watcher.look(self._ticks * self.tick_period)
         if self._data.warning.number[_DIVERGED].any():
             raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
         self._snapshot = self._take_snapshot()

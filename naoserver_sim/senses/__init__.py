@@ -1,0 +1,15 @@
+"""The senses of the simulated robot: inertial unit, pressure under the feet, sonar, touch, battery.
+
+MuJoCo's own sensors measure at every physics step what costs nothing there (`sensors`). At the end of each
+control tick `SensorRecord.look` copies them into a record, with the errors of that tick when there is noise
+(`record`, `noise`); that is all that the thread of the physics does. What they mean is worked out when
+somebody asks.
+
+A controller that is a part of every tick asks the record, in the thread of the physics:
+
+    record.turning()    turning rate of the torso in rad/s about its own x, y and z
+    record.tilt()       roll and pitch of the torso against the vertical in rad
+    record.loads()      what the left and the right sole carry in N
+
+With noise these are as noisy and as late as the readings that are served.
+"""

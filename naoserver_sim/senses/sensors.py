@@ -1,0 +1,81 @@
+"""The sensors of the model: where MuJoCo measures, and where its measurements stand in `sensordata`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import mujoco
+
+from naoserver.body import Body
+from naoserver_sim.body import COLLISION_GROUP, TORSO
+
+SIDES: Final = ("left", "right")
+_UNIT: Final = "inertial unit"
+
+# What a contact sensor tells, and how it makes one wrench of all contacts of a foot: MuJoCo's `netforce`.
+_FORCE_TORQUE_PLACE: Final = sum(
+    1 << int(field)
+    for field in (
+        mujoco.mjtConDataField.mjCONDATA_FORCE,
+        mujoco.mjtConDataField.mjCONDATA_TORQUE,
+        mujoco.mjtConDataField.mjCONDATA_POS,
+    )
+)
+_NET_FORCE: Final = 3
+
+
+def add_sensors(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], body: Body) -> None:
+    """Add the inertial unit, the soles' wrenches and the bumpers to the body's links."""
+    sensor, kind = mujoco.mjtSensor, mujoco.mjtObj
+    torso = links[TORSO]
+    torso.add_site(name=_UNIT, pos=body.facts["imu"]["accelerometer"], group=COLLISION_GROUP)
+    for name, measure in (
+        ("acceleration", sensor.mjSENS_ACCELEROMETER),
+        ("turning", sensor.mjSENS_GYRO),
+        ("attitude", sensor.mjSENS_FRAMEQUAT),
+    ):
+        spec.add_sensor(name=name, type=measure, objtype=kind.mjOBJ_SITE, objname=_UNIT)
+    for side in SIDES:
+        foot = links[f"{side[0]}_foot"]
+        middle = f"{side} sole"
+        foot.add_site(
+            name=middle, pos=[0, 0, -body.facts["dimensions"]["foot_height"]], group=COLLISION_GROUP
+        )
+        wrench = spec.add_sensor(
+            name=f"{side} wrench", type=sensor.mjSENS_CONTACT, objtype=kind.mjOBJ_BODY, objname=foot.name
+        )
+        wrench.intprm[:3] = [_FORCE_TORQUE_PLACE, _NET_FORCE, 1]
+        for name, measure in (
+            ("place", sensor.mjSENS_FRAMEPOS),
+            ("x", sensor.mjSENS_FRAMEXAXIS),
+            ("y", sensor.mjSENS_FRAMEYAXIS),
+            ("z", sensor.mjSENS_FRAMEZAXIS),
+        ):
+            spec.add_sensor(name=f"{side} {name}", type=measure, objtype=kind.mjOBJ_SITE, objname=middle)
+
+
+@dataclass(frozen=True, slots=True)
+class SensorLayout:
+    """Where the measurements begin in `sensordata`."""
+
+    acceleration: int
+    """Specific force in the torso's frame, m/s2 (3)."""
+    turning: int
+    """Turning rate in the torso's frame, rad/s (3)."""
+    attitude: int
+    """The torso's orientation as a unit quaternion w, x, y, z (4)."""
+    feet: tuple[int, int]
+    """Of the left and of the right foot (21): force (3), torque (3) and place (3) of the wrench with which it
+    presses on what it touches; place (3), x, y and z axes (9) of the sole. All in the world's frame."""
+
+    @classmethod
+    def of(cls, mj: mujoco.MjModel) -> SensorLayout:
+        """Return the layout of a compiled model."""
+        left, right = (_begin(mj, f"{side} wrench") for side in SIDES)
+        return cls(_begin(mj, "acceleration"), _begin(mj, "turning"), _begin(mj, "attitude"), (left, right))
+
+
+def _begin(mj: mujoco.MjModel, name: str) -> int:
+    return int(mj.sensor(name).adr[0])
