@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
+from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice
 from naoserver.errors import HardwareFailure
 from naoserver.fake.camera import Ball, draw
+from naoserver.fake.walker import FakeWalker
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
 from naoserver.stiffness import StiffnessRamps
 from zenoh_ice import Clock, WallClock
@@ -200,6 +201,7 @@ class FakeRobot(FakeDevice):
         }
         self._colors = dict(colors)
         self._camera_failure = camera_failure
+        self._walker = FakeWalker(self._robot_clock)
 
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:
@@ -207,9 +209,9 @@ class FakeRobot(FakeDevice):
         return H25.cameras
 
     @property
-    def walker(self) -> Walker | None:
-        """None: it does not walk."""
-        return None
+    def walker(self) -> FakeWalker:
+        """Its walk."""
+        return self._walker
 
     @property
     def senses(self) -> Senses | None:
@@ -274,5 +276,6 @@ class FakeRobot(FakeDevice):
     def close(self) -> None:
         """Stop all motion."""
         super().close()
+        self._walker.close()
         for ball in self._balls.values():
             ball.close()

@@ -1,0 +1,175 @@
+"""The walk behind its safety layer: the one way by which servants command it."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Final
+
+from interfaces.nao import Severity
+from naoserver.capabilities import Odometry, Walker, WalkVelocity
+from naoserver.errors import InvalidCommand
+from naoserver.event_log import EventLog
+from naoserver.gate import Gate
+from naoserver.guarded_device import GuardedDevice
+from naoserver.options import SafetyOptions
+
+__all__ = ["WALK", "WalkGuard"]
+
+WALK: Final = "the walk"
+"""To whom the legs belong while it walks."""
+_SOURCE: Final = "Walk"
+_STILL: Final = WalkVelocity()
+_LEG: Final = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+
+
+@dataclass(frozen=True, slots=True)
+class _Drive:
+    """A velocity of one kind, who wants it, and until when in steady wall time."""
+
+    value: float
+    client: str
+    deadline: float
+
+
+class WalkGuard:
+    """Pass velocities to `walker`, limited, and each for as long as its client renews it.
+
+    The velocities forwards, to the left and of the turn are commanded one by one; each stops by itself. While
+    it walks the legs of `body` belong to the walk. `gate` lets each command through or refuses it, but nobody
+    is refused to stop. `wall_time` is steady; `look_within` is told in how many wall seconds `watch` is due.
+    """
+
+    def __init__(
+        self,
+        walker: Walker,
+        body: GuardedDevice,
+        gate: Gate,
+        events: EventLog,
+        options: SafetyOptions,
+        *,
+        wall_time: Callable[[], float],
+        look_within: Callable[[float], None],
+    ) -> None:
+        self.name: Final = WALK
+        self.limits: Final = walker.limits
+        """The highest velocity of each kind."""
+        self._walker = walker
+        self._body = body
+        self._gate = gate
+        self._events = events
+        self._options = options
+        self._wall_time = wall_time
+        self._look_within = look_within
+        self._highest: dict[str, float] = asdict(walker.limits)
+        self._legs = [
+            joint.name for joint in body.joints if joint.name[1:] in _LEG and joint.name[0] in ("L", "R")
+        ]
+        self._lock = threading.Lock()
+        self._drives: dict[str, _Drive] = {}
+        self._closed = False
+
+    def read(self) -> Odometry:
+        """Return where the robot believes to be."""
+        return self._walker.odometry()
+
+    def commanded(self) -> WalkVelocity:
+        """Return the velocity that is commanded, as it was limited."""
+        return self._walker.commanded()
+
+    def drive(self, velocities: Mapping[str, float], client: str) -> bool:
+        """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was limited.
+
+        Raises InvalidCommand or CommandRefused, and then commands nothing.
+        """
+        limitations = []
+        with self._lock:
+            self._gate.require(client)
+            drives = dict(self._drives)
+            deadline = self._wall_time() + self._options.velocity_timeout
+            for kind, velocity in velocities.items():
+                if not math.isfinite(velocity):
+                    raise InvalidCommand(kind, f"{kind} is {velocity}: it must be a finite number")
+                highest = self._highest[kind]
+                safe = max(-highest, min(highest, velocity))
+                if safe != velocity:
+                    limitations.append(f"{kind} velocity {velocity:.4g} is too high, taken {safe:.4g}")
+                drives.pop(kind, None)
+                if safe:
+                    drives[kind] = _Drive(safe, client, deadline)
+            if not self._closed:
+                self._command(drives)
+        if limitations:
+            self._events.count_limited()
+        for limitation in limitations:
+            self._events.add(Severity.Warning, _SOURCE, limitation, "limited")
+        self._look_within(self._options.period)
+        return bool(limitations)
+
+    def stop(self) -> None:
+        """End the walk, on both feet."""
+        with self._lock:
+            self._command({})
+
+    def drop_client(self, client: str) -> None:
+        """Stop what a lost client drives."""
+        stopped = self._stop_where(lambda drive: drive.client == client)
+        if stopped:
+            kinds = " and ".join(stopped)
+            message = f"stopped ({kinds}): the client that drove it is gone"
+            self._events.add(Severity.Warning, _SOURCE, message, "lost")
+
+    def watch(self) -> float | None:
+        """Stop what was not renewed; return in how many wall seconds to look again, None while it rests."""
+        now = self._wall_time()
+        stopped = self._stop_where(lambda drive: now >= drive.deadline)
+        if stopped:
+            self._events.count_timeout()
+            kinds, timeout = " and ".join(stopped), self._options.velocity_timeout
+            message = f"stopped ({kinds}): its velocity was not renewed within {timeout:g} s"
+            self._events.add(Severity.Warning, _SOURCE, message, "timeout")
+        with self._lock:
+            walking = self._walker.walking
+            given_up = bool(self._drives) and not walking
+            if given_up:
+                self._drives = {}
+            released = not walking and self._body.claims.release(WALK)
+        if given_up:
+            message = "the robot ended the walk by itself: it fell, or its legs became limp"
+            self._events.add(Severity.Error, _SOURCE, message, "ended")
+        if released:
+            self._body.hold(self._legs)  # where they stand now is where they are to be
+        return self._options.period if walking else None
+
+    def close(self) -> None:
+        """End the walk and refuse further commands."""
+        with self._lock:
+            if not self._closed:
+                self._command({})
+                self._closed = True
+
+    def _stop_where(self, condition: Callable[[_Drive], bool]) -> list[str]:
+        """Stop the velocities that meet a condition; returns their kinds."""
+        with self._lock:
+            stopped = [kind for kind, drive in self._drives.items() if condition(drive)]
+            if stopped:
+                self._command({kind: drive for kind, drive in self._drives.items() if kind not in stopped})
+        return stopped
+
+    def _command(self, drives: dict[str, _Drive]) -> None:
+        """Let the walker do what is wanted. Raises InvalidCommand, and then commands nothing."""
+        if not drives:
+            self._drives = {}
+            self._walker.command(_STILL)
+            return
+        self._body.claims.claim(WALK, self._legs, self.stop)
+        try:
+            self._walker.command(WalkVelocity(**{kind: drive.value for kind, drive in drives.items()}))
+        except InvalidCommand:
+            if not self._walker.walking:
+                self._drives = {}
+                self._body.claims.release(WALK)
+            raise
+        self._drives = drives
