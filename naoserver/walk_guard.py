@@ -80,7 +80,7 @@ class WalkGuard:
         return self._walker.commanded()
 
     def drive(self, velocities: Mapping[str, float], client: str) -> bool:
-        """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was limited.
+        """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was cut.
 
         Raises InvalidCommand or CommandRefused, and then commands nothing.
         """

@@ -13,15 +13,17 @@ from numpy.typing import NDArray
 from naoserver.body import H25, Body
 from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
 from naoserver.errors import RobotError
+from naoserver.lights import FadingLights
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
+from naoserver.voice import TimedVoice
 from naoserver_sim.cameras import CameraRenderer
 from naoserver_sim.clock import SimulationClock
 from naoserver_sim.control import Command, SetpointController
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.pacing import Pacer
+from naoserver_sim.senses.record import SensorRecord
 from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
 from naoserver_sim.viewer import show
-from naoserver_sim.walk.feeling import exact
 from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import BALLS, scattered
 
@@ -143,11 +145,15 @@ class SimulatedRobot(SimulatedDevice):
             simulator = VirtualSimulator(model.mj, data, controller, clock)
             self._clock = clock
         super().__init__("Nao", simulator, model.robot)
-        self._walker = SimulatedWalker(model, data, controller, simulator, exact(model.mj, data))
+        self._record = SensorRecord(model.mj, data)
+        simulator.watchers.append(self._record)
+        self._walker = SimulatedWalker(model, data, controller, simulator, self._record)
         simulator.parts.append(self._walker)
         self._model = model
         self._scratch = mujoco.MjData(model.mj)
         self._physics = simulator
+        self._lights = FadingLights(self._clock.now)
+        self._voice = TimedVoice(self._clock.now)
         self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest)
         self._mechanisms = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
@@ -169,14 +175,14 @@ class SimulatedRobot(SimulatedDevice):
         return None
 
     @property
-    def lights(self) -> Lights | None:
-        """None: it has no lights yet."""
-        return None
+    def lights(self) -> Lights:
+        """Its lights: what they would show is told."""
+        return self._lights
 
     @property
-    def voice(self) -> Voice | None:
-        """None: it has no voice yet."""
-        return None
+    def voice(self) -> Voice:
+        """Its voice: what it would say is told."""
+        return self._voice
 
     @property
     def postures(self) -> OwnPostures | None:

@@ -1,8 +1,8 @@
 """Where the robot has got to, by what its joints and its inertial unit measure.
 
 The soles that carry stand still on the floor, so that the torso moves by as much as they move below it, the
-other way; each sole counts by the load on it. The heading is the turning rate added up: soles slip when they
-turn, gyroscopes do not.
+other way; each sole counts by the load on it. The heading is the turning rate added up, for soles slip when
+they turn; what a gyrometer tells while the robot stands still is its offset.
 """
 
 from __future__ import annotations
@@ -18,6 +18,10 @@ __all__ = ["Attitude", "FloorPose", "Odometer"]
 
 _LEFT: Final = 1.0
 _RIGHT: Final = -1.0
+_STILL: Final = 0.1
+"""Turning rate in rad/s about any axis below which a robot that rests stands still."""
+_LONGEST: Final = 500
+"""Ticks of standing still over which the offset of the gyrometer is the mean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,17 +51,30 @@ class Odometer:
     def __init__(self, legs: Legs) -> None:
         self._legs = legs
         self._soles: tuple[Vector, Vector] | None = None
+        self._offset = 0.0  # of the yaw rate
+        self._still = 0  # ticks over which that is the mean
         self.pose = FloorPose()
 
     def tick(
-        self, seconds: float, joints: Sequence[float], attitude: Attitude, loads: tuple[float, float]
+        self,
+        seconds: float,
+        joints: Sequence[float],
+        attitude: Attitude,
+        loads: tuple[float, float],
+        *,
+        resting: bool = False,
     ) -> None:
         """Go on for some seconds after which the sensors tell this.
 
         `joints` are the angles of `LEG_JOINTS` in rad, `loads` those of the soles in N, left and right.
+        `resting` says that the legs have no part in a walk.
         """
         before = self.pose
-        heading = _wrapped(before.heading + _yaw_rate(attitude) * seconds)
+        rate = _yaw_rate(attitude)
+        if resting and max(map(abs, attitude.turning)) < _STILL:
+            self._still = min(self._still + 1, _LONGEST)
+            self._offset += (rate - self._offset) / self._still
+        heading = _wrapped(before.heading + (rate - self._offset) * seconds)
         soles = (
             _in_world(self._legs.sole(_LEFT, joints[:6]), attitude, heading),
             _in_world(self._legs.sole(_RIGHT, joints[6:]), attitude, heading),

@@ -14,12 +14,12 @@ from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.control import SetpointController
 from naoserver_sim.model import Model
+from naoserver_sim.senses.record import SensorRecord
 from naoserver_sim.simulator import Simulator
 from naoserver_sim.walk.arms import ArmSwing
 from naoserver_sim.walk.controller import WalkController
-from naoserver_sim.walk.feeling import Feel, Feeling
 from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, Legs
-from naoserver_sim.walk.odometry import Odometer
+from naoserver_sim.walk.odometry import Attitude, Odometer
 
 __all__ = ["LIMITS", "SimulatedWalker"]
 
@@ -67,12 +67,12 @@ class SimulatedWalker:
         data: mujoco.MjData,
         setpoints: SetpointController,
         simulator: Simulator,
-        feel: Feel,
+        sensors: SensorRecord,
     ) -> None:
         self._data = data
         self._setpoints = setpoints
         self._simulator = simulator
-        self._feel = feel
+        self._sensors = sensors
         names = [joint.name for joint in model.robot.joints]
         joints = [names.index(name) for name in LEG_JOINTS]
         motors = [names.index(name) for name in LEG_MOTORS]
@@ -88,7 +88,8 @@ class SimulatedWalker:
         self._rising = 0.0
         self._commanded = _STILL
         self._velocity = _STILL  # what the feet are told
-        self._feeling = Feeling()
+        self._attitude = Attitude()
+        self._loads = sensors.loads()
 
     @property
     def limits(self) -> WalkVelocity:
@@ -127,21 +128,24 @@ class SimulatedWalker:
 
     def tick(self, seconds: float) -> None:
         """Set the setpoints of legs and arms while it walks, and follow where it gets to."""
-        feeling = self._feeling = self._feel()
+        sensors = self._sensors
+        self._attitude = Attitude(sensors.turning(), *sensors.tilt())
+        self._loads = sensors.loads()
+        resting = self._stage is _Stage.RESTING
         joints = self._data.qpos[self._joints].tolist()
-        self._odometer.tick(seconds, joints, feeling.attitude, feeling.loads)
-        if self._stage is _Stage.RESTING and self._velocity == _STILL:
+        self._odometer.tick(seconds, joints, self._attitude, self._loads, resting=resting)
+        if resting and self._velocity == _STILL:
             return
         if self._hindrance(self._simulator.motors.stiffnesses):
             self._give_up()
             return
-        if self._stage is _Stage.RESTING:
+        if resting:
             self._rise()
         self._time += seconds
         if self._stage is _Stage.RISING:
             self._come_into_stance()
         else:
-            self._step(seconds, feeling)
+            self._step(seconds)
 
     def _take(self, velocity: WalkVelocity) -> None:
         self._velocity = WalkVelocity(
@@ -150,10 +154,10 @@ class SimulatedWalker:
 
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
         """Return why it cannot walk; empty when it can."""
-        attitude, loads = self._feeling.attitude, self._feeling.loads
+        attitude = self._attitude
         if max(abs(attitude.roll), abs(attitude.pitch)) > _TILT:
             return "it lies, or it falls; let it stand up first"
-        if self._stage is _Stage.RESTING and sum(loads) < _WEIGHT:
+        if self._stage is _Stage.RESTING and sum(self._loads) < _WEIGHT:
             return "it does not stand on its feet"
         if stiffnesses[self._motors].min() < _FIRM:
             return f"its legs are limp; make them stiff, {_FIRM:g} at least"
@@ -178,9 +182,9 @@ class SimulatedWalker:
         if done == 1.0:
             self._enter(_Stage.STEPPING)
 
-    def _step(self, seconds: float, feeling: Feeling) -> None:
+    def _step(self, seconds: float) -> None:
         controller = self._controller
-        angles = controller.tick(seconds, self._velocity, feeling.attitude.turning, feeling.loads)
+        angles = controller.tick(seconds, self._velocity, self._attitude.turning, self._loads)
         self._place(np.array(angles))
         self._arms.tick(controller.gait.feet, self._data.ctrl)
         if controller.gait.walking:
