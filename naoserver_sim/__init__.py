@@ -2,6 +2,7 @@
 
 Module            What it holds
 `body`            the body made from its facts: links, joints, motors, contact shapes, cameras
+`self_collision`  which links touch each other
 `appearance`      what a person sees of it: a skin, or bare blocks
 `world`           floor, light, spectator, balls and what carries them
 `model`           all of it compiled, and the robot put on its feet

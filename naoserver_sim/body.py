@@ -15,6 +15,7 @@ import numpy as np
 from naoserver.body import Body, Joint, Link
 from naoserver.robot import CameraFacts
 from naoserver_sim.motors import add_motor
+from naoserver_sim.self_collision import exclude_neighbors
 
 TORSO: Final = "torso"
 
@@ -28,8 +29,7 @@ _DAMPING: Final = 0.05
 _FRICTION_LOSS: Final = 0.02
 _LEG_JOINTS: Final = ("Hip", "Knee", "Ankle")
 
-# The floor takes contacts of the body (bit 1), the body those of the floor (bit 2): links pass through each
-# other, kept apart by the ranges of their joints and the anti-collision tables above.
+# What stands firm (bit 1) touches what moves (bit 2): the body and loose things, which touch each other, too.
 FLOOR_BIT: Final = 1
 BODY_BIT: Final = 2
 COLLISION_GROUP: Final = 3
@@ -57,6 +57,7 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
     for link in body.links:
         links[link.name] = _add_link(spec, links, link, joints.get(link.parent_joint or ""))
     _add_contact_shapes(links, body)
+    exclude_neighbors(spec, body)
     followers = {coupling.follower for coupling in body.couplings}
     for joint in body.joints:
         if joint.name not in followers:
@@ -128,7 +129,7 @@ def _add_link(
 
 
 def _add_contact_shapes(links: Mapping[str, mujoco.MjsBody], body: Body) -> None:
-    """Add the shapes with which the links touch the floor; the feet stand on the box round their soles."""
+    """Add the shapes with which the links touch things; the feet stand on the box round their soles."""
     for shape in body.facts["self_collision_shapes"]["shapes"]:
         link = links[shape["link"]]
         if shape["link"].endswith("_foot"):
@@ -171,7 +172,7 @@ def _add_contact(
         group=COLLISION_GROUP,
         mass=0,
         contype=BODY_BIT,
-        conaffinity=FLOOR_BIT,
+        conaffinity=FLOOR_BIT | BODY_BIT,
         condim=4,
         friction=[1.0, 0.02, 0.001],
         solref=[0.005, 1],

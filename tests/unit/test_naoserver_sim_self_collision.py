@@ -1,0 +1,86 @@
+"""Links that meet stop each other, and neighbors do not."""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+import numpy as np
+import pytest
+
+from naoserver.body import H25
+from naoserver_sim.model import build_model, standing
+from naoserver_sim.self_collision import _are_neighbors
+
+pytestmark = pytest.mark.sim
+
+INTO_THE_BODY = {
+    "forearm into the torso": {"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "LElbowYaw": 0.0, "LShoulderPitch": 1.5},
+    "forearms into each other": {
+        "LShoulderPitch": 0.8, "LShoulderRoll": -0.3, "LElbowRoll": -1.2, "LElbowYaw": 0.0,
+        "RShoulderPitch": 0.8, "RShoulderRoll": 0.3, "RElbowRoll": 1.2, "RElbowYaw": 0.0,
+    },
+    "hand into the head": {"LShoulderPitch": -1.4, "LShoulderRoll": -0.3, "LElbowRoll": -1.0, "LElbowYaw": 0.0},
+    "knees into each other": {"LHipRoll": -0.37, "RHipRoll": 0.37},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def model():
+    return build_model(skin=False)
+
+
+def commanded(model, targets):
+    """Return the state after 2 s in which the motors pulled towards targets, weightless above the floor."""
+    mj = copy.copy(model.mj)
+    mj.opt.gravity[:] = 0
+    data = standing(model, H25.postures["STAND_INIT"])
+    data.qpos[model.base_qpos + 2] += 1.0
+    for joint, motor in zip(model.robot.joints, model.robot.motors, strict=True):
+        if joint.name in targets:
+            data.ctrl[motor] = targets[joint.name]
+    mujoco.mj_step(mj, data, nstep=800)
+    return data
+
+
+def deepest_among_links(model, data):
+    """Return by how many m two links reach into each other at most; negative when none touch."""
+    links = model.mj.geom_bodyid
+    depths = [-c.dist for c in data.contact if links[c.geom1] and links[c.geom2]]
+    return max(depths, default=-np.inf)
+
+
+@pytest.mark.parametrize("targets", INTO_THE_BODY.values(), ids=INTO_THE_BODY)
+def test_links_that_are_driven_into_each_other_stop(model, targets):
+    data = commanded(model, targets)
+    assert 0 <= deepest_among_links(model, data) < 0.003
+
+
+def test_motor_of_a_stopped_link_pulls_with_no_more_than_its_torque(model):
+    data = commanded(model, INTO_THE_BODY["forearm into the torso"])
+    forces, limits = np.abs(data.actuator_force), model.mj.actuator_forcerange[:, 1]
+    assert (forces <= limits * 1.0001).all()
+
+
+@pytest.mark.parametrize("posture", ["STAND", "STAND_INIT", "STAND_ZERO"])
+def test_nothing_touches_in_a_posture(model, posture):
+    data = standing(model, H25.postures[posture])
+    assert deepest_among_links(model, data) == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "neighbors"),
+    [
+        ("torso", "l_thigh", True),
+        ("torso", "head", True),
+        ("l_thigh", "l_tibia", True),
+        ("l_tibia", "l_foot", True),
+        ("torso", "l_forearm", False),
+        ("l_thigh", "r_thigh", False),
+        ("l_thigh", "l_foot", False),
+        ("l_pelvis", "r_pelvis", False),
+    ],
+)
+def test_neighbors_are_what_one_joint_or_one_point_joins(first, second, neighbors):
+    assert _are_neighbors(H25, first, second) is neighbors
+    assert _are_neighbors(H25, second, first) is neighbors
