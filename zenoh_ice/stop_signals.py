@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import _thread
 import logging
-import os
 import signal
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from types import CodeType, FrameType
 from typing import Final, ParamSpec, TypeVar
 
@@ -69,7 +69,11 @@ def unbroken(callback: Callable[P, R]) -> Callable[P, R]:
 
 def _send_again(number: int) -> None:
     time.sleep(_LATER)
-    os.kill(os.getpid(), number)
+    main = threading.main_thread().ident
+    if main is not None:
+        # Not to the process: another thread could take it, which would not wake this one from a wait.
+        with suppress(ProcessLookupError):
+            signal.pthread_kill(main, number)
 
 
 def _must_go_on(frame: FrameType | None) -> bool:

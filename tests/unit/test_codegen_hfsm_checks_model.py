@@ -30,7 +30,7 @@ def with_lines(document: Document) -> Document:
     return read
 
 
-@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(documents())
 def test_a_transition_that_never_fires_is_impossible_in_the_model(document: Document) -> None:
     document = with_lines(document)
@@ -47,7 +47,7 @@ def test_a_transition_that_never_fires_is_impossible_in_the_model(document: Docu
                 assert (automaton.id, transition.id) not in possible
 
 
-@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(documents())
 def test_a_state_without_a_way_in_is_impossible_in_the_model(document: Document) -> None:
     document = with_lines(document)

@@ -15,6 +15,7 @@ from codegen.hfsm import parse_document, read_document, write_document
 from codegen.hfsm.document import Document
 from codegen.hfsm.scxml import is_scxml, parse_scxml, write_scxml
 from tests.support.codegen_command import ROOT
+from tests.support.examples import examples
 from tests.support.pages import DOCS
 from tests.support.random_documents import documents, trees
 from tests.support.scxml_rules import violations
@@ -39,7 +40,7 @@ def import_(text: str) -> tuple[Document | None, Diagnostics]:
     return parse_scxml(text, Path("test.scxml"), diagnostics), diagnostics
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(trees)
 def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> None:
     text, _ = export(document)

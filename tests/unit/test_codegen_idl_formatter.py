@@ -15,6 +15,7 @@ from codegen.idl.format_words import words_of
 from codegen.idl.formatter import FormattingError, format_source
 from codegen.idl.lexer import Kind, Source
 from codegen.idl.loading import definitions_of, load_interfaces
+from tests.support.examples import examples
 from tests.support.slice_grammar import slice_files
 from tests.support.slice_texts import slice_like_texts
 
@@ -210,7 +211,7 @@ def respaced(text: str, random: Random) -> str:
     return "".join(parts)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=st.integers(0, 1 << 32))
 def test_only_spaces_change_and_a_second_time_nothing(
     tmp_path_factory: pytest.TempPathFactory, seed: int

@@ -121,7 +121,10 @@ def test_a_childs_cycle_that_does_not_end_is_told_as_an_error_after_a_second(
     assert not runtime.failed
 
 
-def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_code() -> None:
+def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_code(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", 0.02)
     asked, left = threading.Event(), threading.Event()
     ran: list[str] = []
 

@@ -163,7 +163,7 @@ def serve() -> None:
 @pytest.mark.parametrize(
     "place", [("__enter__", "return"), ("__exit__", "call"), ("_acquire_restore", "call")]
 )
-@pytest.mark.parametrize("wait", ["event.wait(10), time.sleep(10)", "communicator.waitForShutdown(1)"])
+@pytest.mark.parametrize("wait", ["event.wait(0.5), time.sleep(60)", "communicator.waitForShutdown(1)"])
 def test_signal_leaves_nothing_locked_wherever_it_strikes(place: tuple[str, str], wait: str) -> None:
     """A wait for shutdown never comes to such a place, and ends after a second."""
     body = INTERRUPTED.replace("PLACE", repr(place)).replace("WAIT", wait)
