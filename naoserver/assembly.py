@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from naoserver.body import H25
+from naoserver.capabilities import Lights, Voice, Walker
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.gate import Gate
@@ -17,12 +18,17 @@ from naoserver.safety import Safety
 from naoserver.servants.body import JointsI
 from naoserver.servants.camera import CameraI
 from naoserver.servants.clock import ClockI
+from naoserver.servants.encoders import EncodersI
 from naoserver.servants.head import PoseHeadI
 from naoserver.servants.health import HealthI
 from naoserver.servants.hinge import Pose3DEncodersI, Pose3DMotorsI
+from naoserver.servants.leds import LedsI
+from naoserver.servants.motors import MotorsI
 from naoserver.servants.neck_speed import NeckSpeedI
 from naoserver.servants.safety import SafetyI
+from naoserver.servants.speech import SpeechI
 from naoserver.servants.streaming import StreamsState
+from naoserver.walk_guard import WalkGuard
 from naoserver.watchdog import Watched
 from zenoh_ice import Object
 
@@ -64,9 +70,15 @@ class Assembly:
         self._safety = self._add_safety()
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
+        if robot.walker is not None:
+            self._add_walk(robot.walker)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
         self.cameras: Final = self._add_cameras()
+        if robot.lights is not None:
+            self._add_lights(robot.lights)
+        if robot.voice is not None:
+            self._add_voice(robot.voice)
         self._add_health()
 
     def drop_client(self, client: str) -> None:
@@ -94,6 +106,22 @@ class Assembly:
         self.streams.extend((head, joints))
         return body
 
+    def _add_walk(self, walker: Walker) -> None:
+        walk = WalkGuard(
+            walker,
+            self.body,
+            self.gate,
+            self.events,
+            self._options.safety,
+            wall_time=self._wall_time,
+            look_within=self._look_within,
+        )
+        self.gate.on_stop(walk.stop)
+        self.watched.append(walk)
+        encoders = EncodersI(walk)
+        self.servants.update({"Motors": MotorsI(walk), "Encoders": encoders})
+        self.streams.append(encoders)
+
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # A gate of its own that nobody shuts: what carries a ball is no part of the robot.
         gate = Gate(self.events, self._wall_time)
@@ -118,6 +146,16 @@ class Assembly:
         ]
         self.servants.update({camera.facts.name: camera for camera in cameras})
         return cameras
+
+    def _add_lights(self, lights: Lights) -> None:
+        leds = LedsI(lights, self._robot.clock.now)
+        self.servants["Leds"] = leds
+        self.streams.append(leds)
+
+    def _add_voice(self, voice: Voice) -> None:
+        speech = SpeechI(voice, self._robot.clock.now)
+        self.servants["Speech"] = speech
+        self.streams.append(speech)
 
     def _add_health(self) -> None:
         health = HealthI(

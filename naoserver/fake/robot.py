@@ -20,8 +20,10 @@ from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice
 from naoserver.errors import HardwareFailure
 from naoserver.fake.camera import Ball, draw
 from naoserver.fake.walker import FakeWalker
+from naoserver.lights import FadingLights
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
 from naoserver.stiffness import StiffnessRamps
+from naoserver.voice import TimedVoice
 from zenoh_ice import Clock, WallClock
 
 LAG: Final = 0.02
@@ -201,6 +203,8 @@ class FakeRobot(FakeDevice):
         }
         self._colors = dict(colors)
         self._camera_failure = camera_failure
+        self._lights = FadingLights(self._robot_clock.now)
+        self._voice = TimedVoice(self._robot_clock.now)
         self._walker = FakeWalker(self._robot_clock)
 
     @property
@@ -219,14 +223,14 @@ class FakeRobot(FakeDevice):
         return None
 
     @property
-    def lights(self) -> Lights | None:
-        """None: it has no lights."""
-        return None
+    def lights(self) -> Lights:
+        """Its lights: what they would show is told."""
+        return self._lights
 
     @property
-    def voice(self) -> Voice | None:
-        """None: it has no voice."""
-        return None
+    def voice(self) -> Voice:
+        """Its voice: what it would say is told."""
+        return self._voice
 
     @property
     def postures(self) -> OwnPostures | None:

@@ -1,0 +1,91 @@
+"""Lights and voice as clients meet them."""
+
+import math
+
+import pytest
+
+from interfaces.jderobot import InvalidValueException
+from interfaces.nao import LedColor, LedsPrx, SpeechPrx
+from naoserver.fake import FakeRobot
+from naoserver.lights import START
+from tests.support.limits import LIMIT
+from tests.support.robot_server import served_to_client, wait_for
+
+RED = LedColor(red=1.0, green=0.0, blue=0.0)
+
+
+@pytest.fixture
+def nao():
+    with served_to_client(FakeRobot()) as nao:
+        yield nao
+
+
+@pytest.fixture
+def leds(nao):
+    leds = nao.proxy(LedsPrx, "Leds")
+    leds.reset()
+    return leds
+
+
+@pytest.fixture
+def speech(nao):
+    speech = nao.proxy(SpeechPrx, "Speech")
+    speech.stop()
+    return speech
+
+
+def test_lights_are_named_set_and_told(leds):
+    assert leds.getLedNames() == list(START)
+    leds.setLed("LeftEye", RED, 0.0)
+    assert leds.getLeds().colors["LeftEye"] == RED
+    leds.reset()
+    assert leds.getLeds().colors["LeftEye"] == LedColor(red=1.0, green=1.0, blue=1.0)
+
+
+@pytest.mark.parametrize(
+    ("field", "name", "color", "seconds"),
+    [
+        ("name", "Tail", RED, 0.0),
+        ("red", "Chest", LedColor(red=1.1, green=0.0, blue=0.0), 0.0),
+        ("green", "Chest", LedColor(red=0.0, green=math.nan, blue=0.0), 0.0),
+        ("blue", "Chest", LedColor(red=0.0, green=0.0, blue=-0.1), 0.0),
+        ("seconds", "Chest", RED, -1.0),
+        ("seconds", "Chest", RED, 61.0),
+        ("seconds", "Chest", RED, math.inf),
+    ],
+)
+def test_what_no_light_can_show_is_refused_by_name(leds, field, name, color, seconds):
+    before = leds.getLeds().colors
+    with pytest.raises(InvalidValueException) as refusal:
+        leds.setLed(name, color, seconds)
+    assert refusal.value.field == field
+    assert leds.getLeds().colors == before
+
+
+def test_the_lights_stream_shows_a_fade_to_its_end(leds):
+    leds.setLed("Chest", RED, 0.1)
+    wait_for(leds.getLeds, lambda state: state.colors["Chest"] == RED)
+
+
+def test_a_listener_that_comes_late_is_told_what_does_not_change(nao, leds):
+    leds.setLed("Chest", RED, 0.0)
+    with nao.client() as first, nao.client() as second:
+        for client in (first, second):
+            sample = client.proxy(LedsPrx, "Leds").getLeds.wait(timeout=LIMIT)
+            assert sample.value.colors["Chest"] == RED
+
+
+def test_a_text_is_said_and_told_and_silenced(speech):
+    speech.say("A text that takes quite some time to be said, even by somebody in a great hurry. " * 10)
+    said = wait_for(speech.getSpeech, lambda state: state.speaking)
+    assert said.text.startswith("A text")
+    speech.stop()
+    silent = wait_for(speech.getSpeech, lambda state: not state.speaking)
+    assert silent.count == said.count == speech.getSpeech().count
+
+
+@pytest.mark.parametrize("text", ["", " \n", "x" * 2001])
+def test_what_cannot_be_said_is_refused(speech, text):
+    with pytest.raises(InvalidValueException) as refusal:
+        speech.say(text)
+    assert refusal.value.field == "text"
