@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Final, Self
 
 from naoserver.assembly import Assembly
 from naoserver.guarded_device import GuardedDevice
 from naoserver.robot import Robot
+from naoserver.walk_guard import WalkGuard
 
-__all__ = ["Access"]
+__all__ = ["CLIENT", "Access"]
+
+CLIENT: Final = "NAOqi"
+"""Who commands, as guards know it: libqi does not tell its clients apart. It holds no lease."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +23,11 @@ class Access:
     robot: Robot
     body: GuardedDevice
     """Its joints."""
+    walk: WalkGuard | None
+    """Its walk; None when it has none."""
 
     @classmethod
     def through(cls, robot: Robot, assembly: Assembly) -> Self:
         """Return the access that goes through the guards of an assembly."""
-        return cls(robot, assembly.body)
+        walk = next((watched for watched in assembly.watched if isinstance(watched, WalkGuard)), None)
+        return cls(robot, assembly.body, walk)

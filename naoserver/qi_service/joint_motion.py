@@ -94,21 +94,28 @@ class JointMotion:
         while not task.call.stopped.is_set():
             time = self._clock.now() - begin
             ahead = min(time + PERIOD, end)
-            self._step(task, {joint: path.at(ahead) for joint, path in trajectories.items()})
+            self._step(task, trajectories, ahead)
             if ahead >= end:
                 break
             task.call.wait(PERIOD)
         self._settle(task, {joint: path.at(end) for joint, path in trajectories.items()})
 
-    def _step(self, task: Task, targets: Mapping[str, float]) -> None:
-        """Send the setpoints to where they are to be one period from now."""
+    def _step(self, task: Task, trajectories: Mapping[str, Trajectory], time: float) -> None:
+        """Send the setpoints to where they are to be at a time one period from now."""
         setpoints = self.commands()
         with self._changed:
-            own = [joint for joint in targets if self._taken.get(joint) == task.number]
-        moving = {joint: targets[joint] for joint in own if targets[joint] != setpoints[joint]}
-        if moving:
-            speeds = {joint: abs(target - setpoints[joint]) / PERIOD for joint, target in moving.items()}
-            self._body.move(moving, speeds)
+            own = [joint for joint in trajectories if self._taken.get(joint) == task.number]
+        targets, speeds = {}, {}
+        for joint in own:
+            target = trajectories[joint].at(time)
+            if target == setpoints[joint]:
+                continue
+            speed, cap = abs(target - setpoints[joint]) / PERIOD, self._body.speed_cap(joint)
+            if abs(target - trajectories[joint].at(time - PERIOD)) <= cap * PERIOD:
+                speed = min(speed, cap)  # to catch up is no reason for a warning
+            targets[joint], speeds[joint] = target, speed
+        if targets:
+            self._body.move(targets, speeds)
 
     def _settle(self, task: Task, targets: Mapping[str, float]) -> None:
         """Wait until the setpoints have arrived; full speed where they are late."""

@@ -11,6 +11,7 @@ import qi
 from naoserver.errors import InvalidCommand
 from naoserver.qi_service.access import Access
 from naoserver.qi_service.memory_keys import Moment, keys_of
+from naoserver.qi_service.sonar import Sonar
 from naoserver.qi_service.values import text, texts
 
 __all__ = ["ALMemory", "MemoryPump"]
@@ -33,9 +34,9 @@ class Subscriber:
 class ALMemory:
     """Keep what clients and services insert, and look up everything else when it is asked for."""
 
-    def __init__(self, access: Access) -> None:
+    def __init__(self, access: Access, sonar: Sonar) -> None:
         self._access = access
-        self._looks = keys_of(access)
+        self._looks = keys_of(access, sonar)
         self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
         self._subscribers: dict[str, Subscriber] = {}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
 from naoserver.capabilities import FootReading, SenseReading
 from naoserver.qi_service.access import Access
+from naoserver.qi_service.sonar import Sonar
 from naoserver.robot import JointReading
 
 __all__ = ["Moment", "keys_of"]
@@ -47,7 +47,7 @@ class Moment:
 Look = Callable[[Moment], object]
 
 
-def keys_of(access: Access) -> Mapping[str, Look]:
+def keys_of(access: Access, sonar: Sonar) -> Mapping[str, Look]:
     """Return what tells the value of every key that the robot keeps itself."""
     keys: dict[str, Look] = dict(_of_joints(access))
     keys["RobotConfig/Body/Type"] = lambda _moment: "nao"
@@ -58,6 +58,7 @@ def keys_of(access: Access) -> Mapping[str, Look]:
     if access.robot.senses is not None:
         keys.update(_of_inertial_unit())
         keys.update(_of_feet())
+        keys.update(_of_sonar(sonar))
         keys.update(_of_battery())
         keys.update(_of_touch(access.robot.senses.touch_names))
     return keys
@@ -98,6 +99,15 @@ def _of_feet() -> Iterator[tuple[str, Look]]:
         yield f"{pressure}RearLeft/Sensor/Value", _mass(of, lambda reading: reading.rear_left)
         yield f"{pressure}RearRight/Sensor/Value", _mass(of, lambda reading: reading.rear_right)
         yield f"{pressure}TotalWeight/Sensor/Value", _mass(of, _load)
+
+
+def _of_sonar(sonar: Sonar) -> Iterator[tuple[str, Look]]:
+    for i, side in enumerate(("Left", "Right")):
+        yield f"{_DEVICES}US/{side}/Sensor/Value", _distance(sonar, i)
+
+
+def _distance(sonar: Sonar, side: int) -> Look:
+    return lambda _moment: min(sonar.distances()[side], NOTHING_NEAR)
 
 
 def _of_battery() -> Iterator[tuple[str, Look]]:
@@ -149,8 +159,3 @@ def _touch_keys(name: str) -> Iterator[str]:
         yield f"Hand{side}{place}Touched"
     elif name[1:].startswith("FootBumper"):
         yield f"{_DEVICES}{name[:5]}/Bumper/{name[11:]}/Sensor/Value"
-
-
-def sonar_value(distance: float) -> float:
-    """Return what NAOqi tells for a distance in m that may be infinite."""
-    return distance if math.isfinite(distance) else NOTHING_NEAR

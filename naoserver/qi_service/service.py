@@ -15,9 +15,17 @@ from naoserver.qi_service.access import Access
 from naoserver.qi_service.calls import Calls
 from naoserver.qi_service.faults import Faults, FaultsService
 from naoserver.qi_service.joint_motion import JointMotion
+from naoserver.qi_service.leds import ALLeds
+from naoserver.qi_service.libqi import start_libqi
+from naoserver.qi_service.life import ALAutonomousLife, ALBattery, ALSystem
 from naoserver.qi_service.memory import ALMemory, MemoryPump
 from naoserver.qi_service.motion import ALMotion
+from naoserver.qi_service.posture import ALRobotPosture
+from naoserver.qi_service.postures import Postures
+from naoserver.qi_service.sonar import ALSonar, Sonar
+from naoserver.qi_service.speech import ALAnimatedSpeech, ALTextToSpeech
 from naoserver.qi_service.video import ALVideoDevice
+from naoserver.qi_service.walking import Walking
 
 __all__ = ["DEFAULT_URL", "NaoqiService"]
 
@@ -37,16 +45,29 @@ class NaoqiService:
 
     def __init__(self, access: Access, url: str = DEFAULT_URL, *, faults: bool = False) -> None:
         """Listen at `url`, where port 0 lets the system pick. Raises RobotError when that cannot be."""
-        qi.logging.setLevel(qi.logging.ERROR)  # before anything else: its messages go to standard output
+        start_libqi()
         self._url = url
         self._faults = Faults(enabled=faults)
         self._calls = Calls(access.robot.clock, self._faults)
-        motion = JointMotion(access.body, access.robot.clock)
-        memory = ALMemory(access)
+        robot = access.robot
+        sonar = Sonar(robot.senses)
+        memory = ALMemory(access, sonar)
+        motion = JointMotion(access.body, robot.clock)
+        postures = Postures(access, motion)
+        self._walking = Walking(access.walk)
+        speech = ALTextToSpeech(robot.voice, memory)
         services: dict[str, object] = {
+            "ALAnimatedSpeech": ALAnimatedSpeech(speech),
+            "ALAutonomousLife": ALAutonomousLife(memory),
+            "ALBattery": ALBattery(robot.senses),
+            "ALLeds": ALLeds(robot.lights),
             "ALMemory": memory,
-            "ALMotion": ALMotion(access, motion),
-            "ALVideoDevice": ALVideoDevice(access.robot, self._faults),
+            "ALMotion": ALMotion(access, motion, postures, self._walking),
+            "ALRobotPosture": ALRobotPosture(postures),
+            "ALSonar": ALSonar(sonar),
+            "ALSystem": ALSystem(robot.name),
+            "ALTextToSpeech": speech,
+            "ALVideoDevice": ALVideoDevice(robot, self._faults),
         }
         if faults:
             services["Faults"] = FaultsService(self._faults, self.interrupt)
@@ -90,6 +111,7 @@ class NaoqiService:
             self._break.join()
         self._pump.close()
         self._calls.close()
+        self._walking.close()
         self._hang_up()
 
     def __enter__(self) -> Self:

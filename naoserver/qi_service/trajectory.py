@@ -10,7 +10,7 @@ from typing import Final, Protocol
 
 from naoserver.errors import InvalidCommand
 
-__all__ = ["BezierKey", "BezierTrajectory", "SmoothTrajectory", "Trajectory"]
+__all__ = ["BezierKey", "BezierTrajectory", "SmoothTrajectory", "Trajectory", "check_times"]
 
 _BISECTIONS: Final = 30
 
@@ -28,9 +28,10 @@ class Trajectory(Protocol):
         ...
 
 
-def _check_times(joint: str, times: Sequence[float]) -> None:
-    if not times:
-        raise InvalidCommand(joint, f"{joint}: there is no time")
+def check_times(joint: str, times: Sequence[float], count: int) -> None:
+    """Raise InvalidCommand unless there are `count` times, above 0 and increasing."""
+    if len(times) != count or not times:
+        raise InvalidCommand(joint, f"{joint}: there are {len(times)} times for {count} keys")
     if times[0] <= 0.0 or any(later <= time for time, later in pairwise(times)):
         raise InvalidCommand(joint, f"{joint}: the times must be above 0 and increase, not {list(times)}")
 
@@ -44,10 +45,7 @@ class SmoothTrajectory:
 
     def __init__(self, joint: str, start: float, times: Sequence[float], angles: Sequence[float]) -> None:
         """Begin at `start` at time 0. Raises InvalidCommand unless the times increase, one for each angle."""
-        if len(times) != len(angles):
-            message = f"{joint}: there are {len(angles)} angles for {len(times)} times"
-            raise InvalidCommand(joint, message)
-        _check_times(joint, times)
+        check_times(joint, times, len(angles))
         self._times = (0.0, *times)
         self._angles = (start, *angles)
         rises = [
@@ -97,7 +95,7 @@ class BezierTrajectory:
 
     def __init__(self, joint: str, start: float, keys: Sequence[BezierKey]) -> None:
         """Begin at `start` at time 0. Raises InvalidCommand unless the times of the keys increase."""
-        _check_times(joint, [key.time for key in keys])
+        check_times(joint, [key.time for key in keys], len(keys))
         self._keys = (BezierKey(0.0, start), *keys)
         self._times = [key.time for key in self._keys]
 

@@ -7,7 +7,7 @@ from typing import Final
 
 from naoserver.errors import InvalidCommand
 
-__all__ = ["fraction", "listed", "number", "numbers", "text", "texts"]
+__all__ = ["fraction", "listed", "number", "number_lists", "numbers", "text", "texts"]
 
 MOST: Final = 1000
 """Entries that a list may have."""
@@ -47,6 +47,24 @@ def numbers(value: object, what: str, count: int) -> list[float]:
     if len(value) != count:
         raise InvalidCommand(what, f"{what} has {len(value)} entries for {count} joints")
     return [number(entry, what) for entry in value]
+
+
+def number_lists(value: object, what: str, count: int) -> list[list[float]]:
+    """Return a list of numbers for each of `count` joints. Raises InvalidCommand.
+
+    As NAOqi does, it takes one number for all; a number or a list for each; of one joint also its list alone.
+    """
+    if not isinstance(value, (list, tuple)):
+        return [[number(value, what)] for _ in range(count)]
+    entries = listed(value, what)
+    if count == 1 and not any(isinstance(entry, (list, tuple)) for entry in entries):
+        entries = [entries]
+    if len(entries) != count:
+        raise InvalidCommand(what, f"{what} has {len(entries)} entries for {count} joints")
+    return [
+        [number(one, what) for one in (listed(entry, what) if isinstance(entry, (list, tuple)) else [entry])]
+        for entry in entries
+    ]
 
 
 def text(value: object, what: str) -> str:

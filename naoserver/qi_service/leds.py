@@ -1,0 +1,180 @@
+"""ALLeds: the lights."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from naoserver.capabilities import Color, Lights
+from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.qi_service.calls import Call, long_call
+from naoserver.qi_service.values import listed, number, text
+
+__all__ = ["ALLeds"]
+
+GROUPS: Final = {
+    "AllLeds": (*("LeftEye", "RightEye", "LeftEar", "RightEar", "Head", "Chest", "LeftFoot", "RightFoot"),),
+    "FaceLeds": ("LeftEye", "RightEye"),
+    "LeftFaceLeds": ("LeftEye",),
+    "RightFaceLeds": ("RightEye",),
+    "EarLeds": ("LeftEar", "RightEar"),
+    "LeftEarLeds": ("LeftEar",),
+    "RightEarLeds": ("RightEar",),
+    "BrainLeds": ("Head",),
+    "ChestLeds": ("Chest",),
+    "FeetLeds": ("LeftFoot", "RightFoot"),
+    "LeftFootLeds": ("LeftFoot",),
+    "RightFootLeds": ("RightFoot",),
+}
+"""The lights of each of NAOqi's groups; further groups are made of these by createGroup."""
+_PARTS: Final = ("Red", "Green", "Blue")
+_COLORS: Final = {
+    "white": 0xFFFFFF,
+    "red": 0xFF0000,
+    "green": 0x00FF00,
+    "blue": 0x0000FF,
+    "yellow": 0xFFFF00,
+    "magenta": 0xFF00FF,
+    "cyan": 0x00FFFF,
+}
+_LONGEST: Final = 60.0
+_MOST: Final = 100
+
+
+class ALLeds:
+    """Set the lights, a group at a time; a fade returns when it is at its end."""
+
+    def __init__(self, lights: Lights | None) -> None:
+        """Serve lights; None of a robot that has none, which every command then tells."""
+        self._found = lights
+        self._groups: dict[str, tuple[str, ...]] = dict(GROUPS)
+
+    @property
+    def _lights(self) -> Lights:
+        if self._found is None:
+            raise HardwareFailure("this robot has no lights")
+        return self._found
+
+    @long_call
+    def fadeRGB(self, call: Call, name: object, *color: object) -> None:
+        """Fade to red, green and blue from 0 to 1, to 0xRRGGBB or to a colour's name, within some seconds."""
+        if len(color) not in (2, 4):
+            raise InvalidCommand(
+                "color", "fadeRGB takes a group, a colour of one or three values, and seconds"
+            )
+        seconds = _seconds(color[-1])
+        self._fade(name, _color(color[:-1]), seconds)
+        call.wait(seconds)
+
+    @long_call
+    def fadeListRGB(self, call: Call, name: object, rgbList: object, timeList: object) -> None:
+        """Fade through colours 0xRRGGBB at times in s."""
+        colors, times = listed(rgbList, "rgbList"), listed(timeList, "timeList")
+        if len(colors) != len(times):
+            raise InvalidCommand("rgbList", f"there are {len(colors)} colours for {len(times)} times")
+        now = 0.0
+        for color, time in zip(colors, times, strict=True):
+            seconds = max(0.0, _seconds(time) - now)
+            now += seconds
+            self._fade(name, _color((color,)), seconds)
+            if call.wait(seconds):
+                return
+
+    @long_call
+    def fade(self, call: Call, name: object, intensity: object, duration: object) -> None:
+        """Fade to an intensity from 0 to 1 within some seconds."""
+        seconds = _seconds(duration)
+        self._dim(name, _part(intensity, "intensity"), seconds)
+        call.wait(seconds)
+
+    def setIntensity(self, name: object, intensity: object) -> None:
+        """Let a group show an intensity from 0 to 1."""
+        self._dim(name, _part(intensity, "intensity"), 0.0)
+
+    def on(self, name: object) -> None:
+        """Let a group shine."""
+        self._dim(name, 1.0, 0.0)
+
+    def off(self, name: object) -> None:
+        """Let a group go dark."""
+        self._dim(name, 0.0, 0.0)
+
+    def reset(self, name: object) -> None:
+        """Let every light show what it does after the start."""
+        self._members(name)
+        self._lights.reset()
+
+    def getIntensity(self, name: object) -> list[float]:
+        """Return the brightest part of each light of a group."""
+        members, _ = self._members(name)
+        colors = self._lights.colors()
+        return [max(colors[light]) for light in members]
+
+    def listGroups(self) -> list[str]:
+        """Return the names of the groups."""
+        return list(self._groups)
+
+    def listGroup(self, groupName: object) -> list[str]:
+        """Return the lights of a group."""
+        return list(self._members(groupName)[0])
+
+    def createGroup(self, groupName: object, ledNames: object) -> None:
+        """Call some groups together by a new name."""
+        if len(self._groups) >= _MOST:
+            raise InvalidCommand("groupName", f"there are {_MOST} groups already")
+        members: dict[str, None] = {}
+        for name in listed(ledNames, "ledNames"):
+            members.update(dict.fromkeys(self._members(name)[0]))
+        self._groups[text(groupName, "groupName")] = tuple(members)
+
+    def _members(self, name: object) -> tuple[tuple[str, ...], str]:
+        """Return the lights of a group, and the one part that is meant of `FaceLedsRed` and its like."""
+        group = text(name, "name")
+        part = next((part for part in _PARTS if group.endswith(f"Leds{part}")), "")
+        members = self._groups.get(group.removesuffix(part))
+        if members is None:
+            known = ", ".join(self._groups)
+            raise InvalidCommand("name", f"there is no group of lights {group[:60]!r}; there are {known}")
+        return members, part
+
+    def _fade(self, name: object, color: Color, seconds: float) -> None:
+        for light in self._members(name)[0]:
+            self._lights.set(light, color, seconds)
+
+    def _dim(self, name: object, intensity: float, seconds: float) -> None:
+        members, part = self._members(name)
+        shown = self._lights.colors()
+        for light in members:
+            red, green, blue = shown[light] if part else (intensity,) * 3
+            if part == "Red":
+                red = intensity
+            elif part == "Green":
+                green = intensity
+            elif part == "Blue":
+                blue = intensity
+            self._lights.set(light, (red, green, blue), seconds)
+
+
+def _part(value: object, what: str) -> float:
+    part = number(value, what)
+    if not 0.0 <= part <= 1.0:
+        raise InvalidCommand(what, f"{what} is {part:g}: it must be from 0 to 1")
+    return part
+
+
+def _seconds(value: object) -> float:
+    seconds = number(value, "duration")
+    if not 0.0 <= seconds <= _LONGEST:
+        raise InvalidCommand("duration", f"duration is {seconds:g}: it must be from 0 to {_LONGEST:g} s")
+    return seconds
+
+
+def _color(values: tuple[object, ...]) -> Color:
+    """Return the colour that three parts, 0xRRGGBB or a name stand for."""
+    if len(values) == 3:
+        return _part(values[0], "red"), _part(values[1], "green"), _part(values[2], "blue")
+    value = values[0]
+    code = _COLORS.get(value) if isinstance(value, str) else value
+    if not isinstance(code, int) or not 0 <= code <= 0xFFFFFF:
+        known = ", ".join(_COLORS)
+        raise InvalidCommand("color", f"a colour is 0xRRGGBB or one of {known}, not {str(value)[:60]!r}")
+    return (code >> 16) / 255, (code >> 8 & 0xFF) / 255, (code & 0xFF) / 255

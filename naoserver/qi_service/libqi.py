@@ -1,0 +1,22 @@
+"""The one thing that libqi wants once in a process."""
+
+from __future__ import annotations
+
+import threading
+
+import qi
+
+__all__ = ["start_libqi"]
+
+_lock = threading.Lock()
+
+
+def start_libqi() -> None:
+    """Start libqi's threads, unless it has been done; they end with the process.
+
+    Without its `Application`, a process that used libqi now and then aborts when it ends.
+    """
+    with _lock:
+        qi.logging.setLevel(qi.logging.ERROR)  # its messages go to standard output
+        if qi._app is None:
+            qi.Application(["naoserver", "--qi-log-level=1"], raw=True)

@@ -1,0 +1,64 @@
+"""The services by which programs look after the robot itself: its life, its battery, its system."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from naoserver.capabilities import Senses
+from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.qi_service.memory import ALMemory
+from naoserver.qi_service.values import text
+
+__all__ = ["ALAutonomousLife", "ALBattery", "ALSystem"]
+
+_STATES: Final = ("disabled", "solitary", "interactive", "safeguard")
+VERSION: Final = "2.8.6.23"
+"""Of the NAOqi that this one takes after."""
+
+
+class ALAutonomousLife:
+    """Remember the state of a life that the robot does not have: nothing moves by itself in any state."""
+
+    def __init__(self, memory: ALMemory) -> None:
+        self._memory = memory
+        self._state = _STATES[0]
+
+    def getState(self) -> str:
+        """Return the state, at first `disabled`."""
+        return self._state
+
+    def setState(self, state: object) -> None:
+        """Take a state."""
+        name = text(state, "state")
+        if name not in _STATES:
+            raise InvalidCommand("state", f"there is no state {name[:60]!r}; there are {_STATES}")
+        self._state = name
+        self._memory.raiseEvent("AutonomousLife/State", name)
+
+
+class ALBattery:
+    """Tell how full the battery is."""
+
+    def __init__(self, senses: Senses | None) -> None:
+        self._senses = senses
+
+    def getBatteryCharge(self) -> int:
+        """Return the charge in percent."""
+        if self._senses is None:
+            raise HardwareFailure("this robot has no battery")
+        return round(100 * self._senses.read().battery.charge)
+
+
+class ALSystem:
+    """Tell what robot this is."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def robotName(self) -> str:
+        """Return the name of the robot."""
+        return self._name
+
+    def systemVersion(self) -> str:
+        """Return the version of NAOqi."""
+        return VERSION

@@ -1,0 +1,121 @@
+"""ALTextToSpeech and ALAnimatedSpeech: the voice."""
+
+from __future__ import annotations
+
+import re
+import threading
+from typing import Final
+
+from naoserver.capabilities import Voice
+from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.qi_service.calls import Call, long_call
+from naoserver.qi_service.memory import ALMemory
+from naoserver.qi_service.values import number, text
+
+__all__ = ["ALAnimatedSpeech", "ALTextToSpeech"]
+
+_LOOK: Final = 0.05
+"""Robot seconds between two looks whether a text was said."""
+_TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
+"""How NAOqi writes pauses, speed and pitch into a text."""
+_ANIMATION: Final = re.compile(r"\^\w+(\([^)]*\))?")
+_LANGUAGES: Final = ("English", "French", "German", "Italian", "Spanish")
+
+
+class ALTextToSpeech:
+    """Say texts; tags for pauses and pitch are left out."""
+
+    def __init__(self, voice: Voice | None, memory: ALMemory) -> None:
+        """Serve a voice; None of a robot that has none, which every command then tells."""
+        self._found = voice
+        self._memory = memory
+        self._turn = threading.Lock()
+        self._language = _LANGUAGES[0]
+        self._volume = 0.7
+
+    @property
+    def _voice(self) -> Voice:
+        if self._found is None:
+            raise HardwareFailure("this robot has no voice")
+        return self._found
+
+    @long_call
+    def say(self, call: Call, stringToSay: object, language: object = None) -> None:
+        """Say a text after those that were asked for before; returns when it was said."""
+        if language is not None:
+            self._check_language(language)
+        words = _TAG.sub(" ", text(stringToSay, "text")).strip()
+        voice = self._voice
+        while not self._turn.acquire(timeout=0.1):
+            if call.stopped.is_set():
+                return
+        try:
+            if not words or call.stopped.is_set():
+                return
+            before = voice.utterance().count
+            voice.say(words)
+            self._memory.raiseEvent("ALTextToSpeech/CurrentSentence", words)
+            self._memory.raiseEvent("ALTextToSpeech/TextStarted", 1)
+            while not _said(voice, before):
+                if call.wait(_LOOK):
+                    voice.stop()
+            self._memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
+            self._memory.raiseEvent("ALTextToSpeech/TextDone", 1)
+        finally:
+            self._turn.release()
+
+    def stopAll(self) -> None:
+        """Fall silent, and forget what was not said yet."""
+        self._voice.stop()
+
+    def setLanguage(self, pLanguage: object) -> None:
+        """Remember the language, in which texts are taken as they are."""
+        self._language = self._check_language(pLanguage)
+
+    def getLanguage(self) -> str:
+        """Return the language."""
+        return self._language
+
+    def getAvailableLanguages(self) -> list[str]:
+        """Return the languages that can be set."""
+        return list(_LANGUAGES)
+
+    def setVolume(self, volume: object) -> None:
+        """Remember the volume from 0 to 1."""
+        value = number(volume, "volume")
+        if not 0.0 <= value <= 1.0:
+            raise InvalidCommand("volume", f"volume is {value:g}: it must be from 0 to 1")
+        self._volume = value
+
+    def getVolume(self) -> float:
+        """Return the volume from 0 to 1."""
+        return self._volume
+
+    def setParameter(self, pEffectName: object, pEffectValue: object) -> None:
+        """Take a parameter of the voice, such as `speed`, which has no effect."""
+        text(pEffectName, "name")
+        number(pEffectValue, "value")
+
+    def _check_language(self, language: object) -> str:
+        name = text(language, "language")
+        if name not in _LANGUAGES:
+            raise InvalidCommand("language", f"there is no language {name[:60]!r}; there are {_LANGUAGES}")
+        return name
+
+
+class ALAnimatedSpeech:
+    """Say texts without what is written into them of animations."""
+
+    def __init__(self, speech: ALTextToSpeech) -> None:
+        self._speech = speech
+
+    @long_call
+    def say(self, call: Call, text_: object, _configuration: object = None) -> None:
+        """Say a text; returns when it was said."""
+        self._speech.say(call, _ANIMATION.sub(" ", text(text_, "text")))
+
+
+def _said(voice: Voice, before: int) -> bool:
+    """Return whether what was asked for after `before` texts has been said, or been forgotten."""
+    utterance = voice.utterance()
+    return not utterance.speaking and utterance.count != before
