@@ -30,14 +30,15 @@ class RobotServer:
         self._adapter = adapter
         self._served: list[str] = []
         self._watchdog = Watchdog()
-        self._assembly = Assembly(robot, options, time.monotonic, self._watchdog.look_within)
-        self.events: Final = self._assembly.events
+        self.assembly: Final = Assembly(robot, options, time.monotonic, self._watchdog.look_within)
+        """What stands between the robot and its clients: another way in goes through its guards too."""
+        self.events: Final = self.assembly.events
         """What an operator should know, as the health report tells it."""
         self._pumps: list[Pump] = [
-            StatePump(robot.clock, options.state_rate, options.state_wall_rate, self._assembly.streams),
-            WallPump("clock", options.clock_rate, self._assembly.clock.publish),
+            StatePump(robot.clock, options.state_rate, options.state_wall_rate, self.assembly.streams),
+            WallPump("clock", options.clock_rate, self.assembly.clock.publish),
             WallPump("reports", options.health_rate, self._publish_reports),
-            *(CameraPump(robot.clock, camera) for camera in self._assembly.cameras),
+            *(CameraPump(robot.clock, camera) for camera in self.assembly.cameras),
         ]
         self._start()
 
@@ -49,7 +50,7 @@ class RobotServer:
             steps.callback(self._watchdog.close)
             steps.callback(self._clients.close)
             steps.callback(self._withdraw)
-            for watched in self._assembly.watched:
+            for watched in self.assembly.watched:
                 steps.callback(watched.close)
             for pump in self._pumps:
                 steps.callback(pump.ask_to_stop)
@@ -63,10 +64,10 @@ class RobotServer:
         self.close()
 
     def _start(self) -> None:
-        self._clients = self._adapter.getCommunicator().onClientLost(self._assembly.drop_client)
+        self._clients = self._adapter.getCommunicator().onClientLost(self.assembly.drop_client)
         try:
-            self._watchdog.start(self._assembly.watched)
-            for identity, servant in self._assembly.servants.items():
+            self._watchdog.start(self.assembly.watched)
+            for identity, servant in self.assembly.servants.items():
                 self._adapter.add(servant, identity)
                 self._served.append(identity)
             for pump in self._pumps:
@@ -80,5 +81,5 @@ class RobotServer:
         self._adapter.removeAll(served)
 
     def _publish_reports(self) -> None:
-        for publish in self._assembly.reports:
+        for publish in self.assembly.reports:
             publish()

@@ -81,7 +81,7 @@ class Walking:
                 self._found.stop()
 
     def go_to(self, call: Call, x: float, y: float, heading: float, start: Odometry | None = None) -> bool:
-        """Walk to a place in m and rad as the robot stands, or stood at `start`; return whether it arrived."""
+        """Walk to a place in m and rad as the robot stands, or stood at `start`; return whether it came."""
         guard = self.guard
         if start is None:
             start = guard.read()
