@@ -133,6 +133,18 @@ class Body:
         )
 
     @cached_property
+    def touch_sensors(self) -> tuple[str, ...]:
+        """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
+        facts = self._section("touch")
+        return (
+            "ChestButton",
+            *(f"Head{place}" for place in facts["head"]),
+            *(f"{side}Hand{place}" for side in "LR" for place in facts["hand_left"]),
+            *(f"LFootBumper{edge}" for edge in facts["bumpers_left_foot"]),
+            *(f"RFootBumper{edge}" for edge in facts["bumpers_right_foot"]),
+        )
+
+    @cached_property
     def anticollision(self) -> tuple[RangeTable, ...]:
         """The ranges that keep the head off the shoulders and the feet off each other."""
         tables = []

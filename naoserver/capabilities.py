@@ -95,6 +95,11 @@ class FootReading:
     rear_left: float
     rear_right: float
 
+    @property
+    def total(self) -> float:
+        """What the foot carries in N: the sum of the four."""
+        return self.front_left + self.front_right + self.rear_left + self.rear_right
+
 
 @dataclass(frozen=True, slots=True)
 class SonarReading:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
-from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
+from naoserver.capabilities import Lights, OwnPostures, Stage, Voice, Walker
 from naoserver.errors import RobotError
 from naoserver.lights import FadingLights
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
@@ -21,7 +21,8 @@ from naoserver_sim.clock import SimulationClock
 from naoserver_sim.control import Command, SetpointController
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.pacing import Pacer
-from naoserver_sim.senses.record import SensorRecord
+from naoserver_sim.senses.noise import SenseNoise
+from naoserver_sim.senses.simulated import SimulatedSenses
 from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
 from naoserver_sim.viewer import show
 from naoserver_sim.walk.walker import SimulatedWalker
@@ -119,7 +120,8 @@ class SimulatedRobot(SimulatedDevice):
     virtual one, nothing runs by itself: the robot follows that clock, in the thread of whoever reads or
     commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
 
-    `seed` scatters the balls' starting places within the head's reach; without it they start in view.
+    `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
+    `noise` the senses are as imperfect and late as those of a real robot, by the seed's random numbers.
     """
 
     def __init__(
@@ -128,6 +130,7 @@ class SimulatedRobot(SimulatedDevice):
         speed: float = 1.0,
         skin: bool = True,
         seed: int | None = None,
+        noise: bool = False,
         posture: str = "STAND_INIT",
         body: Body = H25,
         clock: VirtualClock | None = None,
@@ -145,9 +148,16 @@ class SimulatedRobot(SimulatedDevice):
             simulator = VirtualSimulator(model.mj, data, controller, clock)
             self._clock = clock
         super().__init__("Nao", simulator, model.robot)
-        self._record = SensorRecord(model.mj, data)
-        simulator.watchers.append(self._record)
-        self._walker = SimulatedWalker(model, data, controller, simulator, self._record)
+        self._senses = SimulatedSenses(
+            model,
+            data,
+            simulator,
+            noise=SenseNoise() if noise else None,
+            random=np.random.default_rng(seed),
+            body=body,
+        )
+        simulator.watchers.append(self._senses)
+        self._walker = SimulatedWalker(model, data, controller, simulator, self._senses.record)
         simulator.parts.append(self._walker)
         self._model = model
         self._scratch = mujoco.MjData(model.mj)
@@ -170,9 +180,9 @@ class SimulatedRobot(SimulatedDevice):
         return self._walker
 
     @property
-    def senses(self) -> Senses | None:
-        """None: it feels nothing yet."""
-        return None
+    def senses(self) -> SimulatedSenses:
+        """Its senses."""
+        return self._senses
 
     @property
     def lights(self) -> Lights:

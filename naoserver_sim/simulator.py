@@ -71,7 +71,7 @@ class Watcher(Protocol):
     """What looks at the state tick by tick, such as the senses."""
 
     def look(self, time: float) -> None:
-        """Look at the state at the end of a tick, in the thread of the physics; the time is simulated, in s."""
+        """Look at the state at the end of a tick: a simulated time in s; in the thread of the physics."""
         ...
 
 

@@ -13,6 +13,12 @@ SENSORS: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 Four = tuple[float, float, float, float]
 
 
+def load(foot: Sequence[float]) -> float:
+    """Return what presses on a sole at right angles in N, of a foot as `SensorLayout.feet` has it."""
+    pressing = -(foot[0] * foot[18] + foot[1] * foot[19] + foot[2] * foot[20])
+    return pressing if pressing > 0.0 else 0.0
+
+
 class SoleSensors:
     """The sensors of one sole: together they carry the load, each the more the nearer its center is.
 
@@ -31,19 +37,19 @@ class SoleSensors:
     def pressures(self, foot: Sequence[float]) -> Four:
         """Return what the sensors carry in N, of a foot as `SensorLayout.feet` has it."""
         fx, fy, fz, tx, ty, tz, px, py, pz, ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz = foot
-        load = -(fx * cx + fy * cy + fz * cz)
-        if load <= 0.0:
+        carried = -(fx * cx + fy * cy + fz * cz)
+        if carried <= 0.0:
             return 0.0, 0.0, 0.0, 0.0
         rx, ry, rz = px - ox, py - oy, pz - oz
         mx, my, mz = ry * fz - rz * fy + tx, rz * fx - rx * fz + ty, rx * fy - ry * fx + tz
         # The moment about the sole's middle is that of the load at the center of pressure.
-        x = (mx * bx + my * by + mz * bz) / load
-        y = -(mx * ax + my * ay + mz * az) / load
+        x = (mx * bx + my * by + mz * bz) / carried
+        y = -(mx * ax + my * ay + mz * az) / carried
         forward = _within_unit((x - self._rear) / (self._front - self._rear))
         left = self._rear_ends[0] + forward * (self._front_ends[0] - self._rear_ends[0])
         right = self._rear_ends[1] + forward * (self._front_ends[1] - self._rear_ends[1])
         leftward = _within_unit((y - right) / (left - right))
-        front, rear = load * forward, load * (1.0 - forward)
+        front, rear = carried * forward, carried * (1.0 - forward)
         return front * leftward, front * (1.0 - leftward), rear * leftward, rear * (1.0 - leftward)
 
 

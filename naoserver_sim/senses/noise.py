@@ -19,30 +19,31 @@ _BLOCK: Final = 256
 class SenseNoise:
     """How imperfect the sensors are: standard deviations unless said otherwise."""
 
-    acceleration: float = 0.1
-    """White noise of the accelerometer in m/s2."""
+    acceleration: float = 0.15
+    """White noise of the accelerometer in m/s2: B-Human's code (2021) reckons with a variance of 0.0222."""
     acceleration_offset: float = 0.1
-    """Offset of each axis in m/s2: 1 % of gravity."""
-    turning: float = 0.01
-    """White noise of the gyrometer in rad/s."""
+    """Offset of each axis in m/s2: the 1 % that the documentation gives, of gravity."""
+    turning: float = 0.005
+    """White noise of the gyrometer in rad/s: B-Human's 0.03 deg/s per root of a hertz, at 100 Hz."""
     turning_offset: float = 0.005
-    """Offset of each axis in rad/s."""
+    """Offset of each axis in rad/s: what a calibration leaves; assumed."""
     tilt: float = 0.003
-    """White noise of roll and pitch in rad."""
+    """White noise of roll and pitch in rad; assumed."""
     tilt_offset: float = 0.01
-    """Offset of each in rad."""
+    """Offset of each in rad: how the unit is mounted; assumed."""
     pressure: float = 0.2
-    """White noise of a foot's sensor that carries something in N."""
+    """White noise of a foot's sensor that carries something in N; assumed."""
     pressure_gain: float = 0.1
-    """Error of the gain of each of a foot's sensors, as a part of what it carries."""
+    """Error of the gain of each of a foot's sensors; assumed, after the documentation, which says that their
+    sum is not accurate enough to have a meaning."""
     most_pressure: float = 25.0
-    """The most that a foot's sensor tells in N."""
+    """The most that a foot's sensor tells in N: the end of its range."""
     sonar_near: float = 0.01
-    """White noise of the sonar in m up to 0.8 m."""
+    """White noise of the sonar in m up to 0.8 m: the best resolution that the documentation gives."""
     sonar_far: float = 0.04
-    """White noise of the sonar in m beyond."""
+    """White noise of the sonar in m beyond: its worst."""
     delay: int = 1
-    """Control ticks by which all that is told is late."""
+    """Control ticks by which all is told late: one cycle of the bus between the boards of the body."""
 
 
 class Errors:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.capabilities import FootReading, InertialReading, Vector
-from naoserver_sim.senses.feet import SoleSensors
+from naoserver_sim.senses.feet import SoleSensors, load
 from naoserver_sim.senses.noise import Errors, SenseNoise
 from naoserver_sim.senses.sensors import SIDES, SensorLayout
 
@@ -80,6 +80,15 @@ class SensorRecord:
             return roll + roll_error, pitch + pitch_error
         return roll, pitch
 
+    def leaning(self) -> float:
+        """Return the angle between the torso's z axis and the vertical in rad."""
+        roll, pitch = self.tilt()
+        return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
+
+    def bumps(self, sample: Sample) -> tuple[float, ...]:
+        """Return the forces on the bumpers in N."""
+        return tuple(float(sample.values[bumper]) for bumper in self._layout.bumpers)
+
     def inertial(self, sample: Sample | None = None) -> InertialReading:
         """Return what the inertial unit tells."""
         sample = sample or self.newest
@@ -93,16 +102,26 @@ class SensorRecord:
         return self._foot(sample, 0), self._foot(sample, 1)
 
     def loads(self) -> tuple[float, float]:
-        """Return what the left and the right sole carry in N."""
-        left, right = self.feet()
-        return (
-            left.front_left + left.front_right + left.rear_left + left.rear_right,
-            right.front_left + right.front_right + right.rear_left + right.rear_right,
-        )
+        """Return what the left and the right sole carry in N: the sums of what their sensors tell."""
+        sample = self.newest
+        if sample.errors is None:
+            return load(self._wrench(sample, 0)), load(self._wrench(sample, 1))
+        left, right = self.feet(sample)
+        return left.total, right.total
+
+    def weight(self) -> float:
+        """Return the force in N with which both feet together press downwards."""
+        left, right = self._layout.feet
+        values = self.newest.values
+        return -float(values[left + 2] + values[right + 2])
+
+    def _wrench(self, sample: Sample, foot: int) -> list[float]:
+        begin = self._layout.feet[foot]
+        wrench: list[float] = sample.values[begin : begin + _FOOT].tolist()
+        return wrench
 
     def _foot(self, sample: Sample, foot: int) -> FootReading:
-        begin = self._layout.feet[foot]
-        pressures = self._soles[foot].pressures(sample.values[begin : begin + _FOOT].tolist())
+        pressures = self._soles[foot].pressures(self._wrench(sample, foot))
         if self._noise is None or self._errors is None or sample.errors is None:
             return FootReading(*pressures)
         first = 4 * foot

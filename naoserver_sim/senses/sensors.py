@@ -14,6 +14,11 @@ from naoserver_sim.body import COLLISION_GROUP, TORSO
 SIDES: Final = ("left", "right")
 _UNIT: Final = "inertial unit"
 
+# The half sizes in m of the space in which a foot feels that it bumps into something, and where that ends in
+# front of the ankle: round the edge of the toe, above what the sole touches.
+_BUMPER: Final = (0.01, 0.025, 0.008)
+_BUMPER_FRONT: Final = 0.106
+
 # What a contact sensor tells, and how it makes one wrench of all contacts of a foot: MuJoCo's `netforce`.
 _FORCE_TORQUE_PLACE: Final = sum(
     1 << int(field)
@@ -54,6 +59,16 @@ def add_sensors(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], body: 
             ("z", sensor.mjSENS_FRAMEZAXIS),
         ):
             spec.add_sensor(name=f"{side} {name}", type=measure, objtype=kind.mjOBJ_SITE, objname=middle)
+        for edge, place in body.facts["touch"][f"bumpers_{side}_foot"].items():
+            bumper = f"{side} {edge} bumper"
+            foot.add_site(
+                name=bumper,
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                pos=[_BUMPER_FRONT - _BUMPER[0], place[1], place[2]],
+                size=_BUMPER,
+                group=COLLISION_GROUP,
+            )
+            spec.add_sensor(name=bumper, type=sensor.mjSENS_TOUCH, objtype=kind.mjOBJ_SITE, objname=bumper)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +85,17 @@ class SensorLayout:
     """Of the left and of the right foot (21): force (3), torque (3) and place (3) of the wrench with which it
     presses on what it touches; place (3), x, y and z axes (9) of the sole. All in the world's frame."""
 
+    bumpers: tuple[int, ...]
+    """Forces on the bumpers in N: LFootBumperLeft, LFootBumperRight, RFootBumperLeft, RFootBumperRight."""
+
     @classmethod
     def of(cls, mj: mujoco.MjModel) -> SensorLayout:
         """Return the layout of a compiled model."""
         left, right = (_begin(mj, f"{side} wrench") for side in SIDES)
-        return cls(_begin(mj, "acceleration"), _begin(mj, "turning"), _begin(mj, "attitude"), (left, right))
+        bumpers = tuple(_begin(mj, f"{side} {edge} bumper") for side in SIDES for edge in ("Left", "Right"))
+        return cls(
+            _begin(mj, "acceleration"), _begin(mj, "turning"), _begin(mj, "attitude"), (left, right), bumpers
+        )
 
 
 def _begin(mj: mujoco.MjModel, name: str) -> int:
