@@ -7,12 +7,13 @@ import math
 import re
 import sys
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from naoserver.options import CameraOptions, ServerOptions
+from naoserver.qi_service import serve_as_naoqi
 from naoserver.server import serve
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.viewer import check_display
@@ -35,6 +36,8 @@ naoserver-sim                                              one robot, on the def
 naoserver-sim --speed 5                                    five times as fast; behaviors keep pace
 
 naoserver-sim --viewer --camera Camera=640x480@15          a window, and larger images
+
+naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
 
 naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside the first"""
 # A thread that computes hands Python's lock over after this time; with Python's own 5 ms, serving would
@@ -69,6 +72,13 @@ def naoserver_sim(
             " Without it: 320x240@10.",
         ),
     ] = None,
+    qi: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URL",
+            help="Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559.",
+        ),
+    ] = None,
 ) -> None:
     """Simulate a Nao in MuJoCo and serve its joints, cameras, clock and health, and two balls.
 
@@ -86,7 +96,10 @@ def naoserver_sim(
         check_cameras(requested, robot.cameras)
         robot.start()
         adapter = communicator.createObjectAdapter("NaoServer")
-        with serve(robot, adapter, ServerOptions(cameras=requested)):
+        with serve(robot, adapter, ServerOptions(cameras=requested)) as server, ExitStack() as also:
+            if qi is not None:
+                url = also.enter_context(serve_as_naoqi(robot, server.assembly, qi)).url
+                typer.echo(f"NAOqi: {url}")
             adapter.activate()
             endpoints = ", ".join(settings.listen)
             typer.echo(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")

@@ -8,3 +8,31 @@ package of `naoserver` imports `qi`, of the extra `[naoqi]`.
 
 Where NAOqi is ambiguous it does as NAOqi 2.8 on a NAO6. docs/virtual-nao.md tells what is there.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from naoserver.errors import RobotError
+
+if TYPE_CHECKING:
+    from naoserver.assembly import Assembly
+    from naoserver.qi_service.service import NaoqiService
+    from naoserver.robot import Robot
+
+__all__ = ["serve_as_naoqi"]
+
+
+def serve_as_naoqi(robot: Robot, assembly: Assembly, url: str, *, faults: bool = False) -> NaoqiService:
+    """Serve a started robot as NAOqi at `url`, as tcp://127.0.0.1:9559, through the guards of `assembly`.
+
+    Use it in a `with` block that ends before the assembly is closed. With `faults` tests can make calls late
+    or fail. Raises RobotError when it cannot listen there, or when the package qi is missing.
+    """
+    try:
+        from naoserver.qi_service.access import Access
+        from naoserver.qi_service.service import NaoqiService
+    except ModuleNotFoundError as error:
+        message = f"{error.name} is not installed; type: pip install 'visualhfsm[naoqi]'"
+        raise RobotError(message) from None
+    return NaoqiService(Access.through(robot, assembly), url, faults=faults)

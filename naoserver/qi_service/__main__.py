@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from contextlib import ExitStack, closing
@@ -39,8 +38,7 @@ def serve_fake(
     from naoserver.assembly import Assembly
     from naoserver.fake import FakeRobot
     from naoserver.options import ServerOptions
-    from naoserver.qi_service.access import Access
-    from naoserver.qi_service.service import NaoqiService
+    from naoserver.qi_service import serve_as_naoqi
     from naoserver.watchdog import Watchdog
 
     with ExitStack() as stack:
@@ -49,21 +47,16 @@ def serve_fake(
         watchdog = stack.enter_context(closing(Watchdog()))
         assembly = Assembly(robot, ServerOptions(), time.monotonic, watchdog.look_within)
         watchdog.start(assembly.watched)
-        service = stack.enter_context(NaoqiService(Access.through(robot, assembly), qi, faults=faults))
+        service = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
         typer.echo(f"ready: {service.url}")
         threading.Event().wait()
 
 
 def main() -> NoReturn:
     """Run the command."""
-    try:
-        with loading():
-            import qi  # noqa: F401 - tells early whether it is installed
-
-            from naoserver.errors import RobotError
-            from zenoh_ice.command import run
-    except ModuleNotFoundError as error:
-        sys.exit(f"qi_service: error: {error.name} is not installed; type: pip install 'visualhfsm[naoqi]'")
+    with loading():
+        from naoserver.errors import RobotError
+        from zenoh_ice.command import run
     run(app, expected=(RobotError,))
 
 
