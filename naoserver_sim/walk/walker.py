@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 from enum import Enum, auto
 from typing import Final
 
@@ -26,6 +27,8 @@ __all__ = ["LIMITS", "SimulatedWalker"]
 LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind."""
 _STILL: Final = WalkVelocity()
+_SLOWEST: Final = 1e-3
+"""Velocity in m/s and rad/s below which there is nothing to walk for."""
 
 # What a commanded velocity is multiplied by: the feet follow late and slip, so that the robot walks a little
 # slower than they are told to. Measured by benchmarks/bench_walk.py.
@@ -101,6 +104,8 @@ class SimulatedWalker:
 
         Raises InvalidCommand when it does not stand on its feet or its legs are limp.
         """
+        if max(map(abs, astuple(velocity))) < _SLOWEST:
+            velocity = _STILL
         snapshot = self._simulator.newest()
         if velocity != _STILL and not self.walking:
             hindrance = self._hindrance(snapshot.stiffnesses)
