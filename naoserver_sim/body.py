@@ -14,6 +14,7 @@ import numpy as np
 
 from naoserver.body import Body, Joint, Link
 from naoserver.robot import CameraFacts
+from naoserver_sim.contacts import FRICTION, moving
 from naoserver_sim.motors import add_motor
 from naoserver_sim.self_collision import exclude_neighbors
 
@@ -29,9 +30,6 @@ _DAMPING: Final = 0.05
 _FRICTION_LOSS: Final = 0.02
 _LEG_JOINTS: Final = ("Hip", "Knee", "Ankle")
 
-# What stands firm (bit 1) touches what moves (bit 2): the body and loose things, which touch each other, too.
-FLOOR_BIT: Final = 1
-BODY_BIT: Final = 2
 COLLISION_GROUP: Final = 3
 """Geoms of this group are not drawn."""
 
@@ -171,10 +169,9 @@ def _add_contact(
         size=size,
         group=COLLISION_GROUP,
         mass=0,
-        contype=BODY_BIT,
-        conaffinity=FLOOR_BIT | BODY_BIT,
         condim=4,
-        friction=[1.0, 0.02, 0.001],
+        friction=FRICTION,
         solref=[0.005, 1],
+        **moving(),
         **where,
     )

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from naoserver.body import H25
 from naoserver_sim.appearance import VISUAL_GROUP
 from naoserver_sim.model import build_model
-from naoserver_sim.world import BALL_RADIUS, BALLS
+from naoserver_sim.world import BALL_RADIUS, DEFAULT_WORLD, load_world
 
 __all__ = ["describe_body"]
 
@@ -70,7 +70,10 @@ def describe_body() -> dict[str, Any]:
         "shapes": shapes,
         "meshes": meshes.described,
         "soles": soles,
-        "balls": {ball.name: {"radius": BALL_RADIUS, "color": list(ball.color)} for ball in BALLS},
+        "balls": {
+            ball.name: {"radius": BALL_RADIUS, "color": list(ball.color)}
+            for ball in load_world(DEFAULT_WORLD).carried_balls
+        },
     }
 
 

@@ -17,7 +17,8 @@ from naoserver_sim.blocks import paint_blocks
 from naoserver_sim.body import TORSO, add_body, sole
 from naoserver_sim.senses.sensors import add_sensors
 from naoserver_sim.skin import paint_skin
-from naoserver_sim.world import BALLS, SPECTATOR, Ball, add_ball, add_surroundings
+from naoserver_sim.surroundings import SPECTATOR, about_z, add_movables, add_surroundings
+from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
 TIMESTEP: Final = 0.0025
 """Seconds in a physics step; the body stands and walks at 1 to 5 ms."""
@@ -41,15 +42,35 @@ class DeviceIndex:
 
 
 @dataclass(frozen=True)
+class FreeIndex:
+    """Where a body that nothing holds stands in MuJoCo's arrays."""
+
+    body: int
+    qpos: int
+    """The beginning of its position (3) and its quaternion (w, x, y, z)."""
+    dof: int
+    """The beginning of its velocity (3) in the world's frame and its turning rate (3) in its own."""
+
+
+@dataclass(frozen=True)
 class Model:
     """A compiled model with what is needed to find its parts."""
 
     mj: mujoco.MjModel
     robot: DeviceIndex
+    world: World
     balls: Mapping[str, DeviceIndex]
+    """What carries the balls that are carried."""
+    loose: Mapping[str, FreeIndex]
+    """What else can be placed: balls that roll, boxes that can be pushed."""
     cameras: tuple[CameraFacts, ...]
-    base_qpos: int
-    """Where the position (3) and the quaternion (w, x, y, z) of the torso begin in qpos."""
+    base: FreeIndex
+    """The torso."""
+
+    @property
+    def base_qpos(self) -> int:
+        """Where the position (3) and the quaternion (w, x, y, z) of the torso begin in qpos."""
+        return self.base.qpos
 
 
 def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
@@ -69,8 +90,9 @@ def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
     return (*cameras, SPECTATOR)
 
 
-def build_model(body: Body = H25, balls: Sequence[Ball] = BALLS, *, skin: bool = True) -> Model:
-    """Compile the body, with its skin or as bare blocks, and the world with its balls."""
+def build_model(body: Body = H25, world: World | None = None, *, skin: bool = True) -> Model:
+    """Compile the body, with its skin or as bare blocks, and a world, without one the default world."""
+    world = world or load_world(DEFAULT_WORLD)
     spec = mujoco.MjSpec()
     spec.modelname = "nao"
     spec.compiler.degree = False
@@ -79,33 +101,34 @@ def build_model(body: Body = H25, balls: Sequence[Ball] = BALLS, *, skin: bool =
     spec.stat.extent = 1.0  # the unit of the distances of sight
     _set_quality(spec.visual)
     cameras = simulated_cameras(body)
-    add_surroundings(spec)
+    add_surroundings(spec, world)
     links = add_body(spec, body, cameras[: len(body.cameras)])
     add_sensors(spec, links, body)
     (paint_skin if skin else paint_blocks)(Painter(spec, links))
-    for ball in balls:
-        add_ball(spec, ball)
+    add_movables(spec, world)
     mj = spec.compile()
     leaders = {coupling.follower: coupling.leader for coupling in body.couplings}
     return Model(
         mj=mj,
         robot=_index(mj, body.joints, leaders),
-        balls={ball.name: _index(mj, ball.joints, {}) for ball in balls},
+        world=world,
+        balls={ball.name: _index(mj, ball.joints, {}) for ball in world.carried_balls},
+        loose={name: _free(mj, name, name) for name in world.loose},
         cameras=cameras,
-        base_qpos=int(mj.joint("base").qposadr[0]),
+        base=_free(mj, TORSO, "base"),
     )
 
 
-def standing(model: Model, posture: Mapping[str, float], balls: Sequence[Ball] = BALLS) -> mujoco.MjData:
+def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
     """Return the state, at time 0, in which the robot stands still on its soles in a posture.
 
-    The balls are at their starting places.
+    It and everything else are at their starting places.
     """
     mj = model.mj
     data = mujoco.MjData(mj)
     for joint, at in zip(model.robot.joints, model.robot.qpos, strict=True):
         data.qpos[at] = min(max(posture[joint.name], joint.lower), joint.upper)
-    for ball in balls:
+    for ball in model.world.carried_balls:
         data.qpos[model.balls[ball.name].qpos] = ball.start
     mujoco.mj_forward(mj, data)
     _put_on_soles(model, data)
@@ -119,18 +142,19 @@ def standing(model: Model, posture: Mapping[str, float], balls: Sequence[Ball] =
 
 
 def _put_on_soles(model: Model, data: mujoco.MjData) -> None:
-    """Move the base so that the soles lie level on the floor, the origin between them."""
+    """Move the base so that the soles lie level on the floor, the robot's starting place between them."""
     mj, base = model.mj, model.base_qpos
     left, right = (data.geom(sole(side)) for side in ("left", "right"))
     level = np.zeros(4)
     mujoco.mju_mat2Quat(level, left.xmat.reshape(3, 3).T.flatten())
-    data.qpos[base + 3 : base + 7] = level
+    start = model.world.robot
+    mujoco.mju_mulQuat(data.qpos[base + 3 : base + 7], np.array(about_z(start.heading)), level)
     mujoco.mj_forward(mj, data)
     left, right = (data.geom(sole(side)) for side in ("left", "right"))
     thickness = mj.geom(sole("left")).size[2]
     data.qpos[base + 2] -= min(left.xpos[2], right.xpos[2]) - thickness - _GAP
     torso_over = data.body(TORSO).xpos[:2] - (data.body("l_foot").xpos[:2] + data.body("r_foot").xpos[:2]) / 2
-    data.qpos[base : base + 2] = torso_over
+    data.qpos[base : base + 2] = torso_over + start.position
     mujoco.mj_forward(mj, data)
 
 
@@ -142,6 +166,11 @@ def _index(mj: mujoco.MjModel, joints: Sequence[JointFacts], leaders: Mapping[st
         dofs=np.array([mj.joint(name).dofadr[0] for name in names], dtype=np.intp),
         motors=np.array([mj.actuator(leaders.get(name, name)).id for name in names], dtype=np.intp),
     )
+
+
+def _free(mj: mujoco.MjModel, body: str, joint: str) -> FreeIndex:
+    found = mj.joint(joint)
+    return FreeIndex(int(mj.body(body).id), int(found.qposadr[0]), int(found.dofadr[0]))
 
 
 def _set_physics(option: mujoco.MjOption) -> None:

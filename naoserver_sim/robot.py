@@ -26,7 +26,7 @@ from naoserver_sim.senses.simulated import SimulatedSenses
 from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
 from naoserver_sim.viewer import show
 from naoserver_sim.walk.walker import SimulatedWalker
-from naoserver_sim.world import BALLS, scattered
+from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 
 if TYPE_CHECKING:
     from zenoh_ice import Clock, VirtualClock
@@ -114,7 +114,7 @@ class SimulatedDevice:
 
 
 class SimulatedRobot(SimulatedDevice):
-    """A Nao in MuJoCo, standing in StandInit, with two balls.
+    """A Nao in MuJoCo, standing in StandInit in a world; without one in the default world, with two balls.
 
     `speed` is in simulated seconds a wall second, `math.inf` as fast as the processor goes. With `clock`, a
     virtual one, nothing runs by itself: the robot follows that clock, in the thread of whoever reads or
@@ -128,6 +128,7 @@ class SimulatedRobot(SimulatedDevice):
         self,
         *,
         speed: float = 1.0,
+        world: World | None = None,
         skin: bool = True,
         seed: int | None = None,
         noise: bool = False,
@@ -135,9 +136,11 @@ class SimulatedRobot(SimulatedDevice):
         body: Body = H25,
         clock: VirtualClock | None = None,
     ) -> None:
-        balls = BALLS if seed is None else scattered(BALLS, np.random.default_rng(seed))
-        model = build_model(body, balls, skin=skin)
-        data = standing(model, body.postures[posture], balls)
+        world = world or load_world(DEFAULT_WORLD)
+        if seed is not None:
+            world = scattered(world, np.random.default_rng(seed))
+        model = build_model(body, world, skin=skin)
+        data = standing(model, body.postures[posture])
         controller = _controller(model, data)
         simulator: PacedSimulator | VirtualSimulator
         self._clock: Clock

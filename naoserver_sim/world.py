@@ -1,44 +1,52 @@
-"""What surrounds the robot: floor, light, background, the spectator's camera, and balls on three joints each.
+"""What a world holds, as its file says it: balls, boxes, walls, a soccer field, and where the robot starts.
 
-The world's frame: x forward and y left of the robot as it starts, z up, the origin on the floor below it.
+A world is a TOML file, such as those of `naoserver_sim/worlds`; docs/worlds.md tells its keys. Its frame: x
+and y on the floor, z up. Lengths in m, masses in kg, angles in rad, colors as red, green, blue from 0 to 1.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Final
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Final
 
-import mujoco
+import msgspec
 import numpy as np
+from msgspec import Meta, Struct
 
-from naoserver.robot import CameraFacts, JointFacts
-from naoserver_sim.body import BODY_BIT, FLOOR_BIT, add_camera
-from naoserver_sim.motors import add_motor
+from naoserver.errors import RobotError
+from naoserver.robot import JointFacts
 
 BALL_RADIUS: Final = 0.06
+"""Radius in m of a carried ball."""
+_MOST_BYTES: Final = 1_000_000
+_MOST_THINGS: Final = 100
 
-SPECTATOR: Final = CameraFacts(
-    name="CameraOutside",
-    position=(1.15, -1.6, 0.75),
-    tilt=0.2,
-    horizontal_fov=math.radians(48),
-    sizes=((320, 240), (640, 480), (1280, 960)),
-    rates=(30.0, 30.0, 15.0),
-)
-"""A spectator in front of the robot and to its right; sees it and the balls."""
-_SPECTATOR_YAW: Final = math.radians(113)
+Place = Annotated[float, Meta(ge=-50.0, le=50.0)]
+Size = Annotated[float, Meta(ge=0.005, le=50.0)]
+Mass = Annotated[float, Meta(ge=0.001, le=100.0)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi)]
+Color = tuple[Share, Share, Share]
+Name = Annotated[str, Meta(pattern=r"^[A-Z]\w{0,31}$")]
 
 
-@dataclass(frozen=True, slots=True)
-class Ball:
-    """A ball that a mechanism carries round the robot: pan, then distance, then height."""
+class Start(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Where the robot stands at first."""
 
-    name: str
-    color: tuple[float, float, float]
-    start: tuple[float, float, float]
-    """Pan in rad, distance in m, height of the centre in m."""
+    position: tuple[Place, Place] = (0.0, 0.0)
+    heading: Angle = 0.0
+
+
+class CarriedBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A ball that a mechanism carries round where the robot starts: pan, then distance, then height."""
+
+    name: Annotated[str, Meta(pattern=r"^Ball[A-Z]\w{0,27}$")]
+    color: Color
+    start: tuple[Angle, Place, Place]
+    """Pan in rad, distance in m, height of the center in m."""
 
     @property
     def joints(self) -> tuple[JointFacts, JointFacts, JointFacts]:
@@ -50,102 +58,152 @@ class Ball:
         )
 
 
-BALLS: Final = (
-    Ball("BallRed", (0.95, 0.02, 0.02), (-0.25, 1.0, 0.5)),
-    Ball("BallGreen", (0.02, 0.85, 0.05), (0.25, 1.0, 0.5)),
-)
+class LooseBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A ball that rolls where it is pushed; by default that of the Standard Platform League."""
+
+    name: Name
+    position: tuple[Place, Place]
+    color: Color = (0.95, 0.95, 0.95)
+    radius: Size = 0.05
+    mass: Mass = 0.044
 
 
-def scattered(balls: Sequence[Ball], random: np.random.Generator) -> tuple[Ball, ...]:
-    """Return the balls with random starting places in front of the robot, where its head can follow them."""
-    return tuple(
-        replace(
+class Box(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A box on the floor; with a mass it can be pushed, without it stands firm."""
+
+    name: Name
+    position: tuple[Place, Place]
+    size: tuple[Size, Size, Size]
+    """Full lengths along its x, y and z."""
+    heading: Angle = 0.0
+    color: Color = (0.55, 0.45, 0.35)
+    mass: Mass | None = None
+
+
+class Wall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A wall between two places on the floor."""
+
+    begin: tuple[Place, Place]
+    end: tuple[Place, Place]
+    height: Size = 0.5
+    thickness: Size = 0.05
+    color: Color = (0.86, 0.84, 0.80)
+
+
+class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A soccer field round the origin, goals at -x and +x; by default that of the Standard Platform League.
+
+    Penalty area and goal area are given as depth along x and width along y.
+    """
+
+    length: Size = 9.0
+    width: Size = 6.0
+    border: Size = 0.7
+    line: Annotated[float, Meta(ge=0.01, le=0.2)] = 0.05
+    circle_diameter: Size = 1.5
+    penalty_area: tuple[Size, Size] = (1.65, 4.0)
+    goal_area: tuple[Size, Size] = (0.6, 2.2)
+    penalty_mark: Size = 1.3
+    """Distance of the mark from the goal line."""
+    goal_width: Size = 1.5
+    goal_height: Size = 0.8
+    goal_depth: Size = 0.5
+    grass: Color = (0.18, 0.45, 0.20)
+
+
+class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A world: what its file says."""
+
+    description: str = ""
+    robot: Start = Start()
+    carried_balls: tuple[CarriedBall, ...] = ()
+    balls: tuple[LooseBall, ...] = ()
+    boxes: tuple[Box, ...] = ()
+    walls: tuple[Wall, ...] = ()
+    field: Field | None = None
+
+    @property
+    def loose(self) -> tuple[str, ...]:
+        """The names of what can be pushed about: balls that roll, and boxes with a mass."""
+        boxes = [box.name for box in self.boxes if box.mass is not None]
+        return (*(ball.name for ball in self.balls), *boxes)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all that has one."""
+        named: tuple[CarriedBall | LooseBall | Box, ...] = (*self.carried_balls, *self.balls, *self.boxes)
+        return tuple(thing.name for thing in named)
+
+
+def bundled_worlds() -> tuple[str, ...]:
+    """Return the names of the worlds that come along."""
+    folder = resources.files("naoserver_sim") / "worlds"
+    names = [Path(entry.name) for entry in folder.iterdir()]
+    return tuple(sorted(name.stem for name in names if name.suffix == ".toml"))
+
+
+def load_world(name: str) -> World:
+    """Return a world by its name, if it is one of those that come along, or else from the file so named.
+
+    Raises RobotError that tells what is wrong, and where in which file.
+    """
+    if name in bundled_worlds():
+        text = (resources.files("naoserver_sim") / "worlds" / f"{name}.toml").read_text(encoding="utf-8")
+        return parse_world(text, name)
+    try:
+        data = Path(name).read_bytes()
+    except OSError as error:
+        known = ", ".join(bundled_worlds())
+        reason = error.strerror or str(error)
+        raise RobotError(f"{name}: {reason}; give the file of a world, or one of {known}") from error
+    if len(data) > _MOST_BYTES:
+        raise RobotError(f"{name}: a world's file has at most {_MOST_BYTES} bytes, this one {len(data)}")
+    try:
+        return parse_world(data.decode("utf-8"), name)
+    except UnicodeDecodeError as error:
+        raise RobotError(f"{name}: it is no text in UTF-8: {error}") from error
+
+
+def parse_world(text: str, source: str) -> World:
+    """Return the world that a text describes. Raises RobotError that names `source` and what is wrong."""
+    try:
+        world = msgspec.convert(tomllib.loads(text), World)
+    except tomllib.TOMLDecodeError as error:
+        raise RobotError(f"{source}: {error}") from error
+    except msgspec.ValidationError as error:
+        raise RobotError(f"{source}: {error}".replace("`$.", "`")) from error
+    _check(world, source)
+    return world
+
+
+def _check(world: World, source: str) -> None:
+    names = world.names
+    for name in names:
+        if names.count(name) > 1:
+            raise RobotError(f"{source}: {name} stands there {names.count(name)} times; give each its own")
+    if len(names) + len(world.walls) > _MOST_THINGS:
+        raise RobotError(f"{source}: there are more than {_MOST_THINGS} things")
+    for ball in world.carried_balls:
+        for joint, value in zip(ball.joints, ball.start, strict=True):
+            if not joint.lower <= value <= joint.upper:
+                message = f"{value:g} is not within {joint.lower:g} and {joint.upper:g}"
+                raise RobotError(f"{source}: start of {ball.name}: {message}")
+    for number, wall in enumerate(world.walls):
+        if math.dist(wall.begin, wall.end) < wall.thickness:
+            raise RobotError(f"{source}: walls[{number}] is shorter than it is thick")
+
+
+def scattered(world: World, random: np.random.Generator) -> World:
+    """Return the world with its carried balls in random places where the robot's head can follow them."""
+    balls = tuple(
+        msgspec.structs.replace(
             ball,
             start=(random.uniform(-0.5, 0.5), random.uniform(0.7, 1.2), random.uniform(0.35, 0.65)),
         )
-        for ball in balls
+        for ball in world.carried_balls
     )
+    return msgspec.structs.replace(world, carried_balls=balls)
 
 
-# The mechanism weighs next to nothing beside the inertia of its motors, so that its axes do not disturb each
-# other. Stiffness and damping are critical at 30 rad/s: it follows its setpoint in 0.1 s and never swings.
-_ARMATURE: Final = 1.0
-_STIFFNESS: Final = 900.0
-_DAMPING: Final = 60.0
-_BALL_MASS: Final = 0.001
-
-
-def add_surroundings(spec: mujoco.MjSpec) -> None:
-    """Add the floor, the light, the background and the spectator's camera."""
-    spec.visual.headlight.ambient = [0.42, 0.42, 0.42]
-    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
-    spec.visual.headlight.specular = [0.1, 0.1, 0.1]
-    spec.worldbody.add_light(
-        pos=[1.5, 1.0, 4.0],
-        dir=[-0.3, -0.25, -1.0],
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        diffuse=[0.5, 0.5, 0.5],
-        specular=[0.3, 0.3, 0.3],
-        castshadow=False,
-    )
-    spec.add_texture(
-        name="floor",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.80, 0.82, 0.84],
-        rgb2=[0.70, 0.72, 0.75],
-        width=64,
-        height=64,
-    )
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.80, 0.84, 0.88],
-        rgb2=[0.60, 0.62, 0.64],
-        width=32,
-        height=192,
-    )
-    floor = spec.add_material(name="floor", texrepeat=[2, 2], texuniform=True)
-    floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[6, 6, 0.1],
-        material="floor",
-        contype=FLOOR_BIT,
-        conaffinity=BODY_BIT,
-        friction=[1.0, 0.02, 0.001],
-    )
-    add_camera(spec.worldbody, SPECTATOR, _SPECTATOR_YAW)
-
-
-def add_ball(spec: mujoco.MjSpec, ball: Ball) -> None:
-    """Add a ball with its mechanism; it touches nothing and weighs nothing."""
-    pan, distance, height = ball.joints
-    carrier = spec.worldbody.add_body(name=ball.name, gravcomp=1)
-    for joint, kind, axis in (
-        (pan, mujoco.mjtJoint.mjJNT_HINGE, [0, 0, 1]),
-        (distance, mujoco.mjtJoint.mjJNT_SLIDE, [1, 0, 0]),
-        (height, mujoco.mjtJoint.mjJNT_SLIDE, [0, 0, 1]),
-    ):
-        carrier.add_joint(
-            name=joint.name,
-            type=kind,
-            axis=axis,
-            limited=mujoco.mjtLimited.mjLIMITED_TRUE,
-            range=[joint.lower, joint.upper],
-            armature=_ARMATURE,
-        )
-        add_motor(spec, joint, kp=_STIFFNESS, kv=_DAMPING)
-    carrier.explicitinertial = True
-    carrier.mass = _BALL_MASS
-    carrier.inertia = [1e-6] * 3
-    carrier.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=[BALL_RADIUS, 0, 0],
-        rgba=[*ball.color, 1],
-        contype=0,
-        conaffinity=0,
-        mass=0,
-    )
+DEFAULT_WORLD: Final = "balls"
+"""The world of a robot for which none is chosen."""
