@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from naoserver.body import H25
-from naoserver.capabilities import Lights, Voice, Walker
+from naoserver.capabilities import Lights, Senses, Voice, Walker
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.gate import Gate
@@ -15,19 +15,24 @@ from naoserver.hinges import HINGES, Hinge, ball_hinge
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import JointDevice, Robot
 from naoserver.safety import Safety
+from naoserver.servants.battery import BatteryI
 from naoserver.servants.body import JointsI
 from naoserver.servants.camera import CameraI
 from naoserver.servants.clock import ClockI
 from naoserver.servants.encoders import EncodersI
+from naoserver.servants.feet import FootPressureI
 from naoserver.servants.head import PoseHeadI
 from naoserver.servants.health import HealthI
 from naoserver.servants.hinge import Pose3DEncodersI, Pose3DMotorsI
+from naoserver.servants.inertial import InertialUnitI
 from naoserver.servants.leds import LedsI
 from naoserver.servants.motors import MotorsI
 from naoserver.servants.neck_speed import NeckSpeedI
 from naoserver.servants.safety import SafetyI
+from naoserver.servants.sonar import SonarI
 from naoserver.servants.speech import SpeechI
 from naoserver.servants.streaming import StreamsState
+from naoserver.servants.touch import TouchI
 from naoserver.walk_guard import WalkGuard
 from naoserver.watchdog import Watched
 from zenoh_ice import Object
@@ -72,6 +77,8 @@ class Assembly:
         """The robot's joints behind the safety layer."""
         if robot.walker is not None:
             self._add_walk(robot.walker)
+        if robot.senses is not None:
+            self._add_senses(robot.senses)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
         self.cameras: Final = self._add_cameras()
@@ -121,6 +128,20 @@ class Assembly:
         encoders = EncodersI(walk)
         self.servants.update({"Motors": MotorsI(walk), "Encoders": encoders})
         self.streams.append(encoders)
+
+    def _add_senses(self, senses: Senses) -> None:
+        inertial, feet, sonar = InertialUnitI(senses), FootPressureI(senses), SonarI(senses)
+        touch, battery = TouchI(senses), BatteryI(senses)
+        self.servants.update(
+            {
+                "InertialUnit": inertial,
+                "FootPressure": feet,
+                "Sonar": sonar,
+                "Touch": touch,
+                "Battery": battery,
+            }
+        )
+        self.streams.extend((inertial, feet, sonar, touch, battery))
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # A gate of its own that nobody shuts: what carries a ball is no part of the robot.

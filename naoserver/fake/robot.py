@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice
+from naoserver.capabilities import Lights, OwnPostures, Stage, Voice
 from naoserver.errors import HardwareFailure
 from naoserver.fake.camera import Ball, draw
+from naoserver.fake.senses import FakeSenses
 from naoserver.fake.walker import FakeWalker
 from naoserver.lights import FadingLights
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
@@ -205,6 +206,7 @@ class FakeRobot(FakeDevice):
         self._camera_failure = camera_failure
         self._lights = FadingLights(self._robot_clock.now)
         self._voice = TimedVoice(self._robot_clock.now)
+        self._senses = FakeSenses(self._robot_clock)
         self._walker = FakeWalker(self._robot_clock)
 
     @property
@@ -218,9 +220,9 @@ class FakeRobot(FakeDevice):
         return self._walker
 
     @property
-    def senses(self) -> Senses | None:
-        """None: it feels nothing."""
-        return None
+    def senses(self) -> FakeSenses:
+        """Its senses: what it is told to feel."""
+        return self._senses
 
     @property
     def lights(self) -> Lights:

@@ -14,9 +14,9 @@ from typing import Final
 
 _log = logging.getLogger(__name__)
 
-FALLING_TILT: Final = math.radians(38)
+FALLING_TILT: Final = math.radians(35)
 """Tilt of the torso from which on there is no way back when it goes on tilting."""
-FALLING_RATE: Final = 1.0
+FALLING_RATE: Final = 0.8
 """Rate in rad/s at which a tilt grows in a fall, not in a motion that bends or lies down."""
 LIMP_WITHIN: Final = 0.1
 """Seconds in which the motors let go."""
