@@ -151,8 +151,9 @@ def make_communicator() -> Iterator[Callable[..., Communicator]]:
 @pytest.fixture
 def pair(endpoint: str, make_communicator: Callable[..., Communicator]) -> Pair:
     """A server that listens on a free port and a client connected to it."""
-    server = make_communicator(listen=[endpoint])
-    client = make_communicator(connect=[endpoint])
+    # The threads of both share one interpreter: a busy machine must not cost them the link.
+    server = make_communicator(listen=[endpoint], lease=CALL_LIMIT)
+    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
     adapter = server.createObjectAdapter("Test")
     adapter.activate()
     return Pair(endpoint, server, client, adapter)

@@ -137,10 +137,10 @@ def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: st
 
 
 def wait_until_turning(head: PoseHeadPrx) -> None:
-    """Wait until the head, which searches for a ball that nobody moves, turns."""
-    first = pose = head.getPose.wait(timeout=LIMIT)
+    """Wait until the head turns, or has turned, towards the ball that nobody moves."""
+    pose = head.getPose.wait(timeout=LIMIT)
     deadline = time.monotonic() + LIMIT
-    while abs(pose.value.pan - first.value.pan) < 0.02:
+    while abs(pose.value.pan) < 0.05:
         assert time.monotonic() < deadline, "the head does not turn"
         pose = head.getPose.wait(after=pose, timeout=LIMIT)
 

@@ -288,7 +288,7 @@ class TestLinkThatStandsStill:
         """More than all buffers between hold: the sender waits for room, for as long as the call may take."""
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(connect=[relay.endpoint], shared_memory=False)
+            client = make_communicator(connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(8 << 20)
             assert calculator.echo(data) == data
@@ -306,9 +306,11 @@ class TestLinkThatStandsStill:
     ) -> None:
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(connect=[relay.endpoint], shared_memory=False)
+            client = make_communicator(
+                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LIMIT
+            )
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-            hurried = calculator.ice_invocationTimeout(LIMIT * 1000)
+            hurried = calculator.ice_invocationTimeout(CALL_LIMIT * 1000)
             data = bytes(8 << 20)
             assert hurried.echo(data) == data
             relay.hold()
