@@ -86,7 +86,8 @@ class WalkGuard:
         """
         limitations = []
         with self._lock:
-            self._gate.require(client)
+            if any(velocities.values()):  # everybody may stop it
+                self._gate.require(client)
             drives = dict(self._drives)
             deadline = self._wall_time() + self._options.velocity_timeout
             for kind, velocity in velocities.items():

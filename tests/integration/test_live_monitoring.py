@@ -20,6 +20,7 @@ from PIL import Image
 from hfsm_runtime import Component
 from hfsm_runtime.control.monitor import Monitor
 from hfsm_runtime.runtime import Runtime, Status
+from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
 from tests.conftest import Pair
@@ -356,11 +357,41 @@ def test_the_red_button_stops_the_robot_without_any_component(robot: ServedRobot
             eventually(lambda: head.getPose().panSpeed > 0.1)
             report = await opened.service.control("", "emergencyStop", {})
             assert report.failed == {}
-            assert {"Head", "Body"} <= set(report.stopped)
+            assert report.stopped == ["Body", "Head"]
             eventually(lambda: abs(head.getPose().panSpeed) < 0.01)
             assert head.getPose().pan < 1.4
 
     on_page(robot, go)
+
+
+def test_a_stopped_robot_takes_no_command_until_it_is_reset_from_the_page(robot: ServedRobot) -> None:
+    async def go(opened: Page) -> None:
+        with robot.client() as client:
+            head = client.proxy(PoseHeadPrx, "Head")
+            await opened.service.control("", "emergencyStop", {})
+            await opened.pushes.until(lambda: "STOP" in opened.pushes.of(Components)[-1].robot_stopped)
+            with pytest.raises(CommandRefusedException, match="STOP"):
+                head.setPose(0.5, 0.0, 0.5)
+            await opened.service.control("", "resetEmergencyStop", {})
+            head.setPose(0.5, 0.0, 0.5)
+            await opened.pushes.until(lambda: not opened.pushes.of(Components)[-1].robot_stopped)
+
+    on_page(robot, go)
+
+
+def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None:
+    async def go() -> None:
+        service = Monitoring(
+            Pushes(),
+            Settings(realm=pair.server.realm, connect=(pair.endpoint,), clock="wall", timeout=CALL_LIMIT),
+        )
+        try:
+            with pytest.raises(ServiceError, match="Safety"):
+                await service.control("", "resetEmergencyStop", {})
+        finally:
+            await service.close()
+
+    asyncio.run(go())
 
 
 def test_the_red_button_stops_the_component_too(robot: ServedRobot, running: Walker) -> None:

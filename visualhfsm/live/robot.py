@@ -11,7 +11,8 @@ from typing import Any, Final
 import msgspec
 
 from interfaces.jderobot import CameraPrx, MotorsPrx
-from interfaces.nao import HealthPrx, JointLimits, JointsPrx, PoseHeadPrx
+from interfaces.nao import HealthPrx, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
+from visualhfsm.watch.automata import printable
 from visualhfsm.watch.fact import Fact
 from visualhfsm.watch.scene import STALE, STALE_HEALTH
 from zenoh_ice import Communicator, ZenohIceError
@@ -20,10 +21,12 @@ from zenoh_ice.presence import Target
 from .streams import Newest
 from .values import RobotState
 
-__all__ = ["RobotFacts", "RobotWatch", "StopReport", "has_interface", "stop_robot"]
+__all__ = ["RobotFacts", "RobotWatch", "StopReport", "has_interface", "reset_robot", "stop_robot"]
 
 _STOP_LIMIT: Final = 1.0
 """Wall seconds in which the robot has to answer to being stopped."""
+_REASON: Final = "STOP was pressed in the editor"
+_LONGEST_REASON: Final = 200
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -45,6 +48,7 @@ class RobotWatch:
         self._pose = Newest(self._head.getPose.latest, STALE)
         self._joints = Newest(self._body.getJointState.latest, STALE)
         self._condition = Newest(self._health.getHealth.latest, STALE_HEALTH)
+        self._safety = Newest(SafetyPrx.uncheckedCast(proxy("Safety")).getSafetyState.latest, STALE_HEALTH)
         self._names = Fact(self._body.getJointNamesAsync)
         self._limits = Fact(self._body.getJointLimitsAsync)
 
@@ -83,6 +87,13 @@ class RobotWatch:
         tilt = math.nan if health is None else health.value.torsoTilt
         return tilt if math.isfinite(tilt) else None
 
+    def stop_reason(self) -> str:
+        """Return why the robot's emergency stop is latched; empty while it is not, as far as is known."""
+        safety = self._safety()
+        if safety is None or not safety.value.stopped:
+            return ""
+        return printable(safety.value.reason)[:_LONGEST_REASON] or "emergency stop"
+
     def read(self) -> RobotState:
         """Return what is known now, without waiting."""
         head, health = self._pose(), self._condition()
@@ -107,11 +118,13 @@ class StopReport(msgspec.Struct, frozen=True, rename="camel"):
 
 
 async def stop_robot(communicator: Communicator) -> StopReport:
-    """Stop the head, the joints and the walk of a robot, all at once, within a second.
+    """Stop a robot within a second: by its emergency stop, the head, the joints and the walk, all at once.
 
-    What is not there is left out.
+    What is not there is left out. A robot with an emergency stop takes no command until `reset_robot`.
     """
     present = set(communicator.identities())
+    if "Safety" in present:
+        present.discard("Motors")  # what stops the walk there is a command, and no command is taken any more
     calls: dict[str, list[Future[Any]]] = {}
     failed: dict[str, str] = {}
     for identity in sorted(present & _STOPS.keys()):
@@ -128,7 +141,18 @@ async def stop_robot(communicator: Communicator) -> StopReport:
             failed[name] = f"it did not say within {_STOP_LIMIT:g} s that it has stopped"
         elif (failure := answer.exception()) is not None:
             failed[name] = str(failure)
-    return StopReport([name for name in calls if name not in failed], failed)
+    # That the emergency stop is latched is told as long as it is, by `RobotWatch.stop_reason`.
+    return StopReport([name for name in calls if name not in failed and name != "Safety"], failed)
+
+
+async def reset_robot(communicator: Communicator) -> None:
+    """Let a robot take commands again after its emergency stop. Raises ZenohIceError when it cannot."""
+    safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+    await asyncio.wrap_future(safety.resetEmergencyStopAsync())
+
+
+def _stop_all(communicator: Communicator) -> Sequence[Future[Any]]:
+    return [SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")).emergencyStopAsync(_REASON)]
 
 
 def _stop_head(communicator: Communicator) -> Sequence[Future[Any]]:
@@ -145,6 +169,7 @@ def _stop_walk(communicator: Communicator) -> Sequence[Future[Any]]:
 
 
 _STOPS: Final[Mapping[str, Callable[[Communicator], Any]]] = {
+    "Safety": _stop_all,
     "Head": _stop_head,
     "Body": _stop_body,
     "Motors": _stop_walk,

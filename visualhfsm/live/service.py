@@ -20,14 +20,14 @@ from visualhfsm.watch.automata import printable
 from visualhfsm.watch.discovery import components
 from visualhfsm.web.protocol import Snapshot, Stale, Structure
 from visualhfsm.web.services import Components, Publish, ServiceError
-from zenoh_ice import Communicator, Settings, initialize
+from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 
 from .cameras import Cameras
 from .control import control, decode_action
 from .history import History
 from .recordings import RecordedRun, open_recording
 from .relay import Relay, Silence
-from .robot import RobotWatch, stop_robot
+from .robot import RobotWatch, reset_robot, stop_robot
 from .scene import Scene
 from .values import LiveSnapshot, LiveStructure
 
@@ -59,9 +59,9 @@ class Monitoring:
     """Implements `visualhfsm.web.services.Live`. Make it on the event loop; it listens until `close`.
 
     Besides what `control` of this package does, the page may ask `control` for these actions: `timeline`,
-    `at` (a moment of the past by its component time), `series` (numbers over time), `facts` of the robot, and
-    `emergencyStop`, the operator's red button, for which no component needs to be there. A recording that
-    was opened is asked for its past by the name that it was given.
+    `at` (a moment of the past by its component time), `series` (numbers over time), `facts` of the robot,
+    `emergencyStop`, the operator's red button, and `resetEmergencyStop`, for which no component needs to be
+    there. A recording that was opened is asked for its past by the name that it was given.
     """
 
     def __init__(self, publish: Publish, settings: Settings) -> None:
@@ -73,7 +73,7 @@ class Monitoring:
         self._relays: dict[str, Relay] = {}
         self._recordings: dict[str, RecordedRun] = {}
         self._numbers = itertools.count(1)
-        self._running: list[str] | None = None
+        self._told: Components | None = None
         self._task = asyncio.create_task(self._keep(), name="monitoring")
 
     async def attach(self, component: str) -> dict[str, Any]:
@@ -106,6 +106,8 @@ class Monitoring:
             match action:
                 case "emergencyStop":
                     return await self._emergency_stop(component)
+                case "resetEmergencyStop":
+                    return await reset_robot(self._communicator)
                 case "facts":
                     return self._robot.facts()
                 case "timeline":
@@ -128,7 +130,7 @@ class Monitoring:
             raise ServiceError(f"{printable(action)[:40]} cannot be asked like this: {error}") from error
         except ServiceError:
             raise
-        except VisualHfsmError as error:
+        except (VisualHfsmError, ZenohIceError) as error:
             raise ServiceError(str(error)) from error
 
     async def recording(self, path: Path) -> dict[str, Any]:
@@ -184,10 +186,11 @@ class Monitoring:
         while True:
             try:
                 self._robot.update()
-                running = components(self._communicator)
-                if running != self._running:
-                    self._running = running
-                    self._publish(Components([{"component": name} for name in running]))
+                running = [{"component": name} for name in components(self._communicator)]
+                news = Components(running, self._robot.stop_reason())
+                if news != self._told:
+                    self._told = news
+                    self._publish(news)
                 for relay in list(self._relays.values()):
                     relay.update()
             except Exception:  # the next round may go well, and without it nothing would be looked after

@@ -65,6 +65,8 @@ class Components:
     """The components that run in the realm: their names and whatever else the page shows of them."""
 
     running: Sequence[Mapping[str, Any]]
+    robot_stopped: str = ""
+    """Why the emergency stop of the realm's robot is latched; empty while it is not."""
 
 
 Publish = Callable[[Components | Snapshot | Structure | Stale | Output | RunPush], None]

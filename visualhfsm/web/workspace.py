@@ -68,6 +68,7 @@ class Workspace:
         self._windows: set[Window] = set()
         self._followers: dict[str, set[Window]] = {}
         self._running: list[dict[str, Any]] = []
+        self._robot_stopped = ""
         self._abandoned: dict[str, Abandoned] = {}
         self._told: WorkspacePush | None = None
         self._checking = Checking(limits.quiet_seconds, self._tell_problems)
@@ -252,8 +253,9 @@ class Workspace:
 
     def _publish(self, news: Components | Push) -> None:
         match news:
-            case Components(running=running):
+            case Components(running=running, robot_stopped=reason):
                 self._running = [dict(each) for each in running]
+                self._robot_stopped = reason
                 self.tell()
             case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
                 self._push(news, self._followers.get(component, ()))
@@ -282,6 +284,7 @@ class Workspace:
             ],
             running=self._running,
             clipboard=self.copied_states,
+            robot_stopped=self._robot_stopped,
         )
 
     def _tab_state(self, tab: Tab) -> TabState:

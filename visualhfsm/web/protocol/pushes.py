@@ -58,14 +58,16 @@ class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
     changed_at: float
 
 
-class Workspace(_Push):
-    """The open documents, those that can be recovered, and the components that run in the realm."""
+class Workspace(_Push, omit_defaults=True):
+    """The open documents, those that can be recovered, and the components and the robot of the realm."""
 
     tabs: list[TabState]
     recoverable: list[Recoverable]
     running: list[dict[str, Any]]
     clipboard: int
     """States in the clipboard."""
+    robot_stopped: str = ""
+    """Why the robot's emergency stop is latched; left out while it is not."""
 
 
 class Closed(_Push):

@@ -1,9 +1,9 @@
-/** What stands above everything until it is settled: the server is away, a file was changed by another program, or changes were not saved. */
+/** What stands above everything until it is settled: the server is away, the robot is stopped, a file was changed by another program, or changes were not saved. */
 
 import {html, nothing} from "lit";
 
 import {ask, askTab} from "./commands.js";
-import {notify} from "./notices.js";
+import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
 
@@ -13,6 +13,27 @@ export function banner() {
     return html`<div class="banner error" role="alert">The server has been away since ${since}. Your work is kept there; this page connects again by itself.
       <button type="button" @click=${() => store.connect()}>Try now</button></div>`;
   }
+  return html`${stopped()}${file()}`;
+}
+
+/** The robot takes no command until somebody who has looked at it lets it go on. */
+function stopped() {
+  const reason = store.workspace.robotStopped;
+  if (!reason) return nothing;
+  return html`<div class="banner error" role="alert">The robot is stopped and takes no command: ${reason}.
+    <button type="button" @click=${reset}>Reset the emergency stop</button></div>`;
+}
+
+async function reset() {
+  try {
+    await store.request("control", {component: "", action: "resetEmergencyStop", arguments: {}});
+  } catch (error) {
+    notifyError(error);
+  }
+}
+
+/** The file of the shown document. */
+function file() {
   const outside = page.tabState?.outside;
   if (!outside) return unsaved();
   return html`<div class="banner" role="alert">Another program ${outside} the file of ${page.tabState.title}.

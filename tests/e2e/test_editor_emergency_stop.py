@@ -1,0 +1,33 @@
+"""The robot's emergency stop on the page: it is shown for as long as it is latched, and reset there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from playwright.sync_api import Browser, expect
+
+from interfaces.nao import PoseHeadPrx, SafetyPrx
+from tests.support.monitor import follow, monitor_page, robot_and_editor, started_elsewhere, status
+
+
+def test_the_robot_that_was_stopped_is_reset_in_every_window(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "walk.xml"
+    with robot_and_editor(path) as (robot, editor), robot.client() as client:
+        safety = client.proxy(SafetyPrx, "Safety")
+        with monitor_page(browser, editor) as shown, monitor_page(browser, editor) as other:
+            banners = [
+                each.page.get_by_role("alert").filter(has_text="The robot is stopped")
+                for each in (shown, other)
+            ]
+            with started_elsewhere(robot, path) as process:
+                follow(shown, "walk")
+                shown.press("Control+Shift+Space")
+                assert process.wait() == 0
+            expect(status(shown)).to_contain_text("Ended")
+            for banner in banners:
+                expect(banner).to_contain_text("STOP was pressed in the editor")
+            assert safety.getSafetyState().stopped
+            banners[1].get_by_role("button", name="Reset the emergency stop").click()
+            for banner in banners:
+                expect(banner).to_have_count(0)
+            client.proxy(PoseHeadPrx, "Head").setPose(0.5, 0.0, 0.5)
