@@ -65,9 +65,9 @@ class FakeWalker:
         before, velocity, now = self._odometry, self._velocity, self._clock.now()
         seconds = max(0.0, now - before.time)
         turned = velocity.turn * seconds
-        # The mean of cosine and sine over the turn, which also holds when it does not turn.
-        middle = before.heading + turned / 2.0
-        chord = seconds * (math.sin(turned / 2.0) / (turned / 2.0) if turned else 1.0)
+        half = turned / 2.0
+        middle = before.heading + half
+        chord = seconds * (math.sin(half) / half if half else 1.0)
         cosine, sine = chord * math.cos(middle), chord * math.sin(middle)
         self._odometry = Odometry(
             time=now,

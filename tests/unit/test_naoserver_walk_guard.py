@@ -1,0 +1,207 @@
+"""The walk behind its safety layer: what reaches the walker, what is told, and what ends it."""
+
+import math
+
+import pytest
+
+from naoserver.body import H25
+from naoserver.capabilities import WalkVelocity
+from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.event_log import EventLog
+from naoserver.fake import FakeRobot
+from naoserver.fake.walker import LIMITS, FakeWalker
+from naoserver.gate import Gate
+from naoserver.guarded_device import GuardedDevice
+from naoserver.options import SafetyOptions
+from naoserver.safety import Safety
+from naoserver.walk_guard import WalkGuard
+from zenoh_ice import VirtualClock
+
+STILL = WalkVelocity()
+
+
+class SlowWalker(FakeWalker):
+    """Needs a while to end, and can be made unable to walk."""
+
+    def __init__(self, clock):
+        super().__init__(clock)
+        self.ending = False
+        self.hindrance = ""
+
+    def command(self, velocity):
+        if velocity != STILL and self.hindrance and not self.walking:
+            raise InvalidCommand("walk", self.hindrance)
+        self.ending = self.walking and velocity == STILL
+        super().command(velocity)
+
+    @property
+    def walking(self):
+        return self.ending or super().walking
+
+    def fall(self):
+        super().command(STILL)
+        self.ending, self.hindrance = False, "it lies"
+
+
+class Rig:
+    def __init__(self):
+        self.clock = VirtualClock()
+        self.wall = 0.0
+        self.due = []
+        self.events = EventLog(self.clock.now, lambda: self.wall)
+        self.gate = Gate(self.events, lambda: self.wall)
+        self.robot = FakeRobot(self.clock)
+        steady = {"wall_time": lambda: self.wall, "look_within": self.due.append}
+        safety = Safety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
+        self.body = GuardedDevice(self.robot, safety, self.gate, self.events, **steady)
+        self.walker = SlowWalker(self.clock)
+        self.walk = WalkGuard(self.walker, self.body, self.gate, self.events, SafetyOptions(), **steady)
+        self.gate.on_stop(self.body.hold)
+        self.gate.on_stop(self.walk.stop)
+
+    def told(self):
+        return [event.message for event in self.events.snapshot()[0]]
+
+
+@pytest.fixture
+def rig():
+    return Rig()
+
+
+def test_velocities_are_commanded_one_by_one_and_add_up(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.drive({"turn": -0.4}, "anna")
+    assert rig.walker.commanded() == rig.walk.commanded() == WalkVelocity(0.1, 0.0, -0.4)
+    rig.walk.drive({"forward": 0.0}, "anna")
+    assert rig.walker.commanded() == WalkVelocity(turn=-0.4)
+
+
+@pytest.mark.parametrize("kind", ["forward", "left", "turn"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_is_too_fast_is_limited_and_told(rig, kind, sign):
+    highest = getattr(LIMITS, kind)
+    assert not rig.walk.drive({kind: sign * highest}, "anna")
+    assert rig.told() == []
+    assert rig.walk.drive({kind: sign * 2 * highest}, "anna")
+    assert getattr(rig.walker.commanded(), kind) == sign * highest
+    assert kind in rig.told()[0]
+    assert rig.events.snapshot()[1] == 1
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_is_refused_by_name_and_changes_nothing(rig, value):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    with pytest.raises(InvalidCommand, match="left") as refusal:
+        rig.walk.drive({"forward": 0.2, "left": value}, "anna")
+    assert refusal.value.field == "left"
+    assert rig.walker.commanded() == WalkVelocity(0.1)
+
+
+def test_each_velocity_that_is_not_renewed_in_half_a_second_stops_by_itself(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    assert rig.due[-1] <= SafetyOptions().period
+    rig.wall = 0.3
+    rig.walk.drive({"turn": 0.4}, "anna")
+    rig.wall = 0.49
+    rig.walk.watch()
+    assert rig.walker.commanded() == WalkVelocity(0.1, 0.0, 0.4)
+    rig.wall = 0.51
+    assert rig.walk.watch() == SafetyOptions().period
+    assert rig.walker.commanded() == WalkVelocity(turn=0.4)
+    assert "forward" in rig.told()[0]
+    rig.wall = 0.81
+    rig.walk.watch()
+    assert rig.walker.commanded() == STILL
+    assert rig.events.snapshot()[2] == 2
+
+
+def test_a_lost_client_stops_what_it_drove_and_no_more(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.drive({"turn": 0.4}, "ben")
+    rig.walk.drop_client("anna")
+    assert rig.walker.commanded() == WalkVelocity(turn=0.4)
+    rig.walk.drop_client("ben")
+    assert rig.walker.commanded() == STILL
+    assert "gone" in rig.told()[0]
+
+
+def test_while_it_walks_and_until_it_has_ended_the_legs_are_refused_to_others(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    for _ in range(2):
+        rig.walk.watch()
+        with pytest.raises(InvalidCommand, match="RKneePitch is moved by the walk"):
+            rig.body.move({"RKneePitch": 0.5}, {})
+        with pytest.raises(InvalidCommand, match="the walk"):
+            rig.body.drive({"LAnklePitch": 0.1}, "anna")
+        rig.body.move({"HeadYaw": 0.5, "LShoulderPitch": 1.0}, {})
+        rig.walk.stop()
+    rig.walker.ending = False
+    assert rig.walk.watch() is None
+    rig.body.move({"RKneePitch": 0.5}, {})
+
+
+def test_legs_that_belong_to_something_else_do_not_walk(rig):
+    rig.body.claims.claim("dance", ("LKneePitch",), lambda: None)
+    with pytest.raises(InvalidCommand, match="dance"):
+        rig.walk.drive({"forward": 0.1}, "anna")
+    assert rig.walker.commanded() == STILL
+    rig.walk.drive({"forward": 0.0}, "anna")
+
+
+def test_to_hold_the_body_ends_the_walk_and_leaves_it_the_legs_to_do_so(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.body.move({"HeadYaw": 1.0}, {})
+    rig.clock.advance(0.1)
+    rig.body.hold()
+    assert rig.walker.commanded() == STILL
+    assert rig.walker.walking
+    held = rig.robot.read().commands
+    rig.clock.advance(2.0)
+    assert rig.robot.read().commands == held
+
+
+def test_after_an_emergency_stop_nobody_walks_until_it_is_reset(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.gate.stop("smoke")
+    assert rig.walker.commanded() == STILL
+    with pytest.raises(CommandRefused, match="smoke"):
+        rig.walk.drive({"forward": 0.1}, "anna")
+    rig.gate.reset()
+    rig.walk.drive({"forward": 0.1}, "anna")
+    assert rig.walker.commanded() == WalkVelocity(0.1)
+
+
+def test_who_does_not_hold_the_lease_does_not_walk(rig):
+    rig.gate.acquire("anna", "Anna", 10.0)
+    with pytest.raises(CommandRefused, match="Anna"):
+        rig.walk.drive({"forward": 0.1}, "ben")
+    rig.walk.drive({"forward": 0.1}, "anna")
+
+
+def test_a_robot_that_cannot_walk_says_why_and_keeps_its_legs_free(rig):
+    rig.walker.hindrance = "it lies"
+    with pytest.raises(InvalidCommand, match="it lies"):
+        rig.walk.drive({"forward": 0.1}, "anna")
+    rig.body.move({"RKneePitch": 0.5}, {})
+    rig.walk.drive({"forward": 0.0}, "anna")
+
+
+def test_a_fall_ends_the_walk_and_is_told(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.watch()
+    rig.walker.fall()
+    assert rig.walk.watch() is None
+    assert rig.walk.commanded() == STILL
+    assert any("ended the walk" in message for message in rig.told())
+    rig.body.move({"RKneePitch": 0.5}, {})
+    with pytest.raises(InvalidCommand, match="it lies"):
+        rig.walk.drive({"forward": 0.1}, "anna")
+
+
+def test_once_closed_it_walks_no_more(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.close()
+    assert rig.walker.commanded() == STILL
+    rig.walk.drive({"forward": 0.1}, "anna")
+    assert rig.walker.commanded() == STILL
+    rig.walk.close()
