@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
+from typing import Final
 
 from interfaces.nao import Health, HealthReport, Severity
+from naoserver.condition import ConditionWatch
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.robot import BodyState, Robot
@@ -27,34 +28,30 @@ class HealthI(Health):
         self._camera_rates = camera_rates
         self._wall_time = wall_time
         self._started = wall_time()
-        self._was_fallen = False
+        self._condition = ConditionWatch(robot, events)
 
     def getHealth(self, current: Current) -> HealthReport:  # noqa: ARG002
         """Return the state of the server."""
         return self._report()
 
     def publish(self) -> None:
-        """Look whether the robot has fallen, and send a report to whoever listens."""
+        """Look how the robot is, and send a report to whoever listens."""
         state = self._state()
-        if state.fallen and not self._was_fallen:
-            tilt = math.degrees(state.torso_tilt)
-            self._events.add(
-                Severity.Error, self._robot.name, f"fallen: the torso tilts by {tilt:.0f} deg", "fall"
-            )
-        self._was_fallen = state.fallen
+        if state is not None:
+            self._condition.look(state)
         if self.getHealthPublisher.listening:
             report = self._report()
             self.getHealthPublisher.publish(report, time=report.time)
 
-    def _state(self) -> BodyState:
+    def _state(self) -> BodyState | None:
         try:
             return self._robot.state()
         except RobotError as error:
             self._events.add(Severity.Error, self._robot.name, str(error), "state")
-            return BodyState(torso_tilt=0.0, fallen=False, real_time_factor=0.0, lag=0.0)
+            return None
 
     def _report(self) -> HealthReport:
-        state = self._state()
+        state = self._state() or _UNKNOWN
         events, limited, timeouts = self._events.snapshot()
         return HealthReport(
             time=self._robot.clock.now(),
@@ -68,3 +65,6 @@ class HealthI(Health):
             velocityTimeouts=timeouts,
             events=events,
         )
+
+
+_UNKNOWN: Final = BodyState(torso_tilt=0.0, fallen=False, real_time_factor=0.0, lag=0.0)

@@ -1,0 +1,114 @@
+"""What is told of a robot's condition, and that it is told once."""
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from interfaces.nao import Severity
+from naoserver.capabilities import BatteryReading
+from naoserver.condition import ConditionWatch
+from naoserver.event_log import EventLog
+from naoserver.fake import FakeRobot
+from naoserver.robot import BodyState
+from zenoh_ice import VirtualClock
+
+
+class ConditionedRobot(FakeRobot):
+    """A fake robot whose condition a test sets."""
+
+    stiffness = 1.0
+    battery = None
+
+    def __init__(self, clock):
+        super().__init__(clock=clock)
+        self.temperatures = {}
+
+    def read(self):
+        reading = super().read()
+        names = [joint.name for joint in self.joints]
+        return replace(
+            reading,
+            temperatures=tuple(self.temperatures.get(name, 38.0) for name in names),
+            stiffnesses=(self.stiffness,) * len(names),
+        )
+
+    @property
+    def senses(self):
+        if self.battery is None:
+            return None
+        return SimpleNamespace(read=lambda: SimpleNamespace(battery=self.battery))
+
+
+class Rig:
+    def __init__(self):
+        clock = VirtualClock()
+        self.robot = ConditionedRobot(clock)
+        self.events = EventLog(clock.now, clock.now)
+        self.watch = ConditionWatch(self.robot, self.events)
+        self.told = 0
+        self.clock = clock
+
+    def look(self, *, fallen=False, tilt=0.0):
+        """Look, and return what was told anew."""
+        self.clock.advance(2.0)
+        self.watch.look(BodyState(math.radians(tilt), fallen, 1.0, 0.0))
+        events = self.events.snapshot()[0][self.told :]
+        self.told += len(events)
+        return [(event.level, event.source, event.message.split(":")[0]) for event in events]
+
+
+@pytest.fixture
+def rig():
+    return Rig()
+
+
+def test_a_robot_that_is_well_has_nothing_to_tell(rig):
+    assert rig.look() == rig.look() == []
+
+
+def test_a_fall_and_standing_up_are_told_once(rig):
+    assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao", "fallen")]
+    assert rig.look(fallen=True, tilt=85) == []
+    assert rig.look(tilt=2) == [(Severity.Info, "Nao", "upright again")]
+    assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao", "fallen")]
+
+
+def test_motors_that_let_go_and_hold_again_are_told(rig):
+    rig.robot.stiffness = 0.0
+    assert rig.look() == [(Severity.Warning, "Nao", "limp")]
+    assert rig.look() == []
+    rig.robot.stiffness = 0.6
+    assert rig.look() == [(Severity.Info, "Nao", "no longer limp")]
+
+
+def test_a_hot_motor_is_told_until_it_has_cooled_down_well(rig):
+    told = []
+    for temperature in (74.0, 76.0, 74.0, 76.0, 69.0, 76.0):
+        rig.robot.temperatures = {"LKneePitch": temperature}
+        told.append(rig.look())
+    hot, cool = (Severity.Warning, "LKneePitch", "hot"), (Severity.Info, "LKneePitch", "cool again")
+    assert told == [[], [hot], [], [], [cool], [hot]]
+
+
+@pytest.mark.parametrize(
+    ("charges", "told"),
+    [
+        ((0.5, 0.19, 0.21, 0.19), ["Warning"]),
+        ((0.19, 0.1, 0.06, 0.05), ["Warning", "Error"]),
+        ((0.01,), ["Error"]),
+        ((0.19, 0.3, 0.19), ["Warning", "Warning"]),
+    ],
+)
+def test_a_battery_that_runs_low_is_told_at_each_mark(rig, charges, told):
+    levels = []
+    for charge in charges:
+        rig.robot.battery = BatteryReading(charge, -1.0, 30.0, plugged=False)
+        levels += [level.name for level, _, _ in rig.look()]
+    assert levels == told
+
+
+def test_a_battery_that_is_charged_is_not_told(rig):
+    rig.robot.battery = BatteryReading(0.01, 1.0, 30.0, plugged=True)
+    assert rig.look() == []
