@@ -60,14 +60,15 @@ class Calls:
         self._running: set[Call] = set()
         self._closed = False
 
-    def facade(self, name: str, service: object) -> object:
-        """Return what is registered with libqi as `name`: the public methods of a service, nothing else."""
+    def facade(self, name: str, service: object) -> Callable[[], object]:
+        """Return what makes an object for libqi: the public methods of a service as `name`, nothing else."""
         operations = {
             method: self._operation(f"{name}::{method}", getattr(service, method))
             for method in dir(type(service))
             if not method.startswith("_") and inspect.isfunction(getattr(type(service), method))
         }
-        return qi.multiThreaded()(type(name, (), operations))()
+        made: type[object] = qi.multiThreaded()(type(name, (), operations))
+        return made
 
     def close(self) -> None:
         """Break off the calls that go on, and wait for their end."""

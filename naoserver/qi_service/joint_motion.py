@@ -13,14 +13,27 @@ from naoserver.qi_service.calls import Call
 from naoserver.qi_service.trajectory import Trajectory
 from zenoh_ice import Clock
 
-__all__ = ["JointMotion", "Task"]
+__all__ = ["JointMotion", "Task", "free"]
 
 PERIOD: Final = 0.02
 """Robot seconds between two setpoints: ALMotion's cycle."""
 _SETTLING: Final = 3.0
 """Robot seconds that joints get to arrive after the end of a trajectory that was too fast for them."""
 _REACHED: Final = 1e-3  # rad
+_ENDING: Final = 5.0
+"""Robot seconds that a walk or a motion gets to end."""
 _LOOKS: Final = 0.1  # wall seconds between two looks whether a waiting call was broken off
+
+
+def free(body: GuardedDevice, call: Call) -> None:
+    """End the walk, or whatever else moves joints by itself, and wait until they belong to nobody.
+
+    After some seconds, or when the call is broken off, it returns all the same.
+    """
+    joints = [joint.name for joint in body.joints]
+    for _ in range(round(_ENDING / PERIOD)):
+        if not body.claims.stop(joints) or call.wait(PERIOD):
+            return
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 from naoserver.qi_service.access import Access
 from naoserver.qi_service.calls import Call
-from naoserver.qi_service.joint_motion import PERIOD, JointMotion
+from naoserver.qi_service.joint_motion import PERIOD, JointMotion, free
 from naoserver.qi_service.trajectory import SmoothTrajectory
 
 __all__ = ["Postures"]
@@ -49,6 +49,7 @@ class Postures:
         if name not in self.names:
             raise InvalidCommand("posture", f"there is no posture {name[:60]!r}; there are {self.names}")
         targets = H25.postures[NAMES[name]]
+        free(self._body, call)
         with self._motion.task("goToPosture", targets, call) as task:
             commands = self._motion.commands()
             duration = max(

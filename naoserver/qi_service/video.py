@@ -53,7 +53,8 @@ class ALVideoDevice:
         self._subscriptions: dict[str, _Subscription] = {}
         self._counter = count()
         self._taking = {facts.name: threading.Lock() for facts in self._cameras}
-        self._newest: dict[tuple[str, int, int], Frame] = {}
+        # The newest frame by camera and size, and when it was asked for.
+        self._newest: dict[tuple[str, int, int], tuple[float, Frame]] = {}
 
     def subscribeCamera(
         self, name: object, cameraIndex: object, resolution: object, colorSpace: object, fps: object
@@ -226,16 +227,21 @@ class ALVideoDevice:
         return True
 
     def _frame(self, subscription: _Subscription) -> Frame:
-        """Return the newest frame, or take one when it is as old as the period."""
+        """Return the newest frame; take one when a period has begun since."""
         facts = subscription.facts
         size = source_size(facts, SIZES[subscription.resolution])
         if size is None:
             raise HardwareFailure(f"{facts.name} has no picture of this size")
         key = (facts.name, *size)
         with self._taking[facts.name]:
-            newest = self._newest.get(key)
-            age = math.inf if newest is None else self._robot.clock.now() - newest.time
-            if newest is None or not 0.0 <= age < 1.0 / subscription.rate:
-                self._newest.pop(key, None)
-                newest = self._newest[key] = self._robot.capture(facts.name, *size)
+            now = self._robot.clock.now()
+            asked, newest = self._newest.pop(key, (-math.inf, None))
+            if newest is None or _slot(asked, subscription.rate) != _slot(now, subscription.rate):
+                asked, newest = now, self._robot.capture(facts.name, *size)
+            self._newest[key] = asked, newest
             return newest
+
+
+def _slot(time: float, rate: float) -> float:
+    """Return in which period a time falls. Who asks often gets every picture, however long one takes."""
+    return math.floor(time * rate) if math.isfinite(time) else time

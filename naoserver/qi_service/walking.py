@@ -10,8 +10,9 @@ from typing import Final
 
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.qi_service.access import CLIENT
+from naoserver.qi_service.access import CLIENT, Access
 from naoserver.qi_service.calls import Call
+from naoserver.qi_service.joint_motion import free
 from naoserver.walk_guard import WalkGuard
 
 __all__ = ["Walking"]
@@ -42,9 +43,9 @@ class Walking:
     service.
     """
 
-    def __init__(self, guard: WalkGuard | None) -> None:
-        """Walk through `guard`; None of a robot that has no walk, which every command then tells."""
-        self._found = guard
+    def __init__(self, access: Access) -> None:
+        self._found = access.walk
+        self._body = access.body
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._wanted = _STILL
@@ -107,6 +108,7 @@ class Walking:
             return False
         finally:
             self.stop()
+            free(self._body, call)
 
     def close(self) -> None:
         """End the walk, and the thread that renews it."""
