@@ -106,7 +106,7 @@ def test_the_third_experiment_is_drawn_run_watched_and_changed(
         watch(shown, monitor)
         change(shown, monitor)
     shown.press("Shift+F5")
-    expect(shown.page.locator(".live-status")).to_contain_text("Gone")
+    expect(shown.page.locator(".live-status")).to_contain_text("Ended")
 
 
 def draw(shown: EditorPage, wanted: Document) -> None:

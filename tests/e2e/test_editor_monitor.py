@@ -264,6 +264,8 @@ def test_stop_ends_the_component_even_while_only_watching_it(
             shown.button("STOP the robot and the component").click()
         assert process.wait() == 0
         notice(shown, "Stopped: Body, Head, walk.")
+    expect(status(shown)).to_have_text("Ended: stopped by STOP")
+    expect(shown.page.locator("hfsm-canvas")).not_to_have_class(re.compile(r"\b(stale|live)\b"))
 
 
 def test_error_leads_to_the_code_that_failed(shown: EditorPage) -> None:
@@ -271,7 +273,8 @@ def test_error_leads_to_the_code_that_failed(shown: EditorPage) -> None:
     shown.press("Alt+l")
     shown.page.get_by_role("textbox", name="count", exact=True).fill('"a text"')
     shown.press("Enter")
-    expect(status(shown)).not_to_have_text("Running")
+    expect(status(shown)).to_have_text("Ended with exit code 1 after an error")
+    notice(shown, "TypeError: '>' not supported")
     shown.page.get_by_role("tab", name=re.compile("^Errors")).click()
     shown.page.get_by_role("list", name="Errors of the component").get_by_role("button").first.click()
     expect(shown.page.get_by_label("Name of the transition")).to_have_value("many")

@@ -52,6 +52,8 @@ export class HfsmApp extends PageElement {
     this.bottom = "";
     /** The last push `run` of each tab. @type {Map<number, object>} */
     this.runs = new Map();
+    /** What takes away the message that the component of a tab has ended. @type {Map<number, () => void>} */
+    this.endNotices = new Map();
     this.canvas = document.createElement("hfsm-canvas");
     this.context = {app: this, canvas: this.canvas};
     this.elements = new Map();
@@ -121,6 +123,7 @@ export class HfsmApp extends PageElement {
   /** Start the component of the shown tab, and follow it; `options` are those of its command line. */
   async run(options = []) {
     const {tab} = page;
+    this.endNotices.get(tab)?.();
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
     if ((await askTab("run", {arguments: options})) !== undefined) monitor.expect(tab);
@@ -258,7 +261,14 @@ export class HfsmApp extends PageElement {
   #told(run) {
     const former = this.runs.get(run.tab)?.status; // undefined for what a new window is told
     this.runs.set(run.tab, run);
-    if (run.status === "ended" && run.exitCode && former && former !== "stopping") notify(`${(run.message || "it has ended").replace(/^it /, "The component ")}.`, "error");
+    if (run.status !== "ended" || !run.exitCode || !former || ["ended", "stopping"].includes(former)) return;
+    const told = (run.message || "it has ended").replace(/^it /, "The component ");
+    const error = outputLog.lastError(run.tab);
+    const show = () => {
+      page.show(run.tab);
+      page.jump(error.place, {line: error.line});
+    };
+    this.endNotices.set(run.tab, notify(`${told}${error ? `: ${error.text}` : "."}`, "error", error?.place && {label: `line ${error.line}`, run: show}));
   }
 
   /** Load an element of the monitor, and draw the page with it. */

@@ -86,7 +86,7 @@ export async function save(tab = page.tab) {
   await settleTyping();
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   if (!state?.path) return saveAs(tab);
-  return saving((overwrite) => store.request("save", {tab, overwrite}), state.path);
+  return saving((overwrite) => store.request("save", {tab, overwrite}), state.path, tab);
 }
 
 /** @returns {Promise<boolean>} */
@@ -95,7 +95,7 @@ export async function saveAs(tab = page.tab) {
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   const suggestion = state.path || (/\.xml$/i.test(state.title) ? state.title : `${state.title}.xml`);
   const path = await chooseFile({title: "Save the document as", verb: "Save", suggestion});
-  return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path) : false;
+  return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab) : false;
 }
 
 /** Let a field that is being typed into give what it holds to the document. */
@@ -105,7 +105,7 @@ async function settleTyping() {
   await Promise.all(event.detail.waiting);
 }
 
-async function saving(request, path) {
+async function saving(request, path, tab) {
   try {
     const done = await request(false);
     remember(done.path);
@@ -116,8 +116,12 @@ async function saving(request, path) {
       notifyError(error);
       return false;
     }
-    const sure = await confirm({title: `Write over ${path}?`, text: error.message, choices: [["overwrite", "Write over it", "danger"]]});
-    if (!sure) return false;
+    const choice = await confirm({
+      title: `Write over ${path}?`, text: error.message,
+      choices: [["overwrite", "Write over it", "danger"], ["saveAs", "Save as…", "primary"]],
+    });
+    if (choice === "saveAs") return saveAs(tab);
+    if (choice !== "overwrite") return false;
   }
   try {
     const done = await request(true);

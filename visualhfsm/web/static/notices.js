@@ -5,8 +5,14 @@ const SHOWN_ERROR = 12_000;
 
 let list;
 
-/** Tell something. @param {string} text @param {"info" | "error"} kind */
-export function notify(text, kind = "info") {
+/**
+ * Tell something.
+ *
+ * @param {string} text @param {"info" | "error"} kind
+ * @param {{label: string, run: () => void}} [link] leads to what it is about
+ * @returns {() => void} takes it away
+ */
+export function notify(text, kind = "info", link = undefined) {
   if (!list) {
     list = document.createElement("div");
     list.className = "notices";
@@ -17,6 +23,17 @@ export function notify(text, kind = "info") {
   notice.className = `notice ${kind}`;
   notice.setAttribute("role", kind === "error" ? "alert" : "status");
   notice.textContent = text;
+  if (link) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "link";
+    button.textContent = link.label;
+    button.addEventListener("click", () => {
+      notice.remove();
+      link.run();
+    });
+    notice.append(button);
+  }
   const close = document.createElement("button");
   close.type = "button";
   close.className = "close";
@@ -27,6 +44,7 @@ export function notify(text, kind = "info") {
   list.append(notice);
   while (list.children.length > 4) list.firstElementChild.remove();
   setTimeout(() => notice.remove(), kind === "error" ? SHOWN_ERROR : SHOWN);
+  return () => notice.remove();
 }
 
 /** Tell why something could not be done. */

@@ -40,7 +40,7 @@ export function showDialog({title, content, footer, wide = false}) {
 }
 
 /**
- * Ask for a decision.
+ * Ask for a decision. The last choice has the focus: the one that loses nothing.
  *
  * @param {{title: string, text: string, choices: [string, string, string?][]}} options choices as [value, label, kind]
  * @returns {Promise<string | undefined>}

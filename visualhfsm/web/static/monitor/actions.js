@@ -38,7 +38,7 @@ async function reload(context) {
   if (!report) return;
   const {notKept, held} = report;
   if (notKept.length) (await dialogs()).showNotKept(notKept);
-  else notify(`Reloaded. States, timers and variables were kept; no cycle began for ${Math.round(held * 1000)} ms.`);
+  else notify(`Reloaded. States, timers and variables were kept; no cycle began for ${held < 0.001 ? "less than 1" : Math.round(held * 1000)} ms.`);
 }
 
 /** @type {import("../actions.js").Action[]} */

@@ -22,7 +22,7 @@ class MonitorBar extends MonitorElement {
     const {recording, writable, looking} = monitor;
     const paused = monitor.newest && monitor.newest.component.status !== 0;
     return html`<div class="live-bar" role="region" aria-label="Followed component">
-      <span class="live-status ${status}" role="status"><span class="sign" aria-hidden="true"></span>${word}</span>
+      <span class="live-status ${status}" role="status" title=${monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : nothing}><span class="sign" aria-hidden="true"></span>${word}</span>
       <strong class="component" title=${monitor.recording?.file || monitor.component}>${monitor.component.replace(/^recording:\d+:/, "")}</strong>
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
       ${this.#elsewhere()}
@@ -60,12 +60,20 @@ export function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
   if (!store.online) return {status: "stale", word: "The server is away"};
+  if (monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
   if (since) return {status: "stale", word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`};
   if (looking) return {status: "past", word: "Looking back"};
   if (!newest) return {status: "waiting", word: "Waiting"};
   const {status, stoppedAt} = newest.component;
   const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
   return {status: STATUS[status].toLowerCase(), word};
+}
+
+/** How a component ended. @param {{message: string, exitCode?: number}} ended */
+function spokenEnd({message, exitCode}) {
+  const how = message.replace(/^it (has ended |ended |was )?/, "");
+  const code = Number.isInteger(exitCode) && exitCode >= 0 && !how.includes("exit code") ? `exit code ${exitCode}` : "";
+  return `Ended${how.startsWith("with") ? " " : ": "}${[how, code].filter(Boolean).join(", ")}`;
 }
 
 customElements.define("hfsm-monitor-bar", MonitorBar);

@@ -44,6 +44,8 @@ class Monitor extends EventTarget {
   past = new Past();
   /** Since when nothing is heard of it, s since 1970; 0 while it speaks. */
   since = 0;
+  /** How it ended, when it was meant to or an error ended it. @type {{at: number, message: string, exitCode?: number} | undefined} */
+  ended = undefined;
   /** Whether it may be steered, beside being stopped. */
   writable = false;
   /** The recording that is looked at. @type {{file: string, complete: boolean} | undefined} */
@@ -68,7 +70,7 @@ class Monitor extends EventTarget {
     store.addEventListener("stale", ({detail}) => detail.component === this.component && this.#lose(detail.since));
     store.addEventListener("workspace", () => this.#look());
     store.addEventListener("connection", () => this.#reconnect());
-    store.addEventListener("run", ({detail}) => detail.tab === this.#tab && detail.status === "ended" && (this.#expected = ""));
+    store.addEventListener("run", ({detail}) => detail.status === "ended" && this.#ran(detail));
   }
 
   get snapshot() {
@@ -81,7 +83,17 @@ class Monitor extends EventTarget {
 
   /** Whether it can be steered now. */
   get steers() {
-    return this.isLive && this.writable && !this.since && store.online;
+    return this.isLive && this.writable && !this.since && !this.ended && store.online;
+  }
+
+  /** Whether it is not known what it does now: it is silent, and nobody knows of an end. */
+  get isLost() {
+    return Boolean(this.since) && !this.ended && !this.looking;
+  }
+
+  /** Whether what is shown is over: it has ended, and nobody looks back. */
+  get isOver() {
+    return Boolean(this.ended) && !this.looking;
   }
 
   /** The components that run in the realm. @returns {string[]} */
@@ -156,6 +168,12 @@ class Monitor extends EventTarget {
     return true;
   }
 
+  /** The component that is followed has ended. @param {string} message how @param {number} [exitCode] */
+  end(message, exitCode) {
+    this.ended = {at: Date.now() / 1000, message, exitCode: exitCode ?? this.ended?.exitCode};
+    this.#emit("mode", "shown");
+  }
+
   /** Look at a recording in the same views; `found` is what the server said of it. */
   async lookAtRecording(path, found) {
     await this.detach();
@@ -172,7 +190,7 @@ class Monitor extends EventTarget {
   async detach() {
     const {component} = this;
     if (!component) return;
-    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: new Breakpoints(), since: 0, writable: false, recording: undefined, past: new Past()});
+    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: new Breakpoints(), since: 0, ended: undefined, writable: false, recording: undefined, past: new Past()});
     this.#learn(undefined);
     this.#emit("mode", "shown");
     if (store.online) await store.request("detach", {component}).catch(() => {}); // it is gone already
@@ -229,6 +247,7 @@ class Monitor extends EventTarget {
 
   #begin({structure, snapshot, timeline, since = 0, facts}) {
     this.since = since ?? 0;
+    this.ended = undefined;
     this.past = new Past(timeline);
     this.robot.take(facts);
     this.newest = undefined;
@@ -255,6 +274,7 @@ class Monitor extends EventTarget {
   #take(value) {
     const restarted = this.newest && value.component.startedAt !== this.newest.component.startedAt;
     if (restarted) {
+      this.ended = undefined;
       this.past = new Past();
       this.breakpoints.keep();
     }
@@ -267,6 +287,12 @@ class Monitor extends EventTarget {
     this.#emit("snapshot");
     if (wasLost || restarted || status !== value.component.status) this.#emit("mode");
     if (Object.keys(value.robot.joints).length) this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
+  }
+
+  /** What was started here has ended. */
+  #ran({tab, message, exitCode}) {
+    if (tab === this.#tab) this.#expected = "";
+    if (this.component && !this.recording && this.isOf(this.component, tab)) this.end(this.ended?.message ?? message, exitCode);
   }
 
   #lose(since) {

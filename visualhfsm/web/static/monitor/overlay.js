@@ -58,10 +58,10 @@ export function showOn(canvas) {
   let marked = "";
   const draw = () => {
     if (page.highlight) return;
-    const here = monitor.snapshot && page.tab && page.tab === monitor.tab;
+    const here = monitor.snapshot && page.tab && page.tab === monitor.tab && !monitor.isOver;
     canvas.classList.toggle("live", Boolean(here));
-    canvas.classList.toggle("stale", Boolean(here && monitor.since && !monitor.looking));
-    document.documentElement.classList.toggle("live-lost", Boolean(monitor.since && !monitor.looking));
+    canvas.classList.toggle("stale", Boolean(here && monitor.isLost));
+    document.documentElement.classList.toggle("live-lost", monitor.isLost);
     canvas.classList.toggle("past", Boolean(here && monitor.looking));
     const running = here ? monitor.snapshot.component.automata : [];
     const signature = running.map(({id, state, ghost}) => `${id}.${state}${ghost ? "g" : ""}`).join();

@@ -12,6 +12,7 @@ export async function stopRobot() {
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
     const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
+    if (stopped.includes(monitor.component)) monitor.end("it was stopped by STOP");
     if (stopped.length) notify(`Stopped: ${stopped.join(", ")}.`);
     else if (!problems.length) notify("There was nothing to stop: neither the robot nor the component is there.", "error");
     if (problems.length) notify(`Not stopped. ${problems.join("; ")}`, "error");

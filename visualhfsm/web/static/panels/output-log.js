@@ -3,6 +3,11 @@
 import {store} from "../store.js";
 
 const KEPT = 5000; // lines of a tab
+/** What comes before what is said of an error, in the component's log, and which line of which file it is behind it. */
+const BEFORE = /^[\d:.]+ ERROR +[^:]+: /;
+const BEHIND = / at \S+:\d+ \(\S+:\d+\)$/;
+/** The line below a traceback. */
+const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
 
 /** @typedef {{text: string, stream: "out" | "err", place?: import("./places.js").Place, line?: number}} Line */
 
@@ -28,6 +33,13 @@ class OutputLog extends EventTarget {
   /** What became of the component of a tab; undefined when it never ran. */
   run(tab) {
     return this.#runs.get(tab);
+  }
+
+  /** The last error that the component of a tab told, with its place in the code if it has one. @returns {Line | undefined} */
+  lastError(tab) {
+    const lines = this.of(tab);
+    const logged = lines.findLast(({text, place}) => place && BEFORE.test(text)) ?? lines.findLast(({text}) => EXCEPTION.test(text));
+    return logged && {...logged, text: logged.text.replace(BEFORE, "").replace(BEHIND, "")};
   }
 
   clear(tab) {
