@@ -54,8 +54,14 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
     return ExtractAutomaton(automaton=automaton, file=relative)
 
 
-def inline(document: Document, automaton: int, path: Path) -> Command:
-    """Return the command that puts the content of an imported automaton in its place. Raises EditError."""
+def inline(document: Document, automaton: int, path: Path | None) -> Command:
+    """Return the command that puts the content of an imported automaton in its place. Raises EditError.
+
+    `path` is the document's own file.
+    """
+    if path is None:
+        what = f"Cannot read {_file_of(document, automaton)}"
+        raise EditError(what, "the document has no file yet", "save it first: imports are relative to it")
     content = imported_content(document, automaton, path)
     title = f"Inline {_file_of(document, automaton)}"
     return FillAutomaton(automaton=automaton, content=written(content), name=title)

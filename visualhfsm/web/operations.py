@@ -58,7 +58,7 @@ _FileRequest = (
     | p.ListFiles
     | p.Resolve
 )
-_EditRequest = p.Do | p.Undo | p.Redo | p.Seal | p.Copy | p.Cut | p.Paste
+_EditRequest = p.Do | p.Undo | p.Redo | p.Seal | p.Copy | p.Cut | p.Paste | p.Extract | p.Inline
 _ReadRequest = (
     p.Search
     | p.Diff
@@ -155,6 +155,10 @@ class Operations:
                 if not self._workspace.clipboard:
                     raise MissingError("nothing was copied yet")
                 return await tab.paste(self._workspace.clipboard, automaton, x, y)
+            case p.Extract(automaton=automaton, path=path):
+                return await tab.extract(automaton, self._workspace.root.document(path))
+            case p.Inline(automaton=automaton):
+                return await tab.inline(automaton)
 
     def _keep(self, text: str, states: list[int]) -> None:
         self._workspace.clipboard = text

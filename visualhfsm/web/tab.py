@@ -11,6 +11,7 @@ from typing import Any, Final, TypeVar
 from codegen.hfsm.document import Document
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.paste import PasteStates
+from visualhfsm.editing.libraries import extract, inline
 from visualhfsm.editing.session import Change, Choice, DocumentSession
 
 from .protocol import OutputLine, Outside, Problems, RunPush
@@ -106,6 +107,20 @@ class Tab:
     async def paste(self, content: str, automaton: int, x: float | None, y: float | None) -> dict[str, Any]:
         """Put copied states into an automaton; raises EditError."""
         return await self.do(PasteStates(automaton=automaton, content=content, x=x, y=y))
+
+    async def extract(self, automaton: int, file: Path) -> dict[str, Any]:
+        """Move an automaton to a new file, and import it from there; raises EditError."""
+        session = self._session
+        change = await self._work(
+            lambda: session.do(extract(session.document, automaton, session.path, file))
+        )
+        return _told(change)
+
+    async def inline(self, automaton: int) -> dict[str, Any]:
+        """Put the content of an imported automaton in its place; raises EditError."""
+        session = self._session
+        change = await self._work(lambda: session.do(inline(session.document, automaton, session.path)))
+        return _told(change)
 
     async def seal(self) -> None:
         """Let the next command be a step of its own."""

@@ -36,6 +36,7 @@ from .component import (
     SetComponentText,
 )
 from .entries import RemoveEntry, ReorderEntry
+from .group import GroupStates
 from .items import (
     AlignStates,
     DeleteItems,
@@ -89,6 +90,7 @@ COMMANDS: Final[tuple[type[Command], ...]] = (
     DistributeStates,
     ExtractAutomaton,
     FillAutomaton,
+    GroupStates,
     MarkFinal,
     MarkInitial,
     MoveItems,

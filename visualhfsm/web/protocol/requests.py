@@ -23,8 +23,11 @@ __all__ = [
     "Do",
     "Explain",
     "Export",
+    "Extract",
     "Generate",
     "Hello",
+    "Imported",
+    "Inline",
     "Interfaces",
     "Lint",
     "ListFiles",
@@ -211,6 +214,21 @@ class Imported(_Request):
     tab: TabId
 
 
+class Extract(_Request):
+    """Move an automaton with all below it to a new file, from which it is imported then."""
+
+    tab: TabId
+    automaton: ElementId
+    path: Path
+
+
+class Inline(_Request):
+    """Put the content of an imported automaton in its place."""
+
+    tab: TabId
+    automaton: ElementId
+
+
 class Locate(_Request):
     """Ask which line of which piece of code a line of a log, or of an error's report, speaks of."""
 
@@ -342,6 +360,8 @@ Request = (
     | Resolve
     | Diff
     | Imported
+    | Extract
+    | Inline
     | Locate
     | Complete
     | Explain

@@ -23,6 +23,10 @@ const oneState = () => Boolean(page.state);
 const oneTransition = () => Boolean(page.transition);
 /** Whether things of an automaton have the same number, in a document that is not sound. */
 const sharesNumbers = ({states, transitions}) => [states, transitions].some((all) => new Set(all.map(({id}) => id)).size < all.length);
+/** The automaton below the selected state if it has one alone, and without a selection the shown one. */
+const part = () => (page.state ? (page.state.children.length === 1 ? page.document.automata.get(page.state.children[0]) : undefined) : anySelected() ? undefined : page.automaton);
+/** Whether an automaton is one that the document itself imports. */
+const isImport = (automaton) => Boolean(automaton && page.document.own.get(automaton.id)?.imported);
 const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
 const files = () => import("./files.js");
@@ -91,6 +95,12 @@ const LIST = [
     const id = await commands.addTransition(page.state.id, page.state.id);
     if (id !== undefined) canvas.beginRename("transition", id);
   }},
+  {id: "group", label: "Group", icon: "group", keys: ["Ctrl+G"], enabled: () => drawable() && anyStates(), run: async ({canvas}) => {
+    const id = await commands.group();
+    if (id !== undefined) canvas.beginRename("state", id);
+  }, hint: "into a sub-automaton of a new state", help: "Group the selected states into a sub-automaton"},
+  {id: "extract", label: "Move to a file", icon: "exportFile", enabled: () => Boolean(part()?.father) && !part().imported, run: () => commands.extract(part()), hint: "the sub-automaton, which is imported from there then"},
+  {id: "inline", label: "Take in from its file", icon: "open", enabled: () => isImport(part()), run: () => commands.inline(part()), hint: "what is imported becomes a part of this document"},
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
   {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
   {id: "paste", label: "Paste", icon: "paste", keys: ["Ctrl+V"], enabled: drawable, run: ({point}) => commands.paste(point)},
@@ -162,10 +172,13 @@ export function selectionActions() {
   return usual ? [usual, ...monitoredSelection(), ...more] : drawing;
 }
 
+/** What moves a sub-automaton to a file and back, if one of both makes sense. */
+const filing = () => ["extract", "inline"].filter((id) => actions.get(id).enabled());
+
 function drawingActions() {
-  if (page.state) return [["openChild", "editCode", "rename", "markInitial", "delete"], ["editEntry", "editExit", "toggleFinal", "addChild", "toggleHistory", "loop"], ["copy", "cut", "duplicate"]];
+  if (page.state) return [["openChild", "editCode", "rename", "markInitial", "delete"], ["editEntry", "editExit", "toggleFinal", "addChild", "toggleHistory", "loop"], ["copy", "cut", "duplicate", "group", ...filing()]];
   if (page.transition) return [["editCode", "rename", "delete"], ["tryEarlier", "tryLater", "resetHandle"]];
-  if (page.states.size > 1) return [["copy", "cut", "delete"], ["alignLeft", "alignCenter", "alignRight", "alignTop", "alignMiddle", "alignBottom", "distributeX", "distributeY", "duplicate"]];
+  if (page.states.size > 1) return [["copy", "cut", "group", "delete"], ["alignLeft", "alignCenter", "alignRight", "alignTop", "alignMiddle", "alignBottom", "distributeX", "distributeY", "duplicate"]];
   if (anySelected()) return [["delete"], ["resetHandle"]];
   return [];
 }

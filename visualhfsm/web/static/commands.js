@@ -4,7 +4,7 @@
  * Nothing is drawn before the server has changed the document; a refusal is told to the person.
  */
 
-import {notifyError} from "./notices.js";
+import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
 
@@ -88,8 +88,34 @@ export async function step(op) {
 
 /** Paste, with the left upper corner at a point if one is given, and select what came. */
 export async function paste(point) {
-  selectAdded(await askTab("paste", {automaton: page.automaton.id, ...point}), "states");
+  const first = selectAdded(await askTab("paste", {automaton: page.automaton.id, ...point}), "states");
+  if (first === undefined) return;
   page.dispatchEvent(new Event("reveal"));
+  page.dispatchEvent(new Event("focus-canvas"));
+}
+
+/** Put the selected states below a new one, which is then selected; resolves to its id. */
+export async function group() {
+  return selectAdded(await applyHere("groupStates", {states: [...page.states]}), "states");
+}
+
+/** Move an automaton to a file of its own, which a person chooses. */
+export async function extract(automaton) {
+  const {path} = page.tabState;
+  if (!path) {
+    notifyError(new Error("Save the document first: what it imports is found from its own file."));
+    return;
+  }
+  const {chooseFile} = await import("./dialogs/files.js");
+  const directory = path.includes("/") ? path.replace(/[^/]*$/, "") : "";
+  const name = page.title(automaton).replace(/[^\w-]+/g, "_") || "part";
+  const file = await chooseFile({title: "Move the sub-automaton to a file", verb: "Move", suggestion: `${directory}${name}.xml`});
+  if (file && (await askTab("extract", {automaton: automaton.id, path: file}))) notify(`${file} holds the sub-automaton now. It is imported from there.`);
+}
+
+/** Put the content of an imported automaton in its place. */
+export async function inline(automaton) {
+  if (await askTab("inline", {automaton: automaton.id})) notify(`The content of ${automaton.imported.file} is a part of this document now; the file stays.`);
 }
 
 /** Show a sub-automaton of a state, made first when it has none. */

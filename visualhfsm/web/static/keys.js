@@ -59,7 +59,7 @@ export function keyTable() {
   const groups = {
     Draw: ["newState", "newTransition", "rename", "edit", "editCode", "openChild", "markInitial", "toggleFinal", "delete"],
     "Move about": ["up", "moveLeft", "moveRight", "moveUp", "moveDown", "goLeft", "goRight", "goUp", "goDown", "goNext", "goBack", "cancel"],
-    Edit: ["undo", "redo", "copy", "cut", "paste", "duplicate", "selectAll", "tryEarlier", "tryLater", "resetHandle", "layout", "layoutAll"],
+    Edit: ["undo", "redo", "copy", "cut", "paste", "duplicate", "group", "selectAll", "tryEarlier", "tryLater", "resetHandle", "layout", "layoutAll"],
     View: ["fit", "fitSelection", "zoomIn", "zoomOut", "search", "problems", "output", "historyList", "theme", "help"],
     Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
     "Data and run": ["interfaces", "timing", "variables", "functions", "component", "generate", "run", "stopRun"],

@@ -6,7 +6,9 @@ import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./a
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 
-const GROUND = [["newState", "newTransition", "paste"], ["selectAll", "layout", "layoutAll", "fit"], ["repairNumbers", "export", "compare", "up"]];
+const GROUND = [["newState", "newTransition", "paste"], ["selectAll", "layout", "layoutAll", "fit"], ["repairNumbers", "extract", "inline", "export", "compare", "up"]];
+/** Actions that are left out where they make no sense. */
+const RARE = new Set(["repairNumbers", "extract", "inline"]);
 
 let element;
 
@@ -18,7 +20,7 @@ export function showMenu({x, y, point}, context) {
   hideMenu();
   const here = {...context, point};
   const title = selectionTitle();
-  const groups = (title ? selectionActions() : GROUND).map((ids) => ids.filter((id) => id !== "repairNumbers" || isEnabled(id, here)));
+  const groups = (title ? selectionActions() : GROUND).map((ids) => ids.filter((id) => !RARE.has(id) || isEnabled(id, here)));
   element = document.createElement("div");
   element.className = "menu";
   element.setAttribute("role", "menu");

@@ -1,0 +1,119 @@
+"""The command that puts states into a sub-automaton of their own."""
+
+# ruff: noqa: D102 - `Command` says what its methods do, and with what
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from codegen.hfsm.document import Automaton, Document, State, Text, Transition
+
+from ..errors import EditError
+from ..geometry import with_default_handles
+from ..nodes import MAX_AUTOMATA, changed, checked, coordinate, find_automaton, find_state, swapped
+from ..numbering import automaton_ids, free_name, state_ids
+from ..subtrees import owners
+from .base import Command, Id, Ids
+from .items import describe
+
+__all__ = ["GroupStates"]
+
+_DEFAULT_NAME: Final = "group"
+
+
+class GroupStates(Command, frozen=True, kw_only=True):
+    """Put states into an automaton of their own, below a new state that stands for them.
+
+    Transitions among them go along, and those that lead in or out lead to or from the new state. The new
+    automaton begins in the initial state if that is one of them, else where the first transition leads in,
+    and anew at each entry: that is nearest to what the states did before.
+    """
+
+    automaton: Id
+    states: Ids
+    name: str = ""
+
+    def apply(self, document: Document) -> Document:
+        source = find_automaton(document, self.automaton)
+        chosen = [find_state(source, number) for number in dict.fromkeys(self.states)]
+        if not chosen:
+            raise EditError("Cannot group", "no state is selected", "select states first")
+        if len(document.automata) >= MAX_AUTOMATA:
+            why = f"the document has {len(document.automata)} automata"
+            raise EditError("Cannot group", why, "import some from documents of their own")
+        number = next(automaton_ids(document))
+        group = State(
+            id=next(state_ids(source)),
+            name=checked(self.name, "the name")
+            or free_name(_DEFAULT_NAME, {state.name for state in source.states}),
+            initial=any(state.initial for state in chosen),
+            children=(number,),
+            history=Text("restart"),
+            x=coordinate(sum(state.x for state in chosen) / len(chosen)),
+            y=coordinate(sum(state.y for state in chosen) / len(chosen)),
+        )
+        inside = {state.id for state in chosen}
+        within = tuple(each for each in source.transitions if {each.origin, each.destination} <= inside)
+        child = Automaton(
+            id=number,
+            father=source.id,
+            states=_with_initial(chosen, source.transitions),
+            transitions=within,
+            iteration_time=source.iteration_time,
+        )
+        former = _moving(document, source, chosen)
+        automata = tuple(
+            replace(each, father=number) if each.id in former else each
+            for each in swapped(document.automata, source, _grouped(source, group, inside))
+        )
+        return replace(document, automata=(*automata, child))
+
+    def title(self, document: Document) -> str:
+        return f"Group {describe(find_automaton(document, self.automaton), self.states, ())}"
+
+
+def _grouped(source: Automaton, group: State, inside: set[int]) -> Automaton:
+    """Return an automaton with one state in the place of some, and what led to and from them at that one."""
+    states = [state for state in source.states if state.id not in inside]
+    first = next(index for index, state in enumerate(source.states) if state.id in inside)
+    states.insert(first, group)
+    transitions = []
+    crossing = set()
+    for each in source.transitions:
+        leaves, enters = each.origin in inside, each.destination in inside
+        if leaves and enters:
+            continue
+        if leaves or enters:
+            crossing.add(each.id)
+        transitions.append(
+            changed(
+                each,
+                origin=group.id if leaves else each.origin,
+                destination=group.id if enters else each.destination,
+            )
+        )
+    made = changed(source, states=tuple(states), transitions=tuple(transitions))
+    return with_default_handles(made, frozenset(crossing))
+
+
+def _with_initial(states: list[State], transitions: tuple[Transition, ...]) -> tuple[State, ...]:
+    """Return states of which one is initial."""
+    if any(state.initial for state in states):
+        return tuple(states)
+    ids = {state.id for state in states}
+    entering = [
+        each.destination for each in transitions if each.destination in ids and each.origin not in ids
+    ]
+    first = entering[0] if entering else states[0].id
+    return tuple(changed(state, initial=state.id == first) for state in states)
+
+
+def _moving(document: Document, source: Automaton, states: list[State]) -> set[int]:
+    """Return the ids of the automata that only these states own: those below them from now on."""
+    moving = {id(state) for state in states}
+    return {
+        child
+        for child, owned_by in owners(document).items()
+        if child != source.id and all(id(state) in moving for _, state in owned_by)
+    }
