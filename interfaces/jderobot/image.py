@@ -56,7 +56,9 @@ class ImageData(Struct):
     timeStamp: Time
     """Robot time at which the image was taken."""
     pixelData: ByteSeq
-    """Rows from the top, columns from the left, channels interleaved."""
+    """Rows from the top, columns from the left, channels interleaved; of YUV422 Y U Y V for each two pixels,
+    of JPEG the file.
+    """
 
 
 ImageFormat = list[str]

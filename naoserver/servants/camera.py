@@ -18,14 +18,13 @@ from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.event_log import EventLog
 from naoserver.options import CameraOptions
-from naoserver.pixel_formats import BYTES_A_PIXEL, PIXEL_FORMATS
+from naoserver.pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
 from naoserver.rate_meter import RateMeter
 from naoserver.robot import CameraFacts, Frame, Robot
 from naoserver.servants.conversions import to_time
 from zenoh_ice import Current
 
 _LONGEST_NAME = 64  # characters of a client's text that are told back
-STREAMED_FORMAT = next(iter(PIXEL_FORMATS))
 
 
 class CameraI(Camera):
@@ -54,7 +53,10 @@ class CameraI(Camera):
 
     def getImageDescription(self, current: Current) -> ImageDescription:  # noqa: ARG002
         """Return the shape of the images of the stream."""
-        return _shape(self._settings.width, self._settings.height, STREAMED_FORMAT)
+        width, height = self._settings.width, self._settings.height
+        return ImageDescription(
+            width=width, height=height, size=width * height * STREAMED_BYTES_A_PIXEL, format=STREAMED_FORMAT
+        )
 
     def getImageFormat(self, current: Current) -> list[str]:  # noqa: ARG002
         """Return the pixel formats, that of the stream first."""
@@ -66,9 +68,12 @@ class CameraI(Camera):
         Raises ConfigurationNotExistException for an unknown format, HardwareFailedException without an image.
         """
         if format not in PIXEL_FORMATS:
-            known = ", ".join(PIXEL_FORMATS)
+            missing = (
+                "; JPEG needs Pillow where the server runs: pip install pillow" if format == "JPEG" else ""
+            )
             raise ConfigurationNotExistException(
-                f"{self.facts.name} has no format {format[:_LONGEST_NAME]!r}; it has {known}"
+                f"{self.facts.name} has no format {format[:_LONGEST_NAME]!r}; "
+                f"it has {', '.join(PIXEL_FORMATS)}{missing}"
             )
         try:
             return _image(self._fresh(), format)
@@ -200,17 +205,12 @@ def _problem(facts: CameraFacts, settings: CameraOptions) -> str:
     return ""
 
 
-def _shape(width: int, height: int, format: str) -> ImageDescription:
-    return ImageDescription(
-        width=width, height=height, size=width * height * BYTES_A_PIXEL[format], format=format
-    )
-
-
 def _image(frame: Frame, format: str) -> ImageData:
+    pixels = PIXEL_FORMATS[format](frame.pixels)
     return ImageData(
-        description=_shape(frame.width, frame.height, format),
+        description=ImageDescription(width=frame.width, height=frame.height, size=len(pixels), format=format),
         timeStamp=to_time(frame.time),
-        pixelData=PIXEL_FORMATS[format](frame.pixels),
+        pixelData=pixels,
     )
 
 

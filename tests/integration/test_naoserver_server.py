@@ -1,8 +1,10 @@
 """The server around a robot: who is served, when images are taken, how it ends."""
 
+import io
 import threading
 
 import pytest
+from PIL import Image
 
 from interfaces.jderobot import CameraPrx, Pose3DMotorsPrx
 from interfaces.nao import HealthPrx, PoseHeadPrx
@@ -104,6 +106,15 @@ def test_formats_hold_the_same_picture(nao):
         0.299 * r + 0.587 * g + 0.114 * b for r, g, b in zip(rgb[0::3], rgb[1::3], rgb[2::3], strict=True)
     ]
     assert max(abs(a - b) for a, b in zip(gray, expected, strict=True)) < 2.0
+
+
+def test_a_picture_is_given_as_jpeg_on_demand(nao):
+    camera = nao.proxy(CameraPrx, "Camera")
+    assert {"RGB8", "BGR8", "GRAY8", "YUV422", "JPEG"} == set(camera.getImageFormat())
+    image = camera.getImageData("JPEG")
+    assert image.description.size == len(image.pixelData)
+    with Image.open(io.BytesIO(image.pixelData)) as picture:
+        assert picture.size == (image.description.width, image.description.height)
 
 
 def test_closing_stops_the_motion_and_takes_the_servants_away(robot):

@@ -286,8 +286,8 @@ def test_a_setting_that_a_camera_does_not_have_is_refused(camera, setting, value
 
 
 def test_an_unknown_pixel_format_is_refused_with_those_there_are(camera):
-    with pytest.raises(ConfigurationNotExistException, match=r"'JPEG'.*RGB8"):
-        camera.getImageData("JPEG")
+    with pytest.raises(ConfigurationNotExistException, match=r"'PNG'.*RGB8"):
+        camera.getImageData("PNG")
 
 
 # -- clock, health, balls ------------------------------------------------------------------------------------

@@ -55,7 +55,7 @@ CALLS: list[Callable[[Nothing], object]] = [
     lambda c: c.Head.setPose("far", 0.0, 0.5),  # type: ignore[arg-type]
     lambda c: c.Head.setPose(0.0, 0.0),  # type: ignore[call-arg]
     lambda c: c.Camera.getImageFormat(),
-    lambda c: c.Camera.getImageData("JPEG"),
+    lambda c: c.Camera.getImageData("PNG"),
     lambda c: c.Camera.getImageDescription(),
     lambda c: c.Shoulder.setPose3DMotorsData(Pose3DMotorsData(0, 0, 0, 0, 3.0, -0.1, 0.0, 99.0)),
     lambda c: c.Shoulder.setPose3DMotorsData(Pose3DMotorsData(0, 0, 0, 0, 0.1, -0.1, 0.0, -1.0)),
