@@ -50,9 +50,9 @@ class WalkController:
         self.gait.stop()
         self._rate = (0.0, 0.0)
 
-    def stance(self) -> list[float]:
-        """Return the angles of `LEG_MOTORS` with which a step begins and ends."""
-        return Legs().solve(self._foot(LEFT, AT_REST), self._foot(RIGHT, AT_REST))
+    def stance(self, shift: tuple[float, float] = (0.0, 0.0)) -> list[float]:
+        """Return the angles of `LEG_MOTORS` with which a step begins and ends; `shift` is that of `tick`."""
+        return Legs().solve(self._foot(LEFT, AT_REST, shift), self._foot(RIGHT, AT_REST, shift))
 
     def tick(
         self,
@@ -60,10 +60,12 @@ class WalkController:
         velocity: WalkVelocity,
         turning: tuple[float, float, float],
         loads: tuple[float, float],
+        shift: tuple[float, float] = (0.0, 0.0),
     ) -> list[float]:
         """Return the angles of `LEG_MOTORS`.
 
-        `turning` is the torso's turning rate in rad/s, `loads` are those of the soles in N, left and right.
+        `turning` is the torso's turning rate in rad/s, `loads` are those of the soles in N, left and right;
+        `shift` is by how much in m the center of mass is further forwards and to the left than usual.
         """
         options, gait = self.options, self.gait
         keep = options.smoothing
@@ -71,7 +73,9 @@ class WalkController:
         pitch = keep * self._rate[1] + (1.0 - keep) * turning[1]
         self._rate = (roll, pitch)
         gait.tick(seconds, velocity, loads)
-        angles = self._legs.solve(self._foot(LEFT, gait.feet[LEFT]), self._foot(RIGHT, gait.feet[RIGHT]))
+        angles = self._legs.solve(
+            self._foot(LEFT, gait.feet[LEFT], shift), self._foot(RIGHT, gait.feet[RIGHT], shift)
+        )
         if gait.walking:
             first = 1 + 5 * gait.support
             angles[first + 1] += options.hip_gain * pitch
@@ -79,13 +83,17 @@ class WalkController:
             angles[first + 4] += options.roll_gain * roll
         return angles
 
-    def _foot(self, foot: int, offset: FootOffset) -> FootPose:
+    def _foot(self, foot: int, offset: FootOffset, shift: tuple[float, float]) -> FootPose:
         """Return where a foot is to be in the frame of a torso that leans forwards."""
         options = self.options
         side = 1.0 if foot == LEFT else -1.0
-        x = offset.x + options.forward_of_hip
+        x = offset.x + options.forward_of_hip + shift[0]
         z = offset.lift - options.hip_height - options.hip_depth
         lean = options.lean  # small: the sine is the angle, the cosine 1 but for 0.1 percent
         return FootPose(
-            x - lean * z, offset.y + side * options.hip_width, z + lean * x, offset.yaw, pitch=-lean
+            x - lean * z,
+            offset.y + side * options.hip_width + shift[1],
+            z + lean * x,
+            offset.yaw,
+            pitch=-lean,
         )

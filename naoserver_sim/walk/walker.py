@@ -21,6 +21,7 @@ from naoserver_sim.walk.arms import ArmSwing
 from naoserver_sim.walk.controller import WalkController
 from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, Legs
 from naoserver_sim.walk.odometry import Attitude, Odometer
+from naoserver_sim.walk.trim import Trim
 
 __all__ = ["LIMITS", "SimulatedWalker"]
 
@@ -81,13 +82,13 @@ class SimulatedWalker:
         motors = [names.index(name) for name in LEG_MOTORS]
         self._joints = model.robot.qpos[joints]
         self._motors: NDArray[np.intp] = model.robot.motors[motors]
+        self._trim = Trim(model.mj, data)
         self._arms = ArmSwing(model.robot, setpoints)
         self._controller = WalkController()
         self._odometer = Odometer(Legs())
         self._stage = _Stage.RESTING
         self._time = 0.0  # since the stage began
         self._start = np.zeros(len(LEG_MOTORS))
-        self._stance = np.array(self._controller.stance())
         self._rising = 0.0
         self._commanded = _STILL
         self._velocity = _STILL  # what the feet are told
@@ -142,8 +143,9 @@ class SimulatedWalker:
         if resting and self._velocity == _STILL:
             return
         if self._hindrance(self._simulator.motors.stiffnesses):
-            self._give_up()
+            self.abandon()
             return
+        self._trim.tick(seconds)
         if resting:
             self._rise()
         self._time += seconds
@@ -151,6 +153,12 @@ class SimulatedWalker:
             self._come_into_stance()
         else:
             self._step(seconds)
+
+    def abandon(self) -> None:
+        """End the walk at once, the legs where they are; belongs to the thread of the physics."""
+        self._controller.reset()
+        self._commanded = self._velocity = _STILL
+        self._enter(_Stage.RESTING)
 
     def _take(self, velocity: WalkVelocity) -> None:
         self._velocity = WalkVelocity(
@@ -174,7 +182,8 @@ class SimulatedWalker:
 
     def _rise(self) -> None:
         self._start = self._setpoints.setpoints[self._motors]
-        away = float(np.abs(self._stance - self._start).max())
+        self._trim.begin()
+        away = float(np.abs(self._stance() - self._start).max())
         self._rising = away / _PACE if away > _CLOSE else 0.0
         self._controller.reset()
         self._arms.begin()
@@ -183,13 +192,17 @@ class SimulatedWalker:
     def _come_into_stance(self) -> None:
         done = min(self._time / self._rising, 1.0) if self._rising else 1.0
         eased = done * done * (3.0 - 2.0 * done)
-        self._place(self._start + (self._stance - self._start) * eased)
+        self._place(self._start + (self._stance() - self._start) * eased)
         if done == 1.0:
             self._enter(_Stage.STEPPING)
 
+    def _stance(self) -> NDArray[np.float64]:
+        return np.array(self._controller.stance(self._trim.shift))
+
     def _step(self, seconds: float) -> None:
         controller = self._controller
-        angles = controller.tick(seconds, self._velocity, self._attitude.turning, self._loads)
+        turning, shift = self._attitude.turning, self._trim.shift
+        angles = controller.tick(seconds, self._velocity, turning, self._loads, shift)
         self._place(np.array(angles))
         self._arms.tick(controller.gait.feet, self._data.ctrl)
         if controller.gait.walking:
@@ -201,9 +214,3 @@ class SimulatedWalker:
 
     def _place(self, angles: NDArray[np.float64]) -> None:
         self._setpoints.place(self._motors, angles, self._data.ctrl)
-
-    def _give_up(self) -> None:
-        """End at once, the legs where they are."""
-        self._controller.reset()
-        self._commanded = self._velocity = _STILL
-        self._enter(_Stage.RESTING)
