@@ -75,7 +75,10 @@ LOADS = {
     ids=[f"{name}-{package}" for name, (_, packages) in LOADS.items() for package in packages],
 )
 def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str, tmp_path: Path) -> None:
-    (tmp_path / f"{package}.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(60)\n")
+    # In pieces, as real loading: a signal that another thread takes does not end a sleep.
+    (tmp_path / f"{package}.py").write_text(
+        "print('loading', flush=True)\nimport time\nfor _ in range(6000): time.sleep(0.01)\n"
+    )
     with ComponentProcess(command, {"PYTHONPATH": str(tmp_path)}) as process:
         process.wait_for("loading")
         process.process.send_signal(signal.SIGINT)
