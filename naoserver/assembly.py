@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from naoserver.body import H25
-from naoserver.capabilities import Lights, Senses, Voice, Walker
+from naoserver.capabilities import Lights, Senses, Stage, Voice, Walker
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.gate import Gate
@@ -21,6 +21,7 @@ from naoserver.servants.camera import CameraI
 from naoserver.servants.clock import ClockI
 from naoserver.servants.encoders import EncodersI
 from naoserver.servants.feet import FootPressureI
+from naoserver.servants.ground_truth import GroundTruthI
 from naoserver.servants.head import PoseHeadI
 from naoserver.servants.health import HealthI
 from naoserver.servants.hinge import Pose3DEncodersI, Pose3DMotorsI
@@ -29,6 +30,7 @@ from naoserver.servants.leds import LedsI
 from naoserver.servants.motors import MotorsI
 from naoserver.servants.neck_speed import NeckSpeedI
 from naoserver.servants.safety import SafetyI
+from naoserver.servants.scene import SceneI
 from naoserver.servants.sonar import SonarI
 from naoserver.servants.speech import SpeechI
 from naoserver.servants.streaming import StreamsState
@@ -79,6 +81,8 @@ class Assembly:
             self._add_walk(robot.walker)
         if robot.senses is not None:
             self._add_senses(robot.senses)
+        if robot.stage is not None:
+            self._add_stage(robot.stage)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
         self.cameras: Final = self._add_cameras()
@@ -142,6 +146,11 @@ class Assembly:
             }
         )
         self.streams.extend((inertial, feet, sonar, touch, battery))
+
+    def _add_stage(self, stage: Stage) -> None:
+        truth = GroundTruthI(stage)
+        self.servants.update({"GroundTruth": truth, "Scene": SceneI(stage)})
+        self.streams.append(truth)
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # A gate of its own that nobody shuts: what carries a ball is no part of the robot.

@@ -4,11 +4,14 @@ Module            What it holds
 `body`            the body made from its facts: links, joints, motors, contact shapes, cameras
 `self_collision`  which links touch each other
 `appearance`      what a person sees of it: a skin, or bare blocks
-`world`           floor, light, spectator, balls and what carries them
+`contacts`        who touches whom
+`world`, `worlds` what surrounds the robot, read from files
+`surroundings`    all that in the model; a soccer field in `field`
 `model`           all of it compiled, and the robot put on its feet
 `control`         setpoints that move at limited speed
 `pacing`          simulated time against the wall clock
 `simulator`       the physics thread
+`stage`           the scene, told and changed
 `clock`           the simulated time as a clock
 `gl`, `cameras`   the camera thread
 `viewer`          MuJoCo's window

@@ -24,6 +24,7 @@ from naoserver_sim.pacing import Pacer
 from naoserver_sim.senses.noise import SenseNoise
 from naoserver_sim.senses.simulated import SimulatedSenses
 from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
+from naoserver_sim.stage import SimulatedStage
 from naoserver_sim.viewer import show
 from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
@@ -162,6 +163,10 @@ class SimulatedRobot(SimulatedDevice):
         simulator.watchers.append(self._senses)
         self._walker = SimulatedWalker(model, data, controller, simulator, self._senses.record)
         simulator.parts.append(self._walker)
+        self._stage = SimulatedStage(
+            model, data, controller, simulator, press=self._senses.press, moved=(self._walker.abandon,)
+        )
+        simulator.parts.append(self._stage)
         self._model = model
         self._scratch = mujoco.MjData(model.mj)
         self._physics = simulator
@@ -203,9 +208,9 @@ class SimulatedRobot(SimulatedDevice):
         return None
 
     @property
-    def stage(self) -> Stage | None:
-        """None: its scene cannot be changed yet."""
-        return None
+    def stage(self) -> Stage:
+        """The scene around it."""
+        return self._stage
 
     @property
     def clock(self) -> Clock:

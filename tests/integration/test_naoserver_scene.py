@@ -1,0 +1,82 @@
+"""Ground truth and scene as clients meet them: over Zenoh, where a simulation is served."""
+
+import pytest
+
+from interfaces.jderobot import InvalidValueException
+from interfaces.nao import GroundTruthPrx, Quaternion, ScenePrx, TouchPrx, Vector3
+from naoserver.fake import FakeRobot
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
+from tests.support.limits import LIMIT
+from tests.support.robot_server import eventually, served, served_to_client
+from zenoh_ice import ObjectNotExistException
+
+pytestmark = pytest.mark.sim
+
+
+@pytest.fixture(scope="module")
+def server():
+    with served(SimulatedRobot(skin=False, world=load_world("soccer"))) as server:
+        yield server
+
+
+@pytest.fixture
+def nao(server):
+    with server.client() as nao:
+        yield nao
+
+
+@pytest.fixture
+def scene(nao):
+    scene = nao.proxy(ScenePrx, "Scene")
+    yield scene
+    scene.reset()
+
+
+@pytest.fixture
+def truth(nao):
+    return nao.proxy(GroundTruthPrx, "GroundTruth")
+
+
+def test_what_is_placed_is_where_the_truth_tells_it(scene, truth):
+    assert scene.getObjects() == ["Ball"]
+    scene.placeObject("Ball", Vector3(x=1.0, y=0.5, z=0.05))
+    scene.placeRobot(-1.0, -0.5, 0.0)
+
+    def there():
+        reading = truth.getGroundTruth()
+        ball, torso = reading.objects["Ball"].position, reading.torso.position
+        return abs(ball.x - 1.0) < 0.01 and abs(torso.x + 1.0) < 0.05
+
+    eventually(there)
+
+
+def test_ground_truth_is_streamed(truth):
+    sample = truth.getGroundTruth.wait(timeout=LIMIT)
+    later = truth.getGroundTruth.wait(after=sample, timeout=LIMIT)
+    assert later.value.time > sample.value.time
+    assert isinstance(later.value.torso.orientation, Quaternion)
+
+
+def test_a_push_and_a_press_reach_the_robot(nao, scene, truth):
+    scene.pressSensor("ChestButton", 60.0)
+    eventually(lambda: "ChestButton" in nao.proxy(TouchPrx, "Touch").getTouchReading().touched)
+    scene.pushRobot(Vector3(x=80.0, y=0.0, z=0.0), 0.3)
+    eventually(lambda: truth.getGroundTruth().torso.position.z < 0.25)
+
+
+def test_what_cannot_be_is_refused_with_the_value_named(scene):
+    with pytest.raises(InvalidValueException, match="Ball") as caught:
+        scene.placeObject("Bal", Vector3(x=0.0, y=0.0, z=0.1))
+    assert caught.value.field == "name"
+    with pytest.raises(InvalidValueException):
+        scene.pushRobot(Vector3(x=float("nan"), y=0.0, z=0.0), 0.1)
+    with pytest.raises(InvalidValueException, match="Tail"):
+        scene.pressSensor("Tail", 0.1)
+
+
+def test_a_robot_without_a_stage_serves_neither():
+    with served_to_client(FakeRobot()) as nao:
+        for proxy, identity in ((ScenePrx, "Scene"), (GroundTruthPrx, "GroundTruth")):
+            with pytest.raises(ObjectNotExistException):
+                nao.proxy(proxy, identity)
