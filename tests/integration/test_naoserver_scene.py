@@ -8,29 +8,21 @@ from naoserver.fake import FakeRobot
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.limits import LIMIT
-from tests.support.robot_server import eventually, served, served_to_client
+from tests.support.robot_server import eventually, served_to_client
 from zenoh_ice import ObjectNotExistException
 
 pytestmark = pytest.mark.sim
 
 
-@pytest.fixture(scope="module")
-def server():
-    with served(SimulatedRobot(skin=False, world=load_world("soccer"))) as server:
-        yield server
-
-
 @pytest.fixture
-def nao(server):
-    with server.client() as nao:
+def nao():
+    with served_to_client(SimulatedRobot(skin=False, world=load_world("soccer"))) as nao:
         yield nao
 
 
 @pytest.fixture
 def scene(nao):
-    scene = nao.proxy(ScenePrx, "Scene")
-    yield scene
-    scene.reset()
+    return nao.proxy(ScenePrx, "Scene")
 
 
 @pytest.fixture
