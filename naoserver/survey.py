@@ -1,0 +1,173 @@
+"""Ask running robot servers what they have: `python -m naoserver.survey` prints it as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
+
+import typer
+
+from interfaces import jderobot, nao
+from naoserver.hinges import HINGES
+from zenoh_ice import Communicator, ObjectPrx, initialize
+from zenoh_ice.command import run, with_settings
+from zenoh_ice.presence import Target
+from zenoh_ice.settings import Settings
+
+__all__ = ["survey", "table"]
+
+P = TypeVar("P", bound=ObjectPrx)
+
+Served = Mapping[str, P]
+"""Proxies by identity."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """What is told of the servants of one interface."""
+
+    name: str
+    interface: type[ObjectPrx]
+    describe: Callable[[Served[Any]], str]
+
+    @property
+    def title(self) -> str:
+        return f"{self.name} (`{self.interface.ice_interface.type_id.strip(':')}`)"
+
+
+def survey(communicator: Communicator) -> dict[str, str]:
+    """Return what the servers of a communicator's realm have, by row of the table.
+
+    Raises ZenohIceError when a server does not answer.
+    """
+    served = {
+        identity: communicator.presence.interfaces(Target(communicator.realm, identity))
+        for identity in communicator.identities()
+    }
+    found = {}
+    for row in _ROWS:
+        proxies = {
+            identity: row.interface.checkedCast(communicator.stringToProxy(identity))
+            for identity, interfaces in served.items()
+            if row.interface.ice_interface.type_id in interfaces
+        }
+        if proxies:
+            found[row.title] = row.describe(proxies)
+    return found
+
+
+def table(surveys: Mapping[str, Mapping[str, str]]) -> str:
+    """Return surveys, by the robot's name, as a table in Markdown."""
+    lines = [["", *surveys], ["---"] * (1 + len(surveys))]
+    for row in _ROWS:
+        cells = [found.get(row.title, "-") for found in surveys.values()]
+        if any(cell != "-" for cell in cells):
+            lines.append([row.title, *cells])
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _yes(_: Served[Any]) -> str:
+    return "yes"
+
+
+def _joints(bodies: Served[nao.JointsPrx]) -> str:
+    return f"{sum(len(body.getJointNames()) for body in bodies.values())} joints"
+
+
+def _identities(suffix: str) -> Callable[[Served[Any]], str]:
+    """Return what names servants by the first part of their identities, the body's hinges by their number."""
+    hinges = {f"{hinge.name}{suffix}" for hinge in HINGES}
+
+    def describe(servants: Served[Any]) -> str:
+        others = [identity.removesuffix(suffix) for identity in servants if identity not in hinges]
+        return _list([f"{len(servants.keys() & hinges)} hinges", *others])
+
+    return describe
+
+
+def _cameras(cameras: Served[jderobot.CameraPrx]) -> str:
+    formats = dict.fromkeys(each for camera in cameras.values() for each in camera.getImageFormat())
+    return f"{_list(cameras)}, as {_list(formats)}"
+
+
+def _sonars(sonars: Served[nao.SonarPrx]) -> str:
+    limits = next(iter(sonars.values())).getSonarLimits()
+    return f"{limits.nearest:g} to {limits.farthest:g} m, cone of {math.degrees(limits.cone):.0f} degrees"
+
+
+def _touch(touch: Served[nao.TouchPrx]) -> str:
+    return _list(name for each in touch.values() for name in each.getTouchNames())
+
+
+def _leds(leds: Served[nao.LedsPrx]) -> str:
+    return _list(name for each in leds.values() for name in each.getLedNames())
+
+
+def _motions(motions: Served[nao.MotionsPrx]) -> str:
+    return _list(motion.name for each in motions.values() for motion in each.getMotions())
+
+
+def _postures(postures: Served[nao.PosturesPrx]) -> str:
+    return _list(name for each in postures.values() for name in each.getPostures())
+
+
+def _scenes(scenes: Served[nao.ScenePrx]) -> str:
+    objects = _list(name for each in scenes.values() for name in each.getObjects())
+    return f"can place {objects}" if objects else "yes"
+
+
+def _clocks(clocks: Served[nao.ClockPrx]) -> str:
+    return "simulated time" if any(clock.getTime().simulated for clock in clocks.values()) else "wall time"
+
+
+def _list(names: Iterable[str]) -> str:
+    return ", ".join(names)
+
+
+_ROWS: Final[Sequence[_Row]] = (
+    _Row("Whole body", nao.JointsPrx, _joints),
+    _Row("Hinges and mechanisms", jderobot.Pose3DMotorsPrx, _identities("Motors")),
+    _Row("Their encoders", jderobot.Pose3DEncodersPrx, _identities("Encoders")),
+    _Row("Head", nao.PoseHeadPrx, _yes),
+    _Row("Cameras", jderobot.CameraPrx, _cameras),
+    _Row("Walk", jderobot.MotorsPrx, _yes),
+    _Row("Odometry", jderobot.EncodersPrx, _yes),
+    _Row("Inertial unit", nao.InertialUnitPrx, _yes),
+    _Row("Foot pressure", nao.FootPressurePrx, _yes),
+    _Row("Sonar", nao.SonarPrx, _sonars),
+    _Row("Touch", nao.TouchPrx, _touch),
+    _Row("Battery", nao.BatteryPrx, _yes),
+    _Row("Lights", nao.LedsPrx, _leds),
+    _Row("Voice", nao.SpeechPrx, _yes),
+    _Row("Motions", nao.MotionsPrx, _motions),
+    _Row("Postures", nao.PosturesPrx, _postures),
+    _Row("Emergency stop and lease", nao.SafetyPrx, _yes),
+    _Row("Health", nao.HealthPrx, _yes),
+    _Row("Clock", nao.ClockPrx, _clocks),
+    _Row("Ground truth", nao.GroundTruthPrx, _yes),
+    _Row("Scene", nao.ScenePrx, _scenes),
+)
+
+app = typer.Typer(add_completion=False, rich_markup_mode="rich")
+
+_EXAMPLES = """
+[bold]Examples[/bold]
+
+  python -m naoserver.survey
+  python -m naoserver.survey --realm robot2 --connect tcp/127.0.0.1:7448
+"""
+
+
+@app.command(epilog=_EXAMPLES)
+@with_settings()
+def main(*, settings: Settings) -> None:
+    """Print what the robot server of a realm has, as a table in Markdown."""
+    with initialize(settings) as communicator:
+        nao.HealthPrx.checkedCast(communicator.stringToProxy("Health"))  # or it says why nobody is there
+        typer.echo(table({settings.realm: survey(communicator)}), nl=False)
+
+
+if __name__ == "__main__":
+    run(app)

@@ -1,0 +1,35 @@
+"""The pages about robots tell what the servers are: the table is current, the example is run."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from naoserver.fake import FakeRobot
+from tests.support.limits import LIMIT
+from tests.support.pages import DOCS, blocks_of
+from tests.support.robot_server import served
+from tests.support.robots_page import PAGE, robots_page
+
+
+@pytest.mark.sim
+def test_the_table_of_robots_is_current() -> None:
+    pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
+    assert PAGE.read_text() == robots_page(), "write it anew: python -m tests.support.robots_page"
+
+
+def test_the_example_of_lease_and_emergency_stop_does_what_the_page_says() -> None:
+    code, output = blocks_of((DOCS / "robot-safety.md").read_text(encoding="utf-8"))
+    with served(FakeRobot()) as robot:
+        done = subprocess.run(
+            [sys.executable, "-c", code.text],
+            env={**os.environ, "VISUALHFSM_REALM": robot.realm, "VISUALHFSM_CONNECT": robot.endpoint},
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+        )
+    assert (done.stdout, done.returncode) == (output.text, 0), done.stderr

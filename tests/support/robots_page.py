@@ -1,0 +1,42 @@
+"""docs/robots.md, made from running servers: `python -m tests.support.robots_page` writes it anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from naoserver.fake import FakeRobot
+from naoserver.robot import Robot
+from naoserver.survey import survey, table
+from tests.support.robot_server import served_to_client
+
+__all__ = ["PAGE", "robots_page"]
+
+PAGE: Final = Path(__file__).parents[2] / "docs" / "robots.md"
+
+_TEXT: Final = """# What each robot serves
+
+Made by `python -m tests.support.robots_page` from running servers; a test proves that it is current. `python -m naoserver.survey` prints the same of any server that runs.
+
+`-` is what a robot does not have: no servant of that interface is there, and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no robot has is left out.
+
+{table}
+"""
+
+
+def robots_page() -> str:
+    """Serve each robot, ask it what it has, and return the page."""
+    from naoserver_sim.robot import SimulatedRobot
+
+    return _TEXT.format(
+        table=table({"fake": _surveyed(FakeRobot()), "simulated": _surveyed(SimulatedRobot())}).rstrip()
+    )
+
+
+def _surveyed(robot: Robot) -> dict[str, str]:
+    with served_to_client(robot) as client:
+        return survey(client.communicator)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(robots_page())
