@@ -40,6 +40,8 @@ class GaitOptions:
     """Most by which its width changes in m."""
     turn_change: float = 0.12
     """Most by which its turn changes in rad."""
+    slowing: float = 2.0
+    """By how much more than that a step may become smaller."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,9 +135,9 @@ class Gait:
         self.phase = 0.0
         self._from = [replace(foot, lift=0.0) for foot in self.feet]
         self._step = FootOffset(
-            _nearer(self._step.x, wanted.x, options.forward_change),
-            _nearer(self._step.y, wanted.y, options.left_change),
-            _nearer(self._step.yaw, wanted.yaw, options.turn_change),
+            _nearer(self._step.x, wanted.x, options.forward_change, options.slowing),
+            _nearer(self._step.y, wanted.y, options.left_change, options.slowing),
+            _nearer(self._step.yaw, wanted.yaw, options.turn_change, options.slowing),
         )
 
     def _move(self) -> None:
@@ -166,5 +168,10 @@ class Gait:
         self.feet = [AT_REST, AT_REST]
 
 
-def _nearer(value: float, wanted: float, most: float) -> float:
+def _nearer(value: float, wanted: float, most: float, slowing: float) -> float:
+    """Return a value that is nearer to what is wanted by `most`, or more where that is nearer to 0."""
+    if value * wanted < 0.0:
+        wanted = 0.0  # to stand still comes before the way back
+    if abs(wanted) < abs(value):
+        most *= slowing
     return value + max(-most, min(most, wanted - value))
