@@ -14,10 +14,12 @@ from naoserver_sim.body import COLLISION_GROUP, TORSO
 SIDES: Final = ("left", "right")
 _UNIT: Final = "inertial unit"
 
-# The half sizes in m of the space in which a foot feels that it bumps into something, and where that ends in
-# front of the ankle: round the edge of the toe, above what the sole touches.
-_BUMPER: Final = (0.01, 0.025, 0.008)
-_BUMPER_FRONT: Final = 0.106
+# A bumper feels the forces of contacts that point into a space in front of its half of the toe. The half sizes
+# of that in m; how far it is in front of the toe, and how far it reaches below the sole: by less than what rays
+# of contacts with the floor fall on their way there.
+_BUMPER: Final = (0.006, 0.03, 0.0225)
+_BUMPER_AHEAD: Final = 0.0008
+_BUMPER_BELOW: Final = 0.0008
 
 # What a contact sensor tells, and how it makes one wrench of all contacts of a foot: MuJoCo's `netforce`.
 _FORCE_TORQUE_PLACE: Final = sum(
@@ -42,12 +44,11 @@ def add_sensors(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], body: 
         ("attitude", sensor.mjSENS_FRAMEQUAT),
     ):
         spec.add_sensor(name=name, type=measure, objtype=kind.mjOBJ_SITE, objname=_UNIT)
+    height = body.facts["dimensions"]["foot_height"]
     for side in SIDES:
         foot = links[f"{side[0]}_foot"]
         middle = f"{side} sole"
-        foot.add_site(
-            name=middle, pos=[0, 0, -body.facts["dimensions"]["foot_height"]], group=COLLISION_GROUP
-        )
+        foot.add_site(name=middle, pos=[0, 0, -height], group=COLLISION_GROUP)
         wrench = spec.add_sensor(
             name=f"{side} wrench", type=sensor.mjSENS_CONTACT, objtype=kind.mjOBJ_BODY, objname=foot.name
         )
@@ -59,12 +60,18 @@ def add_sensors(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], body: 
             ("z", sensor.mjSENS_FRAMEZAXIS),
         ):
             spec.add_sensor(name=f"{side} {name}", type=measure, objtype=kind.mjOBJ_SITE, objname=middle)
-        for edge, place in body.facts["touch"][f"bumpers_{side}_foot"].items():
+        x, y = zip(*body.facts["sole"][side], strict=True)
+        middle_y = (max(y) + min(y)) / 2
+        for edge, leftward in (("Left", 1.0), ("Right", -1.0)):
             bumper = f"{side} {edge} bumper"
             foot.add_site(
                 name=bumper,
                 type=mujoco.mjtGeom.mjGEOM_BOX,
-                pos=[_BUMPER_FRONT - _BUMPER[0], place[1], place[2]],
+                pos=[
+                    max(x) + _BUMPER_AHEAD + _BUMPER[0],
+                    middle_y + leftward * _BUMPER[1],
+                    _BUMPER[2] - height - _BUMPER_BELOW,
+                ],
                 size=_BUMPER,
                 group=COLLISION_GROUP,
             )

@@ -1,0 +1,108 @@
+"""The sonar against distances that geometry gives."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from naoserver.body import H25
+from naoserver_sim.senses.sonar import RANGE, Sonar
+
+pytestmark = pytest.mark.sim
+
+FACTS = H25.facts["sonar"]
+HALF_CONE = math.radians(FACTS["cone_deg"]) / 2
+RADIUS = 0.06
+HEIGHT = 0.33
+"""Of the torso above the floor in m."""
+
+SCENE = f"""
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="9 9 0.1"/>
+    <body name="torso"><freejoint/><geom size="0.05"/><geom name="shell" type="box" size="0.2 0.2 0.3" group="1"/></body>
+    <body name="ball"><freejoint/><geom size="{RADIUS}"/></body>
+    <body name="wall"><freejoint/><geom type="box" size="0.01 4 4"/></body>
+  </worldbody>
+</mujoco>
+"""
+AWAY = [0.0, 0.0, 50.0, 1.0, 0.0, 0.0, 0.0]
+
+
+@pytest.fixture(scope="module")
+def sonar():
+    return Sonar(mujoco.MjModel.from_xml_string(SCENE), H25)
+
+
+def state(*, ball=None, wall=None, pitch=0.0):
+    """Return positions with a ball at a place, and a wall whose face crosses x at a distance, turned by yaw."""
+    qpos = np.array([0.0, 0.0, HEIGHT, math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0, *AWAY, *AWAY])
+    if ball is not None:
+        qpos[7:10] = ball
+    if wall is not None:
+        distance, yaw = wall
+        along = distance + 0.01 / math.cos(yaw)
+        qpos[14:21] = [along, 0.0, 0.0, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+    return qpos
+
+
+def transducer(side):
+    """Return where a transducer is, and the direction of its axis, with the torso upright."""
+    _, pitch, yaw = FACTS[side]["rpy"]
+    axis = np.array([math.cos(pitch) * math.cos(yaw), math.cos(pitch) * math.sin(yaw), -math.sin(pitch)])
+    return np.array([0.0, 0.0, HEIGHT]) + FACTS[side]["position"], axis
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    distance=st.floats(0.4, 2.4),
+    bearing=st.floats(-1.2, 1.2),
+    height=st.floats(0.1, 0.8),
+)
+def test_a_ball_is_as_far_as_its_nearest_point_within_the_cone(sonar, distance, bearing, height):
+    ball = np.array([distance * math.cos(bearing), distance * math.sin(bearing), height])
+    heard = sonar.measure(state(ball=ball))
+    for side in ("left", "right"):
+        place, axis = transducer(side)
+        away = np.linalg.norm(ball - place)
+        off_axis = math.acos(float((ball - place) @ axis) / away)
+        half_ball = math.asin(RADIUS / away)
+        told = getattr(heard, side)
+        if off_axis < HALF_CONE and away - RADIUS < RANGE[1] - 0.01:
+            assert told == pytest.approx(away - RADIUS, abs=0.01)
+        elif off_axis > HALF_CONE + half_ball or away - RADIUS > RANGE[1]:
+            assert told == math.inf
+        else:  # the edge of the cone cuts through the ball
+            assert told == math.inf or away - RADIUS <= told + 0.01 <= away + 0.01
+
+
+@pytest.mark.parametrize("yaw", [-0.5, 0.0, 0.3])
+@pytest.mark.parametrize("distance", [0.5, 1.0, 1.7])
+def test_a_wall_is_as_far_as_its_nearest_point_within_the_cone(sonar, distance, yaw):
+    heard = sonar.measure(state(wall=(distance, yaw)))
+    normal = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    for side in ("left", "right"):
+        place, axis = transducer(side)
+        straight = distance * math.cos(yaw) - float(place @ normal)
+        # Straight ahead of the wall if that is within the cone, else along the cone's edge nearest to it.
+        off_axis = max(0.0, math.acos(float(axis @ normal)) - HALF_CONE)
+        assert getattr(heard, side) == pytest.approx(straight / math.cos(off_axis), abs=0.015)
+
+
+def test_what_is_too_near_is_told_as_the_nearest(sonar):
+    place, axis = transducer("left")
+    assert sonar.measure(state(ball=place + (RADIUS + 0.1) * axis)).left == RANGE[0]
+
+
+def test_neither_the_floor_nor_the_own_shell_give_an_echo(sonar):
+    assert sonar.measure(state()) == sonar.measure(state(pitch=0.1))
+    assert sonar.measure(state()).left == math.inf
+
+
+def test_lying_on_its_belly_it_hears_the_floor(sonar):
+    heard = sonar.measure(state(pitch=math.pi / 2))
+    place, _ = transducer("left")
+    assert heard.left == pytest.approx(HEIGHT - place[0], abs=0.01)
