@@ -14,6 +14,7 @@ import typer
 from zenoh_ice import Communicator, Settings, command, initialize
 
 from .component import Component, parameters_of
+from .control.breakpoints import Breakpoint
 from .control.monitor import Monitor
 from .errors import ComponentError
 from .parameters import make_component, option_of, with_parameters
@@ -50,6 +51,15 @@ _BeginAt = Annotated[
         "--begin-at",
         metavar="AUTOMATON.STATE",
         help="Begin in this state, and above it in those that lead to it: ids of the document, such as 4.2.",
+    ),
+]
+_Breakpoints = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--breakpoint",
+        metavar="AUTOMATON.STATE[:CONDITION]",
+        help="Pause when this state has been entered, such as 4.2, or when a transition has fired, such as "
+        "4.t3; with a condition, 4.2:count > 3, only if that is true. May be given several times.",
     ),
 ]
 _StayHalted = Annotated[
@@ -111,11 +121,13 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         on_error: _OnError = None,
         seconds: _Seconds = None,
         begin_at: _BeginAt = None,
+        breakpoint: _Breakpoints = None,
         stay_halted: _StayHalted = False,
         record: _Record = None,
         record_images: _RecordImages = False,
     ) -> None:
         first = _ids(begin_at)
+        breakpoints = [_breakpoint(each) for each in breakpoint or []]
         if record_images and record is None:
             raise typer.BadParameter("--record-images needs --record")
         with initialize(settings) as communicator, ExitStack() as stack:
@@ -134,6 +146,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
                 runtime = RecordedRuntime(made, communicator.clock, recorder, on_error, present)
             if first is not None:
                 runtime.begin_at(*first)
+            runtime.breakpoints.set(breakpoints, runtime.tree, parameters_of(made))
             _run(runtime, communicator, seconds, stay_halted=stay_halted)
 
     return app
@@ -155,6 +168,20 @@ def _ids(text: str | None) -> tuple[int, int] | None:
     if not (_is_id(automaton) and _is_id(state)):
         raise typer.BadParameter(f"--begin-at takes AUTOMATON.STATE, such as 4.2, not {text!r}")
     return int(automaton), int(state)
+
+
+def _breakpoint(text: str) -> Breakpoint:
+    """Return a breakpoint; raises BadParameter."""
+    place, _, condition = text.partition(":")
+    automaton, _, element = place.partition(".")
+    transition = element.startswith("t")
+    number = element.removeprefix("t")
+    if not (_is_id(automaton) and _is_id(number)):
+        raise typer.BadParameter(
+            f"--breakpoint takes AUTOMATON.STATE[:CONDITION], such as 4.2 or 4.t3, not {text!r}"
+        )
+    ids = {"transition": int(number)} if transition else {"state": int(number)}
+    return Breakpoint(int(automaton), condition=condition.strip(), **ids)
 
 
 def _is_id(text: str) -> bool:

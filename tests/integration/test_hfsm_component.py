@@ -204,6 +204,23 @@ def test_it_begins_in_the_state_that_is_told(tmp_path: Path, endpoint: str) -> N
     assert "automaton 2 has no state 7" in component.output
 
 
+def test_it_pauses_at_a_breakpoint_that_was_set_before_its_first_cycle(tmp_path: Path, endpoint: str) -> None:
+    text = document(sub(1, 0, state(1, "here", "count += 1", initial=True), variables="count = 7"))
+    file = compile_to(tmp_path, text, "waiter")
+    with initialize(connect=[], listen=[endpoint], clock="wall") as communicator:
+        with start(file, endpoint, "--breakpoint", "1.1:count == 7"):
+            monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.waiter"))
+            for sample in monitor.getSnapshot.samples(timeout=LIMIT):
+                if sample.value.stoppedAt:
+                    break
+        assert sample.value.status is ComponentStatus.Paused
+        assert sample.value.automata[0].variables == {"count": "7"}
+    for wrong, told in (("1.9", "has no state 9"), ("1.1:x +", "the condition"), ("1", "AUTOMATON.STATE")):
+        with start(file, endpoint, "--breakpoint", wrong) as component:
+            assert component.wait(LIMIT) in (1, 2)
+            assert told in component.output
+
+
 def test_help_shows_the_description_and_examples(tmp_path: Path, endpoint: str) -> None:
     with start(turning(tmp_path), endpoint, "--help") as component:
         assert component.wait(LIMIT) == 0

@@ -14,7 +14,7 @@ __all__ = ["STANDARD_OPTIONS", "Attributes"]
 STANDARD_OPTIONS: Final = frozenset(
     {
         *("realm", "connect", "listen", "clock", "timeout", "config", "show_config", "log_level"),
-        *("on_error", "seconds", "begin_at", "stay_halted", "record", "record_images", "help"),
+        *("on_error", "seconds", "begin_at", "breakpoint", "stay_halted", "record", "record_images", "help"),
     }
 )
 """Options that the command line of every component has, which no parameter can be called."""
