@@ -14,9 +14,9 @@ from naoserver_sim.body import COLLISION_GROUP, TORSO
 SIDES: Final = ("left", "right")
 _UNIT: Final = "inertial unit"
 
-# A bumper feels the forces of contacts that point into a space in front of its half of the toe. The half sizes
-# of that in m; how far it is in front of the toe, and how far it reaches below the sole: by less than what rays
-# of contacts with the floor fall on their way there.
+# A bumper feels the forces of contacts that point into a space in front of its half of the toe. The half
+# sizes of that in m; how far it is in front of the toe, and how far it reaches below the sole: by less than
+# what rays of contacts with the floor fall on their way there.
 _BUMPER: Final = (0.006, 0.03, 0.0225)
 _BUMPER_AHEAD: Final = 0.0008
 _BUMPER_BELOW: Final = 0.0008
