@@ -16,5 +16,5 @@ Module            What it holds
 `gl`, `cameras`   the camera thread
 `viewer`          MuJoCo's window
 `robot`           `SimulatedRobot`
-`cli`, `command`  the command
+`cli`, `command`  the command; several robots at once in `team`
 """

@@ -16,7 +16,9 @@ from naoserver.options import CameraOptions, ServerOptions
 from naoserver.qi_service import serve_as_naoqi
 from naoserver.server import serve
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
 from naoserver_sim.viewer import check_display
+from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
 from zenoh_ice.command import with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
@@ -39,7 +41,11 @@ naoserver-sim --viewer --camera Camera=640x480@15          a window, and larger 
 
 naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
 
-naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside the first"""
+naoserver-sim --world soccer --noise                       on a field, with senses as they are on a real one
+
+naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
+
+naoserver-sim --realm two --listen tcp/127.0.0.1:7448      another robot beside one that runs"""
 # A thread that computes hands Python's lock over after this time; with Python's own 5 ms, serving would
 # delay control ticks that are 0.5 ms apart at 20 times real time.
 _SWITCH_INTERVAL: Final = 0.0005
@@ -57,12 +63,30 @@ def naoserver_sim(
     viewer: Annotated[
         bool, typer.Option("--viewer/--headless", help="Open MuJoCo's window, or run without a display.")
     ] = False,
+    world: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FILE",
+            help=f"What surrounds the robot: {', '.join(bundled_worlds())}, or a TOML file (docs/worlds.md).",
+        ),
+    ] = DEFAULT_WORLD,
+    robots: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=MOST_ROBOTS,
+            help="Simulate several robots: each in a process, a world and a realm of its own.",
+        ),
+    ] = 1,
     skin: Annotated[
         bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")
     ] = True,
+    noise: Annotated[
+        bool, typer.Option("--noise/--no-noise", help="Let the senses be as imperfect as a real robot's.")
+    ] = False,
     seed: Annotated[
         int | None,
-        typer.Option(min=0, help="Scatter the balls' starting places; the same seed, the same places."),
+        typer.Option(min=0, help="Scatter the balls, and draw the noise; the same seed, the same numbers."),
     ] = None,
     camera: Annotated[
         list[str] | None,
@@ -80,18 +104,21 @@ def naoserver_sim(
         ),
     ] = None,
 ) -> None:
-    """Simulate a Nao in MuJoCo and serve its joints, cameras, clock and health, and two balls.
+    """Simulate a Nao in MuJoCo and serve all that it has, and what surrounds it.
 
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
     factor = parse_speed(speed)
     requested = parse_cameras(camera or ())
+    surroundings = load_world(world)
+    if robots > 1:
+        run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi))
     if viewer:
         check_display()
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with (
         initialize(settings) as communicator,
-        closing(SimulatedRobot(speed=factor, skin=skin, seed=seed)) as robot,
+        closing(SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed)) as robot,
     ):
         check_cameras(requested, robot.cameras)
         robot.start()

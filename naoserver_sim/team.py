@@ -1,0 +1,99 @@
+"""Several robots at once: each a process, with a realm and an endpoint of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from typing import Final, NoReturn
+
+import startup
+from naoserver.errors import RobotError
+from zenoh_ice.settings import Settings
+
+MOST_ROBOTS: Final = 16
+_REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed", "--qi")
+"""Options with a value that each robot gets its own of."""
+_PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
+_CHECK_INTERVAL: Final = 0.1
+_END: Final = 5.0
+"""Wall seconds within which a robot ends after it was asked to."""
+
+
+def team_commands(
+    options: Sequence[str], robots: int, settings: Settings, *, seed: int | None = None, qi: str | None = None
+) -> list[list[str]]:
+    """Return the command of each robot: the options given for all, but for what is its own.
+
+    The first has the realm and the endpoints of `settings`; the second a 2 behind the realm and the ports
+    after them, and so on. All connect to the first, so that clients which connect there find every realm.
+    """
+    shared = _without(options, _REPLACED)
+    commands = []
+    for number in range(robots):
+        own = ["--realm", settings.realm + (str(number + 1) if number else "")]
+        for endpoint in settings.listen:
+            own += ["--listen", _later_port(endpoint, number)]
+        for endpoint in (*settings.connect, *(settings.listen if number else ())):
+            if not endpoint.endswith(":0"):
+                own += ["--connect", endpoint]
+        if seed is not None:
+            own += ["--seed", str(seed + number)]
+        if qi is not None:
+            own += ["--qi", _later_port(qi, number)]
+        commands.append([sys.executable, "-m", "naoserver_sim", *shared, *own])
+    return commands
+
+
+def run_team(commands: Iterable[Sequence[str]]) -> NoReturn:
+    """Run commands side by side until one ends or this process is told to; then end them all.
+
+    Raises RobotError when one ends by itself.
+    """
+    processes: list[subprocess.Popen[bytes]] = []
+    try:
+        for command in commands:
+            tether = [sys.executable, "-I", "-S", startup.TETHER, str(os.getpid()), "background"]
+            processes.append(
+                subprocess.Popen([*tether, *command], stdin=subprocess.DEVNULL, start_new_session=True)
+            )
+        while True:
+            for number, process in enumerate(processes):
+                if process.poll() is not None:
+                    raise RobotError(f"robot {number + 1} ended with exit code {process.returncode}")
+            time.sleep(_CHECK_INTERVAL)
+    finally:
+        _end(processes)
+
+
+def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+    for process in processes:
+        process.terminate()
+    deadline = time.monotonic() + _END
+    for process in processes:
+        try:
+            process.wait(max(0.0, deadline - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait(_END)
+
+
+def _without(options: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Return options without some that have a value, written `--name value` or `--name=value`."""
+    left, skip = [], False
+    for option in options:
+        if skip:
+            skip = False
+        elif option in names:
+            skip = True
+        elif option.partition("=")[0] not in names:
+            left.append(option)
+    return left
+
+
+def _later_port(endpoint: str, number: int) -> str:
+    """Return an endpoint with the port so many after its own; port 0, which the system picks, stays."""
+    return _PORT.sub(lambda found: f":{int(found[1]) + number if int(found[1]) else 0}", endpoint)

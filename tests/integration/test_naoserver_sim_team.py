@@ -1,0 +1,36 @@
+"""`naoserver-sim --robots` and `--world`, as processes of their own."""
+
+import signal
+
+import pytest
+
+from interfaces.nao import GroundTruthPrx
+from tests.support.limits import LIMIT
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from zenoh_ice import initialize
+
+pytestmark = pytest.mark.sim
+
+
+def test_robots_live_in_realms_of_their_own_and_end_together():
+    endpoint = free_endpoint()
+    options = ("--robots", "2", "--world", "soccer", "--no-skin")
+    with ComponentProcess(module("naoserver_sim", "--listen", endpoint, *options)) as process:
+        process.wait_for(f"ready: realm nao, {endpoint}")
+        process.wait_for("ready: realm nao2")
+        for realm in ("nao", "nao2"):
+            with initialize(realm=realm, connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+                truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
+                assert "Ball" in truth.getGroundTruth.wait(timeout=LIMIT).value.objects
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+
+
+def test_a_wrong_world_is_told_in_one_line(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("[robot]\nheading = 'north'\n")
+    with ComponentProcess(module("naoserver_sim", "--world", str(file))) as process:
+        assert process.wait() == 1
+        assert "mine.toml" in process.output
+        assert "robot.heading" in process.output
+        assert process.output.count("\n") == 1
