@@ -7,7 +7,7 @@ from concurrent.futures import Future, wait
 from typing import Any, Final
 
 from interfaces.jderobot import MotorsPrx
-from interfaces.nao import JointsPrx, PoseHeadPrx
+from interfaces.nao import JointsPrx, MotionsPrx, PoseHeadPrx, PosturesPrx, SpeechPrx
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 
 from .component import Component, proxies_of
@@ -60,7 +60,7 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
 
 
 def stop_robot(component: Component) -> None:
-    """Stop what a component may have set in motion: the head, the joints, the walk.
+    """Stop what a component may have begun: the head, the joints, the walk, a motion, a text.
 
     It takes at most 1 s; what does not answer is logged.
     """
@@ -81,7 +81,7 @@ def stop_robot(component: Component) -> None:
 
 
 def _stop_calls(proxy: object) -> list[Future[Any]]:
-    if isinstance(proxy, PoseHeadPrx | JointsPrx):
+    if isinstance(proxy, PoseHeadPrx | JointsPrx | MotionsPrx | PosturesPrx | SpeechPrx):
         return [proxy.stopAsync()]
     if isinstance(proxy, MotorsPrx):
         return [proxy.setVAsync(0.0), proxy.setWAsync(0.0), proxy.setLAsync(0.0)]

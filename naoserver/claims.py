@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -9,6 +10,8 @@ from dataclasses import dataclass
 from naoserver.errors import InvalidCommand
 
 __all__ = ["Claims"]
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +54,10 @@ class Claims:
         with self._lock:
             claims = [claim for claim in self._claims.values() if claim.joints & wanted]
         for claim in claims:
-            claim.stop()
+            try:
+                claim.stop()
+            except Exception:  # the others and the joints themselves are to be stopped all the same
+                _logger.exception("what moves %s could not be stopped", ", ".join(sorted(claim.joints)))
         with self._lock:
             return wanted & frozenset().union(*(claim.joints for claim in self._claims.values()))
 

@@ -82,7 +82,8 @@ class Gate:
 
         Every stop is tried, whatever another raises; the first failure is raised after the last of them.
         """
-        reason = reason[:_LONGEST_REASON] or "emergency stop"
+        reason = "".join(each if each.isprintable() else " " for each in reason[:_LONGEST_REASON])
+        reason = reason.strip() or "emergency stop"
         with self._lock:
             self._stop_reason = reason
         self._events.add(Severity.Error, _SOURCE, f"emergency stop: {reason}", "stop")

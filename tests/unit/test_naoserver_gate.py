@@ -53,6 +53,8 @@ def test_a_stop_without_a_reason_has_one_and_a_long_one_is_cut(rig):
     assert rig.gate.state().reason == "emergency stop"
     rig.gate.stop("x" * 10_000)
     assert len(rig.gate.state().reason) == 200
+    rig.gate.stop("two\nlines")
+    assert rig.gate.state().reason == "two lines"
 
 
 def test_commands_are_refused_before_anything_is_stopped_and_every_part_is_stopped(rig):
