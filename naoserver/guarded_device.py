@@ -84,15 +84,19 @@ class GuardedDevice:
     ) -> Outcome:
         """Send joints to targets. Raises InvalidCommand or CommandRefused, and then commands nothing.
 
-        `owner` is who commands joints that it has claimed.
+        `owner` is who commands joints that it has claimed; it may move them at full speed.
         """
 
         def command(reading: JointReading) -> Outcome:
             self._gate.require(client)
             self.claims.check(targets, owner)
-            return self._safety.move(targets, speeds, reading)
+            return self._safety.move(targets, speeds, reading, full_speed=bool(owner))
 
         return self._obey(command)
+
+    def require(self, client: str) -> None:
+        """Raise CommandRefused unless a client may command the device now."""
+        self._gate.require(client)
 
     def drive(self, velocities: Mapping[str, float], client: str) -> Outcome:
         """Move joints at velocities until the timeout.

@@ -66,9 +66,9 @@ class JointRules:
         """Return the speed of a position command that gives none."""
         return self._options.default_fraction * self.facts[joint].max_velocity
 
-    def cap_speed(self, joint: str, speed: float, outcome: Outcome) -> float:
-        """Return a speed, or velocity, capped."""
-        cap = self.speed_cap(joint)
+    def cap_speed(self, joint: str, speed: float, outcome: Outcome, *, full: bool = False) -> float:
+        """Return a speed, or velocity, capped; with `full` only by what the motor does."""
+        cap = self.facts[joint].max_velocity if full else self.speed_cap(joint)
         safe = clamp(speed, -cap, cap)
         if abs(safe - speed) > _ROUNDING:
             outcome.limitations.append(Limitation(joint, f"speed {speed:.4g} is too fast, taken {safe:.4g}"))

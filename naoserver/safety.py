@@ -91,11 +91,17 @@ class Safety:
         return self._rules.speed_cap(joint)
 
     def move(
-        self, targets: Mapping[str, float], speeds: Mapping[str, float], reading: JointReading
+        self,
+        targets: Mapping[str, float],
+        speeds: Mapping[str, float],
+        reading: JointReading,
+        *,
+        full_speed: bool = False,
     ) -> Outcome:
         """Send joints to `targets` at most at `speeds`; without a speed, or with 0, at the default.
 
-        Raises InvalidCommand, and then commands nothing.
+        With `full_speed` a speed is capped by what the motor does, not by the options: for motions that were
+        proven. Raises InvalidCommand, and then commands nothing.
         """
         rules = self._rules
         wanted = rules.check(targets, "target")
@@ -108,7 +114,7 @@ class Safety:
             facts = rules.facts[joint]
             safe = rules.clamp_target(joint, target, (facts.lower, facts.upper), "is out of range", outcome)
             speed = limits.get(joint, 0.0) or rules.default_speed(joint)
-            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, outcome)))
+            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, outcome, full=full_speed)))
         self._clear_tables(wanted, reading, outcome)
         self._leave_time(wanted, reading, outcome)
         self._command(wanted, reading, outcome)
