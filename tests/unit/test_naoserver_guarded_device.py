@@ -6,7 +6,7 @@ import pytest
 
 from interfaces.nao import Severity
 from naoserver.body import H25
-from naoserver.errors import InvalidCommand
+from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import KEPT, EventLog
 from naoserver.fake import FakeDevice
 from naoserver.gate import Gate
@@ -169,3 +169,47 @@ def test_the_watchdog_survives_a_device_that_fails(caplog):
 
 def test_the_watchdog_can_be_closed_without_having_been_started():
     Watchdog().close()
+
+
+def test_no_command_comes_after_an_emergency_stop_whoever_is_in_the_middle_of_one(rig, clock):
+    rig.gate.on_stop(rig.guarded.hold)
+    clients = ("a", "b", "c", "d")
+    begun = threading.Barrier(len(clients) + 1)
+    refused = []
+
+    def hammer(client):
+        begun.wait(LIMIT)
+        try:
+            while True:
+                rig.guarded.drive({"HeadYaw": 0.5}, client)
+        except CommandRefused:
+            refused.append(client)
+
+    threads = [threading.Thread(target=hammer, args=(client,)) for client in clients]
+    for thread in threads:
+        thread.start()
+    begun.wait(LIMIT)
+    rig.gate.stop("now")
+    there = rig.commands()["HeadYaw"]
+    for thread in threads:
+        thread.join(LIMIT)
+    assert sorted(refused) == list(clients)
+    clock.advance(1.0)
+    rig.guarded.watch()
+    clock.advance(1.0)
+    assert rig.commands()["HeadYaw"] == there
+
+
+def test_who_holds_the_lease_may_command_and_nobody_else_may_but_stop(rig):
+    rig.gate.acquire("a", "Ann", 5.0)
+    rig.guarded.move({"HeadYaw": 0.4}, {}, client="a")
+    for command in (
+        lambda: rig.guarded.move({"HeadYaw": 0.4}, {}, client="b"),
+        lambda: rig.guarded.move({"HeadYaw": 0.4}, {}),
+        lambda: rig.guarded.drive({"HeadYaw": 0.4}, "b"),
+        lambda: rig.guarded.stiffen({"HeadYaw": 0.0}, 0.0, client="b"),
+    ):
+        with pytest.raises(CommandRefused, match="Ann"):
+            command()
+    rig.guarded.hold()
+    assert rig.device.read().stiffnesses[0] == 1.0
