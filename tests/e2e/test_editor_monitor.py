@@ -200,6 +200,17 @@ def test_breakpoint_is_kept_when_the_component_is_started_anew(shown: EditorPage
     expect(status(shown)).to_have_text("At a breakpoint")
 
 
+def test_breakpoint_is_set_before_the_start_and_kept_by_the_page(shown: EditorPage) -> None:
+    shown.state("wait").locator(".body").click()
+    shown.press("b")
+    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("breakpoint"))
+    shown.page.reload()
+    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("breakpoint"))
+    shown.press("F5")
+    expect(status(shown)).to_have_text("At a breakpoint")
+    expect(shown.page.locator(".live-bar .time")).to_have_text("0.0 s")
+
+
 def test_condition_of_a_breakpoint_counts(shown: EditorPage) -> None:
     run(shown)
     shown.state("go").locator(".body").click(button="right")

@@ -17,6 +17,7 @@ import {listenForKeys} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {monitor} from "./monitor/monitor.js";
+import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
 import {resizer, restoreSizes} from "./resizer.js";
@@ -82,6 +83,9 @@ export class HfsmApp extends PageElement {
     this.listen(window, "beforeunload", (event) => store.workspace.tabs.some((each) => each.dirty) && !store.online && event.preventDefault());
     this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
     this.listen(monitor, "mode", () => this.#monitored());
+    this.listen(monitor, "structure", () => this.#showBreakpoints());
+    this.listen(page, "tab", () => this.#showBreakpoints());
+    this.listen(store, "connection", () => this.#showBreakpoints());
     listenForStop();
     showImports();
     store.connect();
@@ -126,7 +130,7 @@ export class HfsmApp extends PageElement {
     this.endNotices.get(tab)?.();
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
-    if ((await askTab("run", {arguments: options})) !== undefined) monitor.expect(tab);
+    if ((await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]})) !== undefined) monitor.expect(tab);
   }
 
   /** Show which components run. */
@@ -278,6 +282,16 @@ export class HfsmApp extends PageElement {
     return element;
   }
 
+  /** What a component does, and where it is to pause, is drawn from the first time on that there is anything. */
+  #showOverlay() {
+    this.overlay ??= import("./monitor/overlay.js").then(({showOn}) => showOn(this.canvas));
+    return this.overlay;
+  }
+
+  #showBreakpoints() {
+    if (planned.has(page.tab)) this.#showOverlay();
+  }
+
   /** What is shown while a component is followed comes with the first one. */
   async #monitored() {
     this.requestUpdate();
@@ -288,8 +302,7 @@ export class HfsmApp extends PageElement {
     if (!monitor.component || this.strip) return;
     this.strip = document.createElement("hfsm-monitor-timeline");
     this.strip.compact = true;
-    const [overlay, whyNot] = await Promise.all([import("./monitor/overlay.js"), import("./monitor/why-not.js"), this.#load("hfsm-monitor-bar"), this.#load("hfsm-monitor-timeline")]);
-    overlay.showOn(this.canvas);
+    const [whyNot] = await Promise.all([import("./monitor/why-not.js"), this.#showOverlay(), this.#load("hfsm-monitor-bar"), this.#load("hfsm-monitor-timeline")]);
     whyNot.explainUnderPointer(this.canvas);
     this.requestUpdate();
   }

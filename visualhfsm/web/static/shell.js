@@ -38,6 +38,10 @@ class Tabs extends PageElement {
       <button type="button" class="action bare" aria-label="Start page" title="Start page: open or begin another document" @click=${() => page.show(0)}>${icon("add")}</button>`;
   }
 
+  updated() {
+    this.querySelector(".tab.chosen")?.scrollIntoView({block: "nearest", inline: "nearest"});
+  }
+
   async #close(tab) {
     (await import("./files.js")).closeTab(tab);
   }

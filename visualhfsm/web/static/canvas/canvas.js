@@ -3,7 +3,7 @@
 import {page} from "../page.js";
 import {problemOf} from "../problems.js";
 import {store} from "../store.js";
-import {distance, RADIUS} from "./geometry.js";
+import {contains, distance, RADIUS} from "./geometry.js";
 import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
 import {Pointer} from "./pointer.js";
@@ -268,9 +268,6 @@ export class HfsmCanvas extends HTMLElement {
   }
 
 }
-
-/** Whether a box lies in another one; no box lies anywhere. */
-const contains = (outer, box) => Boolean(box) && box.left >= outer.left && box.right <= outer.right && box.top >= outer.top && box.bottom <= outer.bottom;
 
 /** Whether any automaton of a state comes from another file. */
 const isImporting = (state) => state.children.some((id) => page.document.automata.get(id)?.imported);

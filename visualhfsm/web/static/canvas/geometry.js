@@ -17,6 +17,7 @@ const FAN = 50; // pixels between arcs that nobody has placed
 /** Distance of a loop's handle from the middle of its state. */
 export const LOOP = 90;
 const LOOP_OPENING = 0.34; // radians between a loop's end and its axis
+const FAR_FROM_RIM = 20; // pixels to a number at an arc's beginning: outside of the ring around what is selected
 const STRAIGHT = 3; // a handle nearer to the chord than this bends nothing
 
 const length = (x, y) => Math.hypot(x, y) || 1;
@@ -28,6 +29,9 @@ export const between = (a, b) => ({x: (a.x + b.x) / 2, y: (a.y + b.y) / 2});
 
 /** @param {Point} a @param {Point} b @returns {number} */
 export const distance = (a, b) => Math.hypot(a.x - b.x, a.y - b.y);
+
+/** Whether a box lies in another one; no box lies anywhere. @param {Box} outer @param {Box | undefined} box */
+export const contains = (outer, box) => Boolean(box) && box.left >= outer.left && box.right <= outer.right && box.top >= outer.top && box.bottom <= outer.bottom;
 
 /** The point on a circle around `center` in the direction of `target`. */
 function rim(center, target, radius) {
@@ -79,7 +83,7 @@ export function arc(from, to, handle, isLoop = false) {
     const normal = Math.abs(across.y) < 0.2 ? {x: 1, y: 0} : {x: across.x * -Math.sign(across.y), y: -Math.abs(across.y)};
     return {
       path: `M${at(start.x, start.y)}L${at(end.x, end.y)}`, head: head(tip, from), middle: handle, normal,
-      first: ahead(start, to, across, 14), start, end: tip, box: boxOf([start, tip, handle]),
+      first: ahead(start, to, across, FAR_FROM_RIM), start, end: tip, box: boxOf([start, tip, handle]),
     };
   }
   // The control point that would make a curve between the middles pass through the handle gives the rims.
@@ -91,7 +95,7 @@ export function arc(from, to, handle, isLoop = false) {
   const side = Math.sign(offset) || 1;
   return {
     path: `M${at(start.x, start.y)}Q${at(control.x, control.y)} ${at(end.x, end.y)}`, head: head(tip, end),
-    middle: handle, normal: {x: across.x * side, y: across.y * side}, first: ahead(start, control, {x: -across.x * side, y: -across.y * side}, 14),
+    middle: handle, normal: {x: across.x * side, y: across.y * side}, first: ahead(start, control, {x: -across.x * side, y: -across.y * side}, FAR_FROM_RIM),
     start, end: tip, box: boxOf([start, tip, handle, between(handle, control)]),
   };
 }
@@ -120,7 +124,7 @@ function loop(center, handle) {
   return {
     path: `M${at(start.x, start.y)}C${at(first.x, first.y)} ${at(second.x, second.y)} ${at(end.x, end.y)}`,
     head: head(tip, {x: tip.x * 2 - center.x, y: tip.y * 2 - center.y}), middle: handle, normal,
-    first: on(0, RADIUS + 13), start, end: tip, box: boxOf([start, tip, handle, first, second]),
+    first: on(0, RADIUS + FAR_FROM_RIM), start, end: tip, box: boxOf([start, tip, handle, first, second]),
   };
 }
 

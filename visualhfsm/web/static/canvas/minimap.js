@@ -1,7 +1,7 @@
-/** A small picture of the whole automaton, with a frame around what is seen; a click goes there. */
+/** A small picture of the whole automaton, with a frame around what is seen; a click goes there. Hidden while all is seen. */
 
 import {page} from "../page.js";
-import {RADIUS} from "./geometry.js";
+import {contains, RADIUS} from "./geometry.js";
 
 const WIDTH = 176;
 const HEIGHT = 116;
@@ -10,6 +10,7 @@ const FROM = 6; // states; fewer need no map
 const NARROW = 420; // pixels of a canvas that has no room for it
 const SMALLEST = 1.8; // pixels of a state's radius, unless they would run into each other
 const MANY = 400; // states
+const RING = 1.5; // pixels around what is selected
 const PATIENCE = 250; // ms that a picture may be old while there is more to do
 
 const whenIdle = window.requestIdleCallback?.bind(window) ?? ((action) => setTimeout(action, PATIENCE));
@@ -18,6 +19,7 @@ const whenIdle = window.requestIdleCallback?.bind(window) ?? ((action) => setTim
 export class Minimap {
   #waiting = false;
   #queued = 0;
+  #unpainted = true; // it shows nothing that is not seen beside it
 
   constructor(canvas) {
     this.canvas = canvas;
@@ -51,7 +53,10 @@ export class Minimap {
   frame() {
     this.#queued ||= requestAnimationFrame(() => {
       this.#queued = 0;
-      if (!this.element.hidden) this.#drawFrame();
+      this.element.hidden = !this.box || contains(this.canvas.viewport.seen, this.box);
+      if (this.element.hidden) return;
+      if (this.#unpainted) this.draw();
+      else this.#drawFrame();
     });
   }
 
@@ -59,8 +64,9 @@ export class Minimap {
     const {scene, viewport} = this.canvas;
     const few = scene.states.size < FROM || viewport.size().width < NARROW;
     const box = few ? undefined : scene.bounds();
-    this.element.hidden = !box;
-    if (!box) return;
+    this.box = box;
+    this.#unpainted = !box || contains(viewport.seen, box);
+    if (this.#unpainted) return;
     const style = getComputedStyle(this.canvas);
     const color = (name) => style.getPropertyValue(name);
     const context = this.#cleared(this.picture);
@@ -78,18 +84,25 @@ export class Minimap {
       context.quadraticCurveTo(...this.#at({x: 2 * arc.middle.x - (from.x + to.x) / 2, y: 2 * arc.middle.y - (from.y + to.y) / 2}), ...this.#at(to));
     }
     context.stroke();
-    const circles = {"--plain-line": new Path2D(), "--parent-line": new Path2D(), "--accent": new Path2D()};
+    const circles = {"--plain-line": new Path2D(), "--parent-line": new Path2D()};
+    const rings = new Path2D();
     const radius = Math.max(scene.states.size > MANY ? SMALLEST / 3 : SMALLEST, RADIUS * this.scale);
     for (const [key, {state}] of scene.states) {
-      const path = circles[page.states.has(state.id) ? "--accent" : state.children.length ? "--parent-line" : "--plain-line"];
+      const path = circles[state.children.length ? "--parent-line" : "--plain-line"];
       const [x, y] = this.#at(scene.places.get(key));
       path.moveTo(x + radius, y);
       path.arc(x, y, radius, 0, 2 * Math.PI);
+      if (!page.states.has(state.id)) continue;
+      rings.moveTo(x + radius + RING, y);
+      rings.arc(x, y, radius + RING, 0, 2 * Math.PI);
     }
     for (const [name, path] of Object.entries(circles)) {
       context.fillStyle = color(name);
       context.fill(path);
     }
+    context.strokeStyle = color("--select");
+    context.lineWidth = RING;
+    context.stroke(rings);
     this.accent = color("--accent");
   }
 

@@ -2,6 +2,7 @@
 
 import {page} from "../page.js";
 import {notify} from "../notices.js";
+import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {STOP_KEY, stopRobot} from "./stop.js";
 
@@ -11,6 +12,8 @@ const paused = () => monitor.newest?.component.status !== 0;
 /** Whether the selection belongs to the component. */
 const here = () => attached() && page.tab === monitor.tab;
 const selected = () => page.state ?? page.transition;
+/** Whether the selected thing can have a breakpoint: now, or when the component runs. */
+const breakable = () => Boolean(page.document && selected()) && (monitor.plansFor(page.tab) || steers());
 const kind = () => (page.state ? "state" : "transition");
 
 const dialogs = () => import("./dialogs.js");
@@ -18,8 +21,8 @@ const dialogs = () => import("./dialogs.js");
 /** The action with which the shown automaton's selected thing has or has not a breakpoint. */
 function toggleBreakpoint() {
   const [automaton, id] = [page.automaton.id, selected().id];
-  const known = monitor.breakpoints.of(automaton, kind(), id);
-  return monitor.setBreakpoint(automaton, kind(), id, known ? undefined : "");
+  const known = breakpointAt(monitor.breakpointsOf(page.tab), automaton, kind(), id);
+  return monitor.setBreakpoint(page.tab, automaton, kind(), id, known ? undefined : "");
 }
 
 /** Fire the selected transition, which has to leave the current state. */
@@ -56,8 +59,8 @@ export const monitorActions = [
   {id: "livePanel", label: "Live values", icon: "variables", keys: ["Alt+L"], scope: "typing", enabled: attached, run: ({app}) => app.showSide("hfsm-monitor-panel"), hint: "variables, plots, cameras, the robot"},
   {id: "backToLive", label: "Back to now", icon: "live", keys: ["Alt+End"], scope: "typing", enabled: () => Boolean(monitor.looking) && !monitor.recording, run: async () => (await import("./scrubbing.js")).scrubbing.to(Infinity)},
   {id: "whyNot", label: "Why not?", icon: "help", keys: ["W"], enabled: () => here() && monitor.isLive, run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas), hint: "what keeps transitions from firing"},
-  {id: "breakpoint", label: "Breakpoint", icon: "breakpoint", keys: ["B"], enabled: () => steers() && here() && Boolean(selected()), run: toggleBreakpoint, hint: "on or off"},
-  {id: "breakpointIf", label: "Breakpoint with a condition", icon: "breakpointIf", keys: ["Shift+B"], enabled: () => steers() && here() && Boolean(selected()), run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected())},
+  {id: "breakpoint", label: "Breakpoint", icon: "breakpoint", keys: ["B"], enabled: breakable, run: toggleBreakpoint, hint: "on or off; before the start, too"},
+  {id: "breakpointIf", label: "Breakpoint with a condition", icon: "breakpointIf", keys: ["Shift+B"], enabled: breakable, run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected())},
   {id: "startHere", label: "Start from here", icon: "run", keys: ["Alt+F5"], scope: "typing", enabled: () => Boolean(page.state), run: ({app}) => app.run(["--begin-at", `${page.automaton.id}.${page.state.id}`]), hint: "runs the component with this as its first state"},
   {id: "force", label: "Force the transition", icon: "force", keys: ["Alt+Enter"], scope: "canvas", enabled: () => steers() && here() && Boolean(page.transition), run: force, hint: "fires at the next cycle, whatever its condition says"},
   {id: "stopRobot", label: "STOP", icon: "stop", keys: [STOP_KEY], scope: "typing", enabled: attached, run: stopRobot, hint: "stops the robot and the component at once, also while only watching"},
@@ -65,7 +68,7 @@ export const monitorActions = [
 
 /** What can be done with the selected state or transition of a component. @returns {string[][]} */
 export const monitoredSelection = () => [
-  [...(page.state ? ["startHere"] : []), ...(here() && selected() ? ["whyNot", "breakpoint", "breakpointIf"] : []), ...(here() && page.transition ? ["force"] : [])],
+  [...(page.state ? ["startHere"] : []), ...(here() && selected() ? ["whyNot"] : []), ...(selected() ? ["breakpoint", "breakpointIf"] : []), ...(here() && page.transition ? ["force"] : [])],
 ].filter((group) => group.length);
 
 /** The groups of the list of keys. */

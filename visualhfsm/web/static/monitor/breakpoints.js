@@ -1,23 +1,19 @@
-/** The breakpoints of a component, and those that it had before it was started anew. */
+/** The breakpoints of a component, those that it had before it was started anew, and those of one that is not there yet. */
+
+import {store} from "../store.js";
 
 /** @typedef {{automaton: number, state: number, transition: number, condition: string}} Breakpoint */
+
+const KEPT = "visualhfsm.breakpoints";
+const MOST_DOCUMENTS = 50;
+const MOST_ARGUMENTS = 80;
+const LONGEST_CONDITION = 900; // characters that a command line takes here
 
 export class Breakpoints {
   /** @type {Breakpoint[]} */
   all = [];
   /** @type {Breakpoint[]} */
   #former = [];
-
-  /** The breakpoint of a state or transition. @param {"state" | "transition"} kind */
-  of(automaton, kind, id) {
-    return this.all.find((each) => each.automaton === automaton && each[kind] === id);
-  }
-
-  /** All with another one, which has a condition or "" for always; with undefined all without it. */
-  with(automaton, kind, id, condition) {
-    const rest = this.all.filter((each) => !(each.automaton === automaton && each[kind] === id));
-    return condition === undefined ? rest : [...rest, {automaton, state: 0, transition: 0, condition, [kind]: id}];
-  }
 
   /** Keep them: the component that had them has ended. */
   keep() {
@@ -30,3 +26,91 @@ export class Breakpoints {
     return this.#former.filter((each) => structure.has(each));
   }
 }
+
+/** The breakpoint of a state or transition. @param {Breakpoint[]} all @param {"state" | "transition"} kind */
+export const breakpointAt = (all, automaton, kind, id) => all.find((each) => each.automaton === automaton && each[kind] === id);
+
+/** All with another one, which has a condition or "" for always; with undefined all without it. @param {Breakpoint[]} all */
+export function withBreakpoint(all, automaton, kind, id, condition) {
+  const rest = all.filter((each) => !(each.automaton === automaton && each[kind] === id));
+  return condition === undefined ? rest : [...rest, {automaton, state: 0, transition: 0, condition, [kind]: id}];
+}
+
+/** The breakpoints of the documents, for when their components run; they are kept when the page is left. */
+class Planned {
+  /** @type {Map<number, {key: string, all: Breakpoint[]}>} */
+  #tabs = new Map();
+
+  constructor() {
+    store.addEventListener("workspace", () => this.#follow());
+    store.addEventListener("closed", ({detail}) => this.#tabs.delete(detail.tab));
+  }
+
+  /** Those of a tab, as far as there is still what they stand at. @returns {Breakpoint[]} */
+  of(tab) {
+    const {automata} = store.documents.get(tab) ?? {};
+    return this.#of(tab).filter(({automaton, state, transition}) => {
+      const found = automata?.get(automaton);
+      return (state ? found?.states : found?.transitions)?.some(({id}) => id === (state || transition));
+    });
+  }
+
+  /** Whether a tab has any, though its document may not be here yet. */
+  has(tab) {
+    return this.#of(tab).length > 0;
+  }
+
+  /** @param {Breakpoint[]} all */
+  set(tab, all) {
+    this.#tabs.set(tab, {key: keyOf(tab), all});
+    this.#write(tab);
+  }
+
+  /** What starts a component with them. @returns {string[]} */
+  argumentsFor(tab) {
+    const fitting = this.of(tab).filter(({condition}) => condition.length < LONGEST_CONDITION).slice(0, MOST_ARGUMENTS / 2);
+    return fitting.flatMap(({automaton, state, transition, condition}) => ["--breakpoint", `${automaton}.${state || `t${transition}`}${condition && `:${condition}`}`]);
+  }
+
+  #of(tab) {
+    let found = this.#tabs.get(tab);
+    if (!found && keyOf(tab)) this.#tabs.set(tab, (found = {key: keyOf(tab), all: read()[keyOf(tab)] ?? []}));
+    return found?.all ?? [];
+  }
+
+  /** A document that gets a file, or another one, takes them along. */
+  #follow() {
+    for (const [tab, known] of this.#tabs) {
+      const key = keyOf(tab);
+      if (!key || key === known.key) continue;
+      known.key = key;
+      if (known.all.length) this.#write(tab);
+    }
+  }
+
+  #write(tab) {
+    const {key, all} = this.#tabs.get(tab);
+    const {[key]: _, ...others} = read();
+    const kept = Object.entries(all.length ? {...others, [key]: all} : others).slice(-MOST_DOCUMENTS);
+    localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(kept)));
+  }
+}
+
+/** What a document is known by: its file, or its title as long as it has none; "" before the server said where files are. */
+function keyOf(tab) {
+  const found = store.workspace.tabs.find((each) => each.tab === tab);
+  const {root} = store.greeting;
+  return found && root ? `${root} ${found.path || `new ${found.title}`}` : "";
+}
+
+/** @returns {Record<string, Breakpoint[]>} */
+function read() {
+  try {
+    const found = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
+    return Object.fromEntries(Object.entries(found).filter(([, all]) => Array.isArray(all) && all.every((each) => each && typeof each.condition === "string")));
+  } catch {
+    return {}; // somebody else wrote there
+  }
+}
+
+export const planned = new Planned();

@@ -15,7 +15,7 @@
 
 import {notifyError} from "../notices.js";
 import {store} from "../store.js";
-import {Breakpoints} from "./breakpoints.js";
+import {Breakpoints, planned, withBreakpoint} from "./breakpoints.js";
 import {componentOfTab, tabOf} from "./components.js";
 import {Past} from "./past.js";
 import {RobotFacts} from "./robot-facts.js";
@@ -234,14 +234,29 @@ class Monitor extends EventTarget {
     }
   }
 
+  /** Whether the breakpoints of a tab are kept for later: its component is not followed, or has ended. */
+  plansFor(tab) {
+    return !this.component || this.isOver || this.tab !== tab;
+  }
+
+  /** The breakpoints of the component of a tab, or those that it is to have. */
+  breakpointsOf(tab) {
+    return this.plansFor(tab) ? planned.of(tab) : this.breakpoints.all;
+  }
+
   /** Put a breakpoint, with a condition or with "" for always, or take it away with undefined. @param {"state" | "transition"} kind */
-  setBreakpoint(automaton, kind, id, condition) {
-    return this.#setBreakpoints(this.breakpoints.with(automaton, kind, id, condition));
+  setBreakpoint(tab, automaton, kind, id, condition) {
+    const all = withBreakpoint(this.breakpointsOf(tab), automaton, kind, id, condition);
+    if (!this.plansFor(tab)) return this.#setBreakpoints(all);
+    planned.set(tab, all);
+    this.#emit("structure", "shown");
+    return undefined;
   }
 
   async #setBreakpoints(breakpoints) {
     if ((await this.steer("setBreakpoints", {breakpoints})) === undefined) return;
     this.breakpoints.all = breakpoints;
+    if (this.tab) planned.set(this.tab, breakpoints);
     this.#emit("structure", "shown");
   }
 

@@ -44,13 +44,19 @@ export function liveOf(id) {
     }
     for (const {transition, value} of guards) put(`t${transition}`, {guard: value});
   }
-  for (const {automaton, state, transition, condition} of monitor.breakpoints.all) {
-    if (automaton !== id) continue;
+  for (const {key, conditional, state, transition} of breakpointsIn(id, monitor.breakpoints.all)) {
     const hit = component.stoppedAt.some((each) => each.automaton === id && each.state === state && each.transition === transition);
-    put(state ? `s${state}` : `t${transition}`, {breakpoint: hit ? "hit" : condition ? "conditional" : "set"});
+    put(key, {breakpoint: hit ? "hit" : conditional ? "conditional" : "set"});
   }
   return live;
 }
+
+/** What an automaton shows whose component is not followed: where it is to pause. @returns {Map<string, import("../canvas/live-marks.js").Live>} */
+const plannedOf = (id, breakpoints) => new Map(breakpointsIn(id, breakpoints).map(({key, conditional}) => [key, {breakpoint: conditional ? "conditional" : "set"}]));
+
+/** The breakpoints of an automaton. @param {import("./breakpoints.js").Breakpoint[]} breakpoints */
+const breakpointsIn = (id, breakpoints) => breakpoints.filter(({automaton}) => automaton === id)
+  .map(({state, transition, condition}) => ({key: state ? `s${state}` : `t${transition}`, conditional: Boolean(condition), state, transition}));
 
 /** Follows the page and the monitor for as long as the page lives. @param {import("../canvas/canvas.js").HfsmCanvas} canvas */
 export function showOn(canvas) {
@@ -69,10 +75,11 @@ export function showOn(canvas) {
       marked = signature;
       document.querySelector("hfsm-tree")?.showLive(new Map(running.map(({id, state, ghost}) => [`${id}.${state}`, ghost ? "ghost" : "active"])));
     }
-    if (!here && !shown) return;
-    shown = Boolean(here);
+    const planned = here || !page.automaton ? [] : monitor.breakpointsOf(page.tab);
+    if (!here && !shown && !planned.length) return;
+    shown = Boolean(here || planned.length);
     if (here && monitor.follows) followDeepest();
-    canvas.showLive(here && page.automaton ? liveOf(page.automaton.id) : undefined);
+    canvas.showLive(!page.automaton ? undefined : here ? liveOf(page.automaton.id) : plannedOf(page.automaton.id, planned));
   };
   for (const kind of ["shown", "mode", "structure"]) monitor.addEventListener(kind, draw);
   for (const kind of ["tab", "automaton", "highlight"]) page.addEventListener(kind, draw);

@@ -5,6 +5,8 @@
  *   index?: number, name?: string, child?: number}} Place see visualhfsm/editing/places.py
  */
 
+import {ownerOf, pathTo, titleOf} from "../outline.js";
+
 const LISTS = {
   parameters: "changeParameter", inputs: "changeParameter", events: "changeEvent", properties: "changeProperty",
   libraries: "changeLibrary", interfaces: "changeInterface",
@@ -63,7 +65,8 @@ export function commandFor(place, text) {
 }
 
 /**
- * A place in words, from the whole to the part, such as `["root", "wander", "exit code"]`.
+ * A place in words, from the whole to the part, such as `["robot", "patrol", "wander", "exit code"]`: the automata
+ * down to the one that it is in, so that copies are told apart.
  *
  * @param {import("../store.js").OpenDocument} document
  * @param {Place} place
@@ -72,7 +75,7 @@ export function wordsFor(document, place) {
   const {kind, automaton, id, part = "", index = 0, name = ""} = place;
   const found = [];
   const shown = automaton ? document.automata.get(automaton) : undefined;
-  if (automaton) found.push(shown?.title ?? `automaton ${automaton}`);
+  if (automaton) found.push(...(shown ? pathTo(document, shown).map((each) => wordFor(document, each)) : [`automaton ${automaton}`]));
   if (kind === "state") found.push(nameOf(shown?.states, id, "state"));
   if (kind === "transition") found.push(nameOf(shown?.transitions, id, "transition"));
   if (kind === "document") found.push("component");
@@ -81,6 +84,12 @@ export function wordsFor(document, place) {
   else if (part === "argument") found.push(`argument ${name}`);
   else if (part) found.push(WORDS[part] ?? part);
   return found;
+}
+
+/** What an automaton is called, with its number where its state has several. */
+function wordFor(document, automaton) {
+  const children = ownerOf(document, automaton)?.children ?? [];
+  return `${automaton.title ?? titleOf(document, automaton)}${children.length > 1 ? ` (${children.indexOf(automaton.id) + 1})` : ""}`;
 }
 
 const nameOf = (items, id, kind) => items?.find((each) => each.id === id)?.name || `${kind} ${id}`;

@@ -58,8 +58,10 @@ export class Search extends PageElement {
     const document = store.documents.get(hit.tab);
     const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
     const words = document ? wordsFor(document, hit.place) : [];
+    const line = hit.line > 1 || hit.place.part?.match(/^(entry|code|exit|fired|variables|functions)$/) ? `:${hit.line}` : "";
+    const where = `${[title, ...words].filter(Boolean).join(" › ")}${line}`;
     return html`<li><button type="button" class="row hit" @click=${() => this.#go(hit)}>
-      <span class="where">${[title, ...words].filter(Boolean).join(" › ")}${hit.line > 1 || hit.place.part?.match(/^(entry|code|exit|fired|variables|functions)$/) ? `:${hit.line}` : ""}</span>
+      <span class="where" title=${where}><bdi>${where}</bdi></span>
       <code class="excerpt">${this.#marked(hit)}</code></button></li>`;
   }
 
