@@ -174,21 +174,22 @@ def test_the_watchdog_can_be_closed_without_having_been_started():
 def test_no_command_comes_after_an_emergency_stop_whoever_is_in_the_middle_of_one(rig, clock):
     rig.gate.on_stop(rig.guarded.hold)
     clients = ("a", "b", "c", "d")
-    begun = threading.Barrier(len(clients) + 1)
+    obeyed = threading.Semaphore(0)
     refused = []
 
     def hammer(client):
-        begun.wait(LIMIT)
         try:
             while True:
                 rig.guarded.drive({"HeadYaw": 0.5}, client)
+                obeyed.release()
         except CommandRefused:
             refused.append(client)
 
     threads = [threading.Thread(target=hammer, args=(client,)) for client in clients]
     for thread in threads:
         thread.start()
-    begun.wait(LIMIT)
+    for _ in range(100):
+        assert obeyed.acquire(timeout=LIMIT)
     rig.gate.stop("now")
     there = rig.commands()["HeadYaw"]
     for thread in threads:
