@@ -32,6 +32,8 @@ class GaitOptions:
     """Part of the period before which no touch of the swinging foot counts."""
     latest_touch: float = 1.6
     """Part of the period after which the next step begins without a touch."""
+    lowering: float = 0.3
+    """Part of the period within which a foot that touched early comes down."""
     touch_load: float = 3.0
     """Load in N by which a foot touches the floor."""
     forward_change: float = 0.012
@@ -92,6 +94,7 @@ class Gait:
         wanted = self._wanted(velocity)
         if not self.walking:
             if wanted == AT_REST:
+                self._lower(seconds)
                 return False
             self.walking = True
             self._begin(RIGHT if wanted.y <= 0.0 else LEFT, wanted)
@@ -100,15 +103,18 @@ class Gait:
         ended = self._has_ended(loads[self.swing])
         if ended:
             if self._rests(wanted):
-                self._stand()
+                self.stop(*(foot.lift for foot in self.feet))
                 return True
             self._begin(self.support, wanted)
         self._move()
         return ended
 
-    def stop(self) -> None:
-        """End at once: both feet stand where they are at rest."""
-        self._stand()
+    def stop(self, left_lift: float = 0.0, right_lift: float = 0.0) -> None:
+        """End at once: both feet stand where they are at rest, or come down there."""
+        self.walking = False
+        self.phase = 0.0
+        self._step = AT_REST
+        self.feet = [FootOffset(lift=left_lift), FootOffset(lift=right_lift)]
 
     def _wanted(self, velocity: WalkVelocity) -> FootOffset:
         period = self.options.period
@@ -133,7 +139,7 @@ class Gait:
         self.steps += 1
         self._time = 0.0
         self.phase = 0.0
-        self._from = [replace(foot, lift=0.0) for foot in self.feet]
+        self._from = list(self.feet)
         self._step = FootOffset(
             _nearer(self._step.x, wanted.x, options.forward_change, options.slowing),
             _nearer(self._step.y, wanted.y, options.left_change, options.slowing),
@@ -144,6 +150,8 @@ class Gait:
         swing, support, phase = self.swing, self.support, self.phase
         eased = 0.5 * (1.0 - math.cos(math.pi * phase))
         begun_swing, begun_support = self._from[swing], self._from[support]
+        # A foot that touched before it was expected is stretched to the height that the floor has there.
+        lowered = self.options.lift * phase / self.options.lowering
         half = self._step.x / 2
         outwards = 1.0 if swing == LEFT else -1.0
         # Only the foot on the side of a movement can lead it; the other one closes up.
@@ -153,19 +161,21 @@ class Gait:
             begun_swing.x + (half - begun_swing.x) * eased,
             begun_swing.y + (y - begun_swing.y) * eased,
             begun_swing.yaw + (yaw - begun_swing.yaw) * eased,
-            self.options.lift * 4.0 * phase * (1.0 - phase),
+            max(self.options.lift * 4.0 * phase * (1.0 - phase), begun_swing.lift - lowered),
         )
         self.feet[support] = FootOffset(
             begun_support.x + (-half - begun_support.x) * phase,
             begun_support.y + (-y - begun_support.y) * phase,
             begun_support.yaw + (-yaw - begun_support.yaw) * phase,
+            max(begun_support.lift - lowered, 0.0),
         )
 
-    def _stand(self) -> None:
-        self.walking = False
-        self.phase = 0.0
-        self._step = AT_REST
-        self.feet = [AT_REST, AT_REST]
+    def _lower(self, seconds: float) -> None:
+        """Let the feet of a walk that has ended come down."""
+        lowered = self.options.lift * seconds / (self.options.lowering * self.options.period)
+        self.feet = [
+            replace(foot, lift=max(foot.lift - lowered, 0.0)) if foot.lift else foot for foot in self.feet
+        ]
 
 
 def _nearer(value: float, wanted: float, most: float, slowing: float) -> float:

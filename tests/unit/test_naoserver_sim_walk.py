@@ -1,0 +1,257 @@
+"""The simulated robot's walk, in virtual time."""
+
+import math
+from dataclasses import astuple
+
+import pytest
+
+from naoserver.body import H25
+from naoserver.capabilities import Walker, WalkVelocity
+from naoserver.errors import InvalidCommand
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.walk.kinematics import LEG_JOINTS
+from zenoh_ice import VirtualClock
+
+pytestmark = pytest.mark.sim
+
+STILL = WalkVelocity()
+TICK = 0.01
+
+
+class Rig:
+    """A robot that has stood for a moment, and where it has really got to."""
+
+    def __init__(self, **options):
+        self.clock = VirtualClock()
+        self.robot = SimulatedRobot(clock=self.clock, skin=False, **options)
+        self.walker = self.robot.walker
+        self.go(1.0)
+
+    def go(self, seconds):
+        self.clock.advance(seconds)
+        self.robot.read()
+
+    def truth(self):
+        """Return place and heading on the floor."""
+        torso = self.robot.stage.truth().torso
+        w, x, y, z = torso.orientation
+        heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return torso.position[0], torso.position[1], heading
+
+    def speeds(self, seconds):
+        """Walk on for some seconds; return the mean velocity in the robot's own frame."""
+        forward = left = turned = 0.0
+        x, y, heading = self.truth()
+        for _ in range(round(seconds / 0.05)):
+            self.go(0.05)
+            to_x, to_y, to_heading = self.truth()
+            cosine, sine = math.cos(to_heading), math.sin(to_heading)
+            forward += cosine * (to_x - x) + sine * (to_y - y)
+            left += cosine * (to_y - y) - sine * (to_x - x)
+            turned += math.remainder(to_heading - heading, math.tau)
+            x, y, heading = to_x, to_y, to_heading
+        return forward / seconds, left / seconds, turned / seconds
+
+    def end(self):
+        """End the walk; return the seconds until it stands."""
+        self.walker.command(STILL)
+        seconds = 0.0
+        while self.walker.walking:
+            self.go(TICK)
+            seconds += TICK
+            assert seconds < 5.0
+        return seconds
+
+    def commands(self):
+        names = [joint.name for joint in self.robot.joints]
+        return dict(zip(names, self.robot.read().commands, strict=True))
+
+
+@pytest.fixture
+def rig():
+    return Rig()
+
+
+def test_it_is_a_walker_that_rests(rig):
+    assert isinstance(rig.walker, Walker)
+    assert not rig.walker.walking
+    assert rig.walker.commanded() == STILL
+
+
+@pytest.mark.parametrize(
+    "velocity",
+    [
+        WalkVelocity(forward=0.25),
+        WalkVelocity(left=0.1),
+        WalkVelocity(turn=-0.8),
+        WalkVelocity(0.15, 0.05, 0.4),
+    ],
+)
+def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(velocity):
+    rig = Rig(noise=True, seed=1)
+    rig.walker.command(velocity)
+    rig.go(3.0)
+    reached = rig.speeds(3.0)
+    for value, wanted in zip(reached, astuple(velocity), strict=True):
+        assert value == pytest.approx(wanted, rel=0.15, abs=0.03)
+    rig.end()
+    rig.go(1.0)
+    before = rig.truth()
+    rig.go(1.0)
+    assert rig.truth() == pytest.approx(before, abs=0.002)
+    assert rig.robot.state().torso_tilt < 0.1
+
+
+def test_the_odometry_knows_where_it_has_got_to():
+    rig = Rig(noise=True, seed=2)
+    rig.go(2.0)
+    begin, odometry = rig.truth(), rig.walker.odometry()
+    for velocity in (WalkVelocity(0.25), WalkVelocity(0.1, 0.05, 0.6), WalkVelocity(left=-0.1)):
+        rig.walker.command(velocity)
+        rig.go(4.0)
+    rig.end()
+    end, believed = rig.truth(), rig.walker.odometry()
+    way = math.hypot(end[0] - begin[0], end[1] - begin[1])
+    assert way > 0.8
+    missed = math.hypot(
+        (believed.x - odometry.x) - (end[0] - begin[0]), (believed.y - odometry.y) - (end[1] - begin[1])
+    )
+    assert missed < 0.1 * way
+    turned = math.remainder(end[2] - begin[2] - believed.heading + odometry.heading, math.tau)
+    assert abs(turned) < 0.1
+
+
+@pytest.mark.parametrize("posture", ["STAND", "STAND_ZERO", "CROUCH"])
+def test_it_begins_from_any_posture_on_its_feet(posture):
+    rig = Rig(posture=posture)
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.go(6.0)
+    assert rig.walker.walking
+    assert rig.truth()[0] > 0.5
+
+
+def test_the_legs_are_never_asked_to_jump(rig):
+    fastest = {joint.name: joint.max_velocity for joint in rig.robot.joints if joint.name in LEG_JOINTS}
+    rig.walker.command(WalkVelocity(0.2, 0.05, 0.3))
+    last = rig.commands()
+    for tick in range(500):
+        if tick == 300:
+            rig.walker.command(STILL)
+        rig.go(TICK)
+        now = rig.commands()
+        for name, speed in fastest.items():
+            assert abs(now[name] - last[name]) / TICK <= 1.25 * speed  # their motors nearly keep up
+        last = now
+    assert not rig.walker.walking
+
+
+def test_a_walk_that_begins_again_before_it_has_ended_goes_on(rig):
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.go(2.0)
+    for _ in range(6):
+        rig.walker.command(STILL)
+        rig.go(0.3)
+        rig.walker.command(WalkVelocity(forward=0.2))
+        rig.go(0.3)
+    assert rig.walker.walking
+    assert rig.robot.state().torso_tilt < 0.2
+
+
+def test_the_arms_swing_against_the_legs_and_come_to_rest(rig):
+    rest = rig.commands()["LShoulderPitch"]
+    rig.walker.command(WalkVelocity(forward=0.25))
+    rig.go(2.0)
+    swings = []
+    for _ in range(100):
+        rig.go(TICK)
+        now = rig.commands()
+        swings.append((now["LShoulderPitch"] - rest, now["RShoulderPitch"] - rest))
+    assert max(left for left, _ in swings) > 0.05
+    assert min(left for left, _ in swings) < -0.05
+    assert sum(left * right for left, right in swings) < 0.0
+    rig.end()
+    assert rig.commands()["LShoulderPitch"] == pytest.approx(rest)
+
+
+def test_an_arm_that_is_commanded_does_not_swing_and_the_head_is_free(rig):
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.go(2.0)
+    rig.robot.command_positions({"LElbowRoll": -0.5, "HeadYaw": 0.7}, {"LElbowRoll": 2.0, "HeadYaw": 2.0})
+    rig.go(1.0)
+    seen = set()
+    for _ in range(60):
+        rig.go(TICK)
+        now = rig.commands()
+        seen.add((now["LShoulderPitch"], now["LElbowRoll"], now["HeadYaw"]))
+    assert len(seen) == 1
+    _, elbow, yaw = seen.pop()
+    assert (elbow, yaw) == pytest.approx((-0.5, 0.7))
+
+
+def test_an_arm_that_was_put_somewhere_before_stays_there(rig):
+    rig.robot.command_positions({"RShoulderPitch": 0.2}, {"RShoulderPitch": 2.0})
+    rig.go(1.0)
+    rig.walker.command(WalkVelocity(forward=0.2))
+    for _ in range(30):
+        rig.go(0.1)
+        assert rig.commands()["RShoulderPitch"] == pytest.approx(0.2)
+
+
+def test_where_the_walk_has_left_the_legs_they_stay_until_commanded(rig):
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.go(2.0)
+    rig.robot.command_positions({"LKneePitch": 2.0}, {"LKneePitch": 6.0})
+    rig.go(1.0)
+    rig.end()
+    left = rig.commands()["LKneePitch"]
+    assert left < 1.5
+    rig.go(1.0)
+    assert rig.commands()["LKneePitch"] == left
+    rig.robot.command_positions({"LKneePitch": left + 0.05}, {"LKneePitch": 1.0})
+    rig.go(1.0)
+    assert rig.commands()["LKneePitch"] == pytest.approx(left + 0.05)
+
+
+def test_a_fall_ends_the_walk_and_one_that_lies_does_not_begin(rig):
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.go(2.0)
+    rig.robot.stage.push((0.0, 80.0, 0.0), 0.3)
+    rig.go(3.0)
+    assert rig.robot.state().fallen
+    assert not rig.walker.walking
+    assert rig.walker.commanded() == STILL
+    with pytest.raises(InvalidCommand, match="it lies"):
+        rig.walker.command(WalkVelocity(forward=0.2))
+    rig.walker.command(STILL)
+
+
+def test_limp_legs_do_not_walk(rig):
+    rig.robot.command_stiffnesses({"LKneePitch": 0.2}, 0.0)
+    rig.go(0.1)
+    with pytest.raises(InvalidCommand, match="limp"):
+        rig.walker.command(WalkVelocity(forward=0.2))
+    assert not rig.walker.walking
+    rig.robot.command_stiffnesses({"LKneePitch": 1.0}, 0.0)
+    rig.go(0.1)
+    rig.walker.command(WalkVelocity(forward=0.2))
+
+
+def test_what_is_as_good_as_nothing_is_no_walk(rig):
+    rig.walker.command(WalkVelocity(forward=1e-6, turn=-5e-324))
+    rig.go(1.0)
+    assert rig.walker.commanded() == STILL
+    assert not rig.walker.walking
+
+
+def test_the_same_commands_give_the_same_walk_bit_by_bit():
+    traces = []
+    for _ in range(2):
+        rig = Rig(noise=True, seed=3)
+        rig.walker.command(WalkVelocity(0.2, 0.05, 0.3))
+        rig.go(3.0)
+        traces.append((rig.robot.read(), rig.walker.odometry()))
+    assert traces[0] == traces[1]
+
+
+def test_legs_are_those_of_the_body():
+    assert set(LEG_JOINTS) == {name for name in H25.joint_names if name[1:4] in ("Hip", "Kne", "Ank")}
