@@ -22,7 +22,7 @@ from tests.support.monitor import (
     started_elsewhere,
     status,
 )
-from tests.support.robot_server import ServedRobot
+from tests.support.robot_server import ServedRobot, eventually
 
 
 @pytest.fixture
@@ -300,13 +300,12 @@ def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> Non
     shown.transition("late").locator(".handle").click()
     shown.press("Alt+Enter")
     expect_current(shown, "go")
-    shown.page.wait_for_function(  # what was just now counts as now
-        """async () => {
-          const entry = document.querySelector('script[type=module]').src;
-          const {past} = (await import(entry.replace('app.js', 'monitor/monitor.js'))).monitor;
-          return past.end - past.changes.at(-1)?.time > 1;
-        }"""
-    )
+    gone_on = """async () => {
+      const entry = document.querySelector('script[type=module]').src;
+      const {past} = (await import(entry.replace('app.js', 'monitor/monitor.js'))).monitor;
+      return past.end - past.changes.at(-1).time > 1;
+    }"""
+    eventually(lambda: shown.page.evaluate(gone_on))  # what was just now counts as now
     shown.page.get_by_role("slider", name="Moment of the run").focus()
     shown.press("PageDown", "ArrowLeft", "ArrowLeft")
     expect(status(shown)).to_have_text("Looking back")
