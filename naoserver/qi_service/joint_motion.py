@@ -19,7 +19,7 @@ PERIOD: Final = 0.02
 """Robot seconds between two setpoints: ALMotion's cycle."""
 _SETTLING: Final = 3.0
 """Robot seconds that joints get to arrive after the end of a trajectory that was too fast for them."""
-_REACHED: Final = 1e-3  # rad
+_REACHED: Final = 1e-6  # rad
 _ENDING: Final = 5.0
 """Robot seconds that a walk or a motion gets to end."""
 _LOOKS: Final = 0.1  # wall seconds between two looks whether a waiting call was broken off

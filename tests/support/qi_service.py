@@ -1,0 +1,104 @@
+"""The services that make a robot a NAOqi, in the test's process and in virtual time: without libqi's network."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any, Final
+
+from naoserver.assembly import Assembly
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.qi_service.access import Access
+from naoserver.qi_service.calls import Call
+from naoserver.qi_service.joint_motion import JointMotion
+from naoserver.qi_service.motion import ALMotion
+from naoserver.qi_service.postures import Postures
+from naoserver.qi_service.walking import Walking
+from tests.support.limits import LIMIT
+from zenoh_ice import VirtualClock
+
+__all__ = ["LongCall", "Rig"]
+
+_STEP: Final = 0.02
+
+
+class LongCall:
+    """An operation that goes on in a thread."""
+
+    def __init__(self, clock: VirtualClock, operation: Callable[..., Any], *arguments: object) -> None:
+        self.call = Call(clock)
+        self.result: Any = None
+        self.error: Exception | None = None
+        self._thread = threading.Thread(target=self._run, args=(operation, arguments), name="long call")
+        self._thread.start()
+
+    @property
+    def ended(self) -> bool:
+        """Whether the operation has returned or raised."""
+        return not self._thread.is_alive()
+
+    def join(self) -> None:
+        """Wait for its end in wall time."""
+        self._thread.join(LIMIT)
+        assert self.ended, "the call goes on"
+
+    def _run(self, operation: Callable[..., Any], arguments: tuple[object, ...]) -> None:
+        try:
+            self.result = operation(self.call, *arguments)
+        except Exception as error:  # noqa: BLE001 - the test looks at it
+            self.error = error
+
+
+class Rig:
+    """A fake robot in virtual time behind its guards, and ALMotion over them."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.robot = FakeRobot(self.clock)
+        self.assembly = Assembly(self.robot, ServerOptions(), lambda: 0.0, lambda _seconds: None)
+        self.access = Access.through(self.robot, self.assembly)
+        self.joints = JointMotion(self.access.body, self.clock)
+        self.postures = Postures(self.access, self.joints)
+        self.walking = Walking(self.access)
+        self.motion = ALMotion(self.access, self.joints, self.postures, self.walking)
+
+    def close(self) -> None:
+        """End the threads."""
+        self.walking.close()
+        self.robot.close()
+
+    def advance(self, seconds: float) -> None:
+        """Let robot time pass, and guards look after what moves."""
+        for _ in range(round(seconds / _STEP)):
+            self.clock.advance(_STEP)
+            for watched in self.assembly.watched:
+                watched.watch()
+
+    def begin(self, operation: Callable[..., Any], *arguments: object) -> LongCall:
+        """Let an operation that lasts go on until it first waits for time to pass, or ends."""
+        waiting = self.clock.waiting
+        call = LongCall(self.clock, operation, *arguments)
+        while not call.ended and self.clock.waiting == waiting:
+            threading.Event().wait(0.001)
+        return call
+
+    def complete(self, operation: Callable[..., Any], *arguments: object, limit: float = 60.0) -> float:
+        """Let an operation go on to its end; return the robot seconds that it took.
+
+        Raises what it raises, and AssertionError when it takes longer than `limit` robot seconds.
+        """
+        start = self.clock.now()
+        call = self.begin(operation, *arguments)
+        while not call.ended:
+            assert self.clock.now() - start < limit, "the call goes on"
+            self.advance(_STEP)
+        call.join()
+        if call.error is not None:
+            raise call.error
+        return self.clock.now() - start
+
+    def positions(self, *joints: str) -> list[float]:
+        """Return where joints are in rad."""
+        reading = self.robot.read()
+        return [reading.positions[self.access.body.index(joint)] for joint in joints]

@@ -1,0 +1,153 @@
+"""ALLeds, ALTextToSpeech and ALMemory over a fake robot, in virtual time."""
+
+import pytest
+
+pytest.importorskip("qi")
+
+from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SenseReading, SonarReading
+from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.qi_service.access import Access
+from naoserver.qi_service.leds import ALLeds
+from naoserver.qi_service.memory import ALMemory
+from naoserver.qi_service.sonar import ALSonar, Sonar
+from naoserver.qi_service.speech import ALAnimatedSpeech, ALTextToSpeech
+from tests.support.qi_service import Rig
+
+SENSES = SenseReading(
+    time=0.0,
+    inertial=InertialReading((0.1, 0.2, 9.8), (0.3, 0.4, 0.5), 0.01, 0.02),
+    left_foot=FootReading(9.81, 19.62, 0.0, 0.0),
+    right_foot=FootReading(0.0, 0.0, 4.905, 4.905),
+    sonar=SonarReading(0.5),
+    touched=frozenset({"HeadFront", "LFootBumperRight"}),
+    battery=BatteryReading(0.75, -1.5, 30.0, plugged=False),
+)
+KEYS = {
+    "InertialSensor/AccelerometerZ": 9.8,
+    "InertialSensor/GyroscopeX": 0.3,
+    "InertialSensor/GyrX": 0.3,
+    "InertialSensor/AngleY": 0.02,
+    "LFoot/FSR/FrontRight": 2.0,
+    "LFoot/FSR/TotalWeight": 3.0,
+    "RFoot/FSR/RearLeft": 0.5,
+    "Battery/Charge": 0.75,
+    "Head/Touch/Front": 1.0,
+    "Head/Touch/Rear": 0.0,
+    "LFoot/Bumper/Right": 1.0,
+    "LHand/Touch/Back": 0.0,
+    "ChestBoard/Button": 0.0,
+}
+
+
+class StillSenses:
+    touch_names = ("ChestButton", "HeadFront", "HeadMiddle", "HeadRear", "LHandBack", "LFootBumperRight")
+    sonar_range = (0.25, 2.55)
+    sonar_cone = 1.0
+
+    def read(self):
+        return SENSES
+
+
+class FeelingRobot:
+    """A robot of which only the senses are asked."""
+
+    senses = StillSenses()
+
+
+@pytest.fixture
+def rig():
+    rig = Rig()
+    yield rig
+    rig.close()
+
+
+@pytest.fixture
+def leds(rig):
+    return ALLeds(rig.robot.lights)
+
+
+@pytest.fixture
+def memory(rig):
+    return ALMemory(rig.access, Sonar(None))
+
+
+@pytest.mark.parametrize(
+    "color", [(1.0, 0.0, 0.0), (0xFF0000,), ("red",)], ids=["three parts", "a number", "a name"]
+)
+def test_a_fade_to_a_colour_ends_when_it_is_shown(rig, leds, color):
+    assert rig.complete(leds.fadeRGB, "FaceLeds", *color, 0.5) == pytest.approx(0.5, abs=0.03)
+    assert rig.robot.lights.colors()["LeftEye"] == pytest.approx((1.0, 0.0, 0.0))
+    assert rig.robot.lights.colors()["RightEye"] == pytest.approx((1.0, 0.0, 0.0))
+
+
+def test_one_part_of_a_colour(rig, leds):
+    rig.complete(leds.fadeRGB, "ChestLeds", 0.2, 0.4, 0.6, 0.0)
+    leds.setIntensity("ChestLedsGreen", 1.0)
+    rig.advance(0.1)
+    assert rig.robot.lights.colors()["Chest"] == pytest.approx((0.2, 1.0, 0.6))
+
+
+def test_groups_of_ones_own(rig, leds):
+    leds.createGroup("Mine", ["ChestLeds", "FeetLeds"])
+    leds.off("AllLeds")
+    leds.on("Mine")
+    rig.advance(0.1)
+    assert leds.listGroup("Mine") == ["Chest", "LeftFoot", "RightFoot"]
+    assert leds.getIntensity("Mine") == [1.0, 1.0, 1.0]
+
+
+def test_lights_that_are_none(leds):
+    with pytest.raises(InvalidCommand, match="no group of lights 'Nose'"):
+        leds.on("Nose")
+    with pytest.raises(HardwareFailure, match="no lights"):
+        ALLeds(None).on("FaceLeds")
+
+
+def test_a_text_is_said_without_its_tags(rig, memory):
+    told = []
+    memory.subscriber("ALTextToSpeech/TextDone").signal.connect(told.append)
+    rig.complete(ALTextToSpeech(rig.robot.voice, memory).say, "Hello \\pau=300\\ you")
+    assert rig.robot.voice.utterance().text == "Hello   you"
+    assert memory.getData("ALTextToSpeech/TextDone") == 1
+
+
+def test_animations_are_left_out(rig, memory):
+    speech = ALAnimatedSpeech(ALTextToSpeech(rig.robot.voice, memory))
+    rig.complete(speech.say, "^start(animations/Stand/Gestures/Hey_1) Hey")
+    assert rig.robot.voice.utterance().text == "Hey"
+
+
+def test_stop_all_ends_what_is_being_said(rig, memory):
+    speech = ALTextToSpeech(rig.robot.voice, memory)
+    call = rig.begin(speech.say, "a long text " * 20)
+    speech.stopAll()
+    rig.advance(0.2)
+    call.join()
+
+
+@pytest.mark.parametrize(("key", "value"), KEYS.items())
+def test_what_memory_tells_of_the_senses(rig, key, value):
+    access = Access(FeelingRobot(), rig.access.body, None)
+    memory = ALMemory(access, Sonar(StillSenses()))
+    assert memory.getData(f"Device/SubDeviceList/{key}/Sensor/Value") == pytest.approx(value)
+
+
+def test_the_sonar_stands_still_unless_somebody_wants_it(rig):
+    sonar = Sonar(StillSenses())
+    memory = ALMemory(Access(FeelingRobot(), rig.access.body, None), sonar)
+    keys = ["Device/SubDeviceList/US/Left/Sensor/Value", "Device/SubDeviceList/US/Right/Sensor/Value"]
+    assert memory.getListData(keys) == [0.0, 0.0]
+    ALSonar(sonar).subscribe("me")
+    assert memory.getListData(keys) == [0.5, 5.0]
+
+
+def test_memory_of_what_is_not_there(memory):
+    with pytest.raises(InvalidCommand, match="no data under 'Nose'"):
+        memory.getData("Nose")
+    assert memory.getListData(["Nose"]) == [None]
+
+
+def test_what_is_measured_cannot_be_overwritten(rig, memory):
+    key = "Device/SubDeviceList/HeadYaw/Position/Sensor/Value"
+    memory.insertData(key, 7.0)
+    assert memory.getData(key) == rig.positions("HeadYaw")[0]

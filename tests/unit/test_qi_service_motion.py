@@ -1,0 +1,239 @@
+"""ALMotion over a fake robot, in virtual time."""
+
+import math
+
+import pytest
+
+pytest.importorskip("qi")
+
+from naoserver.body import H25
+from naoserver.capabilities import WalkVelocity
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver.qi_service.posture import ALRobotPosture
+from tests.support.limits import LIMIT
+from tests.support.qi_service import Rig
+
+
+@pytest.fixture
+def rig():
+    rig = Rig()
+    yield rig
+    rig.close()
+
+
+def test_set_angles_moves_at_the_fraction_of_full_speed(rig):
+    rig.motion.setAngles("HeadYaw", 1.0, 0.1)
+    rig.advance(0.5)
+    assert rig.motion.getAngles("HeadYaw", False) == pytest.approx([0.05 * H25.joints[0].max_velocity])
+
+
+def test_change_angles_begins_at_the_setpoint(rig):
+    start = rig.motion.getAngles("Head", False)
+    rig.motion.changeAngles(["HeadYaw", "HeadPitch"], [0.2, -0.1], 0.5)
+    rig.advance(2.0)
+    assert rig.motion.getAngles("Head", False) == pytest.approx([start[0] + 0.2, start[1] - 0.1])
+
+
+def test_an_interpolation_takes_its_time(rig):
+    seconds = rig.complete(
+        rig.motion.angleInterpolation, ["HeadYaw", "HeadPitch"], [[0.5, -0.5], 0.2], [[1, 3], 2], True
+    )
+    assert seconds == pytest.approx(3.0, abs=0.1)
+    assert rig.motion.getAngles("Head", False) == pytest.approx([-0.5, 0.2], abs=1e-6)
+
+
+def test_an_interpolation_is_where_it_should_be_on_the_way(rig):
+    call = rig.begin(rig.motion.angleInterpolation, "HeadYaw", [0.6, 0.0], [1.0, 2.0], True)
+    rig.advance(1.0)
+    assert rig.positions("HeadYaw") == pytest.approx([0.6], abs=0.03)
+    rig.advance(2.0)
+    call.join()
+
+
+def test_an_interpolation_from_where_it_is(rig):
+    rig.complete(rig.motion.angleInterpolation, "HeadYaw", 0.3, 0.5, True)
+    rig.complete(rig.motion.angleInterpolation, "HeadYaw", 0.3, 0.5, False)
+    assert rig.motion.getAngles("HeadYaw", False) == pytest.approx([0.6], abs=1e-6)
+
+
+def test_an_interpolation_that_is_too_fast_takes_longer(rig):
+    seconds = rig.complete(rig.motion.angleInterpolation, "LShoulderPitch", 0.2, 0.1, True)
+    way = H25.postures["STAND_INIT"]["LShoulderPitch"] - 0.2
+    assert seconds == pytest.approx(way / rig.access.body.speed_cap("LShoulderPitch"), abs=0.1)
+    assert rig.motion.getAngles("LShoulderPitch", False) == pytest.approx([0.2], abs=1e-3)
+
+
+def test_with_a_speed_the_fastest_moment_has_it(rig):
+    seconds = rig.complete(rig.motion.angleInterpolationWithSpeed, "HeadYaw", 1.0, 0.1)
+    assert seconds == pytest.approx(1.5 / (0.1 * H25.joints[0].max_velocity), abs=0.1)
+
+
+def test_bezier_as_choregraphe_exports_it(rig):
+    points = [[[0.4, [3, -0.2, 0.0], [3, 0.2, 0.0]], [0.1, [3, -0.2, 0.0], [3, 0.0, 0.0]]]]
+    seconds = rig.complete(rig.motion.angleInterpolationBezier, ["HeadYaw"], [[0.6, 1.2]], points)
+    assert seconds == pytest.approx(1.2, abs=0.1)
+    assert rig.motion.getAngles("HeadYaw", False) == pytest.approx([0.1], abs=1e-6)
+
+
+def test_of_two_interpolations_of_a_joint_the_later_waits(rig):
+    first = rig.begin(rig.motion.angleInterpolation, "HeadYaw", 0.5, 1.0, True)
+    second = rig.begin(rig.motion.angleInterpolation, "HeadPitch", 0.1, 1.0, True)
+    assert [task[3] for task in rig.motion.getTaskList()] == [["HeadYaw"], ["HeadPitch"]]
+    assert not rig.motion.areResourcesAvailable("Head")
+    rig.advance(1.5)
+    first.join()
+    second.join()
+    assert rig.motion.getTaskList() == []
+
+
+def test_set_angles_takes_a_joint_from_an_interpolation(rig):
+    call = rig.begin(rig.motion.angleInterpolation, ["HeadYaw", "HeadPitch"], [1.0, 0.2], 1.0, True)
+    rig.advance(0.2)
+    rig.motion.setAngles("HeadYaw", -0.3, 1.0)
+    rig.advance(2.0)
+    call.join()
+    assert rig.motion.getAngles("Head", False) == pytest.approx([-0.3, 0.2], abs=1e-6)
+
+
+def test_a_call_that_is_broken_off_leaves_its_joints_where_they_are(rig):
+    call = rig.begin(rig.motion.angleInterpolation, "HeadYaw", 1.0, 1.0, True)
+    rig.advance(0.5)
+    call.call.stopped.set()
+    rig.advance(0.1)
+    call.join()
+    reached = rig.motion.getAngles("HeadYaw", False)
+    rig.advance(1.0)
+    assert rig.motion.getAngles("HeadYaw", False) == reached
+    assert 0.3 < reached[0] < 0.8
+
+
+@pytest.mark.parametrize("how", ["killTask", "killTasksUsingResources", "killAll"])
+def test_tasks_can_be_killed(rig, how):
+    call = rig.begin(rig.motion.angleInterpolation, "HeadYaw", 1.0, 5.0, True)
+    arguments = {"killTask": [rig.motion.getTaskList()[0][1]], "killTasksUsingResources": ["Head"]}
+    getattr(rig.motion, how)(*arguments.get(how, []))
+    rig.advance(0.1)
+    call.join()
+    assert rig.motion.getTaskList() == []
+
+
+def test_an_emergency_stop_ends_an_interpolation_and_refuses_the_next(rig):
+    call = rig.begin(rig.motion.angleInterpolation, "HeadYaw", 1.0, 5.0, True)
+    rig.assembly.gate.stop("the button was pressed")
+    rig.advance(0.1)
+    call.join()
+    assert isinstance(call.error, CommandRefused)
+    with pytest.raises(CommandRefused, match="the button was pressed"):
+        rig.motion.setAngles("HeadYaw", 0.1, 0.1)
+
+
+def test_a_lease_of_somebody_else_refuses_every_command(rig):
+    rig.assembly.gate.acquire("somebody", "Ada", 60.0)
+    for command in (
+        lambda: rig.motion.setAngles("HeadYaw", 0.1, 0.1),
+        lambda: rig.motion.setStiffnesses("Body", 1.0),
+        lambda: rig.motion.moveToward(1.0, 0.0, 0.0),
+        lambda: rig.complete(rig.motion.angleInterpolation, "HeadYaw", 1.0, 1.0, True),
+    ):
+        with pytest.raises(CommandRefused, match="Ada"):
+            command()
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (lambda motion: motion.setAngles("Nose", 0.0, 0.1), "no joint or chain 'Nose'"),
+        (lambda motion: motion.setAngles(["HeadYaw"], [0.0, 1.0], 0.1), "2 entries for 1 joints"),
+        (lambda motion: motion.setAngles("HeadYaw", math.nan, 0.1), "not a finite number"),
+        (lambda motion: motion.setAngles("HeadYaw", 0.0, 0.0), "above 0 and at most 1"),
+        (lambda motion: motion.setStiffnesses("Head", 1.5), "not from 0 to 1"),
+        (lambda motion: motion.moveToward(1.5, 0.0, 0.0), "from -1 to 1"),
+        (lambda motion: motion.move(0.1, 0.0, 0.0, [["MaxStep", 0.1]]), "no parameter 'MaxStep'"),
+    ],
+)
+def test_what_is_wrong_is_refused(rig, command, message):
+    with pytest.raises(InvalidCommand, match=message):
+        command(rig.motion)
+
+
+def test_angles_out_of_range_are_clamped(rig):
+    rig.motion.setAngles("HeadYaw", 10.0, 1.0)
+    rig.advance(2.0)
+    assert rig.motion.getAngles("HeadYaw", False) == pytest.approx([H25.joints[0].upper])
+
+
+# -- stiffness -------------------------------------------------------------------------------------------
+
+
+def test_stiffness_changes_key_by_key(rig):
+    seconds = rig.complete(
+        rig.motion.stiffnessInterpolation, ["HeadYaw", "HeadPitch"], [[0.5, 0.0], 0.2], [[1, 2], 1]
+    )
+    assert seconds == pytest.approx(2.0, abs=0.05)
+    rig.advance(0.1)
+    assert rig.motion.getStiffnesses("Head") == pytest.approx([0.0, 0.2])
+
+
+def test_rest_crouches_and_lets_go_and_wake_up_stands(rig):
+    posture = ALRobotPosture(rig.postures)
+    rig.complete(rig.motion.rest)
+    rig.advance(0.1)
+    assert (posture.getPosture(), rig.motion.robotIsWakeUp()) == ("Crouch", False)
+    rig.complete(rig.motion.wakeUp)
+    rig.advance(0.1)
+    assert (posture.getPosture(), rig.motion.robotIsWakeUp()) == ("Stand", True)
+
+
+# -- the walk --------------------------------------------------------------------------------------------
+
+
+def test_shares_of_the_highest_velocities(rig):
+    rig.motion.moveToward(0.5, 0.0, -1.0)
+    limits = rig.access.walk.limits
+    assert rig.motion.getRobotVelocity() == pytest.approx([0.5 * limits.forward, 0.0, -limits.turn])
+    assert rig.motion.moveIsActive()
+
+
+def test_a_walk_goes_on_until_it_is_stopped(rig):
+    rig.motion.move(0.1, 0.0, 0.0)
+    rig.advance(3.0)
+    assert rig.motion.getRobotPosition(True)[0] == pytest.approx(0.3, abs=0.05)
+    rig.motion.stopMove()
+    assert not rig.motion.moveIsActive()
+
+
+def test_a_walk_that_somebody_ended_is_not_begun_anew(rig):
+    rig.motion.move(0.1, 0.0, 0.0)
+    rig.access.walk.stop()
+    thread = rig.walking._thread
+    thread.join(LIMIT)
+    assert not thread.is_alive()
+    assert rig.access.walk.commanded() == WalkVelocity()
+
+
+def test_move_to_arrives(rig):
+    rig.complete(rig.motion.moveTo, 0.3, -0.1, 0.5)
+    rig.advance(0.5)
+    assert rig.motion.getRobotPosition(True) == pytest.approx([0.3, -0.1, 0.5], abs=0.05)
+
+
+def test_move_to_goes_through_places_in_the_frame_of_its_start(rig):
+    rig.complete(rig.motion.moveTo, 0.0, 0.0, math.pi / 2)
+    rig.complete(rig.motion.moveTo, [[0.2, 0.0, 0.0], [0.2, 0.1, 0.0]])
+    x, y, heading = rig.motion.getRobotPosition(True)
+    assert (x, y) == pytest.approx((-0.1, 0.2), abs=0.06)
+    assert heading == pytest.approx(math.pi / 2, abs=0.06)
+
+
+def test_a_posture_ends_the_walk_first(rig):
+    rig.motion.move(0.1, 0.0, 0.0)
+    rig.advance(1.0)
+    assert rig.complete(ALRobotPosture(rig.postures).goToPosture, "StandZero", 0.8) < 10.0
+    assert ALRobotPosture(rig.postures).getPosture() == "StandZero"
+
+
+def test_a_robot_without_a_walk_says_so(rig):
+    rig.walking._found = None
+    with pytest.raises(HardwareFailure, match="does not walk"):
+        rig.motion.moveToward(1.0, 0.0, 0.0)
+    rig.motion.stopMove()

@@ -1,0 +1,84 @@
+"""What clients of libqi send is taken for what it must be, or refused."""
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from naoserver.body import H25
+from naoserver.errors import InvalidCommand
+from naoserver.qi_service.chains import CHAINS, joints_of
+from naoserver.qi_service.values import fraction, number, number_lists, numbers, text
+
+foreign = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.binary(max_size=5),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=2), inner, max_size=2),
+)
+
+
+@given(foreign, st.integers(1, 3))
+def test_anything_is_numbers_for_each_joint_or_refused(value, count):
+    for take in (lambda: numbers(value, "angles", count), lambda: number_lists(value, "angles", count)):
+        with suppress(InvalidCommand):
+            assert len(take()) == count
+
+
+@given(foreign)
+def test_anything_is_joints_or_refused(value):
+    with suppress(InvalidCommand):
+        assert set(joints_of(value)) <= set(H25.joint_names)
+
+
+@pytest.mark.parametrize(
+    ("value", "count", "lists"),
+    [
+        (1, 2, [[1.0], [1.0]]),
+        ([1, 2], 2, [[1.0], [2.0]]),
+        ([1, 2], 1, [[1.0, 2.0]]),
+        ([[1, 2]], 1, [[1.0, 2.0]]),
+        ([[1, 2], 3], 2, [[1.0, 2.0], [3.0]]),
+    ],
+)
+def test_the_ways_to_write_lists(value, count, lists):
+    assert number_lists(value, "angles", count) == lists
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "1", None, [1]])
+def test_what_is_no_number(value):
+    with pytest.raises(InvalidCommand, match=r"x is .*, not a finite number"):
+        number(value, "x")
+
+
+@pytest.mark.parametrize("value", [0.0, -0.1, 1.1])
+def test_what_is_no_fraction(value):
+    with pytest.raises(InvalidCommand, match="above 0 and at most 1"):
+        fraction(value, "x")
+
+
+def test_a_text_that_is_too_long():
+    with pytest.raises(InvalidCommand, match="characters"):
+        text("a" * 20_000, "x")
+
+
+def test_a_list_that_is_too_long():
+    with pytest.raises(InvalidCommand, match="entries"):
+        joints_of(["HeadYaw"] * 2000)
+
+
+def test_chains():
+    assert CHAINS["Body"] == H25.joint_names
+    assert CHAINS["LArm"] == (
+        *("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"),
+        *("LWristYaw", "LHand"),
+    )
+    assert CHAINS["RLeg"] == (
+        *("RHipYawPitch", "RHipRoll", "RHipPitch", "RKneePitch"),
+        *("RAnklePitch", "RAnkleRoll"),
+    )
+    parts = ("Head", "LArm", "LLeg", "RLeg", "RArm")
+    assert tuple(joint for part in parts for joint in CHAINS[part]) == H25.joint_names
+
+
+def test_names_of_chains_and_joints_together():
+    assert joints_of(["Head", "LHand"]) == ("HeadYaw", "HeadPitch", "LHand")
