@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import mujoco
@@ -21,6 +22,7 @@ from naoserver_sim.clock import SimulationClock
 from naoserver_sim.control import Command, SetpointController
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.pacing import Pacer
+from naoserver_sim.senses.encoders import encoded
 from naoserver_sim.senses.noise import SenseNoise
 from naoserver_sim.senses.simulated import SimulatedSenses
 from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
@@ -152,6 +154,7 @@ class SimulatedRobot(SimulatedDevice):
             simulator = VirtualSimulator(model.mj, data, controller, clock)
             self._clock = clock
         super().__init__("Nao", simulator, model.robot)
+        self._noise = noise
         self._senses = SimulatedSenses(
             model,
             data,
@@ -176,6 +179,11 @@ class SimulatedRobot(SimulatedDevice):
         self._mechanisms = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
+
+    def read(self) -> JointReading:
+        """Return the newest snapshot of the joints; with noise, the angles that encoders tell apart."""
+        reading = super().read()
+        return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
 
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:

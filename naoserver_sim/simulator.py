@@ -38,6 +38,7 @@ _DIVERGED = [
         mujoco.mjtWarning.mjWARN_BADCTRL,
     )
 ]
+_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 Array = NDArray[np.float64]
 
@@ -142,13 +143,21 @@ class Simulator:
             controller.tick(self.tick_period, data.ctrl)
             for part in self.parts:
                 part.tick(self.tick_period)
-            mujoco.mj_step(self._mj, data, nstep=STEPS_PER_TICK)
+            self._step()
             self._ticks += 1
             for watcher in self.watchers:
                 watcher.look(self._ticks * self.tick_period)
         if self._data.warning.number[_DIVERGED].any():
             raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
         self._snapshot = self._take_snapshot()
+
+    def _step(self) -> None:
+        """Step the physics for a tick. The sensors measure in its last step alone: nobody looks before."""
+        option = self._mj.opt
+        option.disableflags |= _SENSORS
+        mujoco.mj_step(self._mj, self._data, nstep=STEPS_PER_TICK - 1)
+        option.disableflags &= ~_SENSORS
+        mujoco.mj_step(self._mj, self._data)
 
     def _take_snapshot(self) -> Snapshot:
         data = self._data

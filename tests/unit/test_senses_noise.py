@@ -1,6 +1,7 @@
 """The imperfections of the senses: as large as they say, late, and the same for the same seed."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -38,6 +39,15 @@ def test_without_noise_nothing_is_late_and_a_robot_at_rest_reads_the_same():
 
 def test_with_noise_all_is_late_by_a_tick():
     assert trace(noise=True, seed=1)[-1].time == pytest.approx(0.99)
+
+
+def test_with_noise_the_joints_are_told_as_encoders_tell_them():
+    exact, coarse = (SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise) for noise in (False, True))
+    angles = np.array(exact.read().positions)
+    told = np.array(coarse.read().positions)
+    assert np.abs(angles - told).max() <= math.tau / 4096 / 2 + 1e-12
+    assert (told / (math.tau / 4096)).round(6) == pytest.approx((told / (math.tau / 4096)).round())
+    assert (angles != told).any()
 
 
 def measured(noise, looks=2000):
