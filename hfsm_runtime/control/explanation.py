@@ -9,11 +9,15 @@ from ..automaton import Transition
 from ..observer import Watcher
 from ..timeline import Timeline
 from ..tree import ChangeKind, Run, Tree
+from ..variables import short_repr, values_of
+from .expressions import values_in
 
 __all__ = ["Explanation", "GuardLog", "Reason", "explain"]
 
 _SECOND: Final = 1e9
 _LONGEST_CONDITION: Final = 200
+_LONGEST_VALUE: Final = 60
+_MOST_VALUES: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +128,7 @@ def _reason(
     if remaining:
         return f"its time comes after {_seconds(remaining)} more in the state"
     if asked_at is not None:
-        return _asked(transition, value=value, ago=now - asked_at)
+        return _asked(transition, value=value, ago=now - asked_at) + _values(run, transition.condition)
     if remaining == 0 and transition.guard is None:
         return "its time has come: it fires in the next cycle"
     first = _fired_before(run, order)
@@ -148,6 +152,13 @@ def _asked(transition: Transition, *, value: bool, ago: int) -> str:
     elif transition.event:
         when = f"when {transition.event} came {_seconds(ago)} ago"
     return f"{guard} was {'true' if value else 'false'} {when}"
+
+
+def _values(run: Run, condition: str) -> str:
+    """Return what the names in a condition stand for now, as far as nothing has to be executed to tell."""
+    found = values_in(condition, values_of(run.automaton), _MOST_VALUES)
+    told = [f"{name} is {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items()]
+    return f"; now {', '.join(told)}" if told else ""
 
 
 def _unfinished(run: Run) -> str:

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import msgspec
 
-__all__ = ["Expression", "ExpressionError", "Members", "plain"]
+__all__ = ["Expression", "ExpressionError", "Members", "plain", "values_in"]
 
 _LONGEST: Final = 500
 _LARGEST_INTEGER: Final = 2**256
@@ -105,6 +105,30 @@ class Expression:
     def holds(self, names: Mapping[str, object]) -> bool:
         """Return whether its value counts as true; raises ExpressionError when it has none."""
         return _truth(self._tree, self.evaluate(names))
+
+
+def values_in(code: str, names: Mapping[str, object], most: int) -> dict[str, object]:
+    """Return the plain data that names in code stand for, and members of them, by how they are written.
+
+    The code is an expression of any kind, such as one that calls something; nothing of it is executed.
+    """
+    found: dict[str, object] = {}
+    try:
+        pending: list[ast.AST] = [ast.parse(code.strip(), mode="eval")]
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return found
+    while pending and len(found) < most:
+        node = pending.pop(0)
+        if isinstance(node, ast.Name | ast.Attribute | ast.Subscript):
+            text = ast.unparse(node)
+            try:
+                found[text] = plain(Expression(text).evaluate(names))
+            except (ExpressionError, ValueError):
+                pass  # its parts may have a value
+            else:
+                continue
+        pending += ast.iter_child_nodes(node)
+    return found
 
 
 def _parse(text: str) -> ast.expr:

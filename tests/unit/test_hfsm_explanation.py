@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime.control.explanation import Explanation, GuardLog, explain
@@ -57,6 +57,14 @@ def test_a_guard_tells_its_last_value_and_when_it_was_asked() -> None:
     assert told.why().summary == (
         "walker has been in a for 0.25 s. 1. t1: its guard `ready` was false when it was asked 0.05 s ago."
     )
+
+
+def test_a_guard_tells_what_its_names_stand_for_now() -> None:
+    count, path = 3, [1]
+    asked = replace(when(1, lambda: count > 5 and path), condition="count > 5 and len(path) < self.limit")
+    told = Explained(automaton(asked))
+    told.run.advance(0.25)
+    assert told.reasons()[0].endswith("was false when it was asked 0.05 s ago; now count is 3, path is [1]")
 
 
 def test_a_timer_tells_what_is_left_and_then_its_guard() -> None:

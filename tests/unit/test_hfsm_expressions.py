@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hfsm_runtime.control.expressions import Expression, ExpressionError, Members
+from hfsm_runtime.control.expressions import Expression, ExpressionError, Members, values_in
 from interfaces.jderobot import Time
 
 
@@ -256,3 +256,13 @@ def test_no_expression_calls_anything(text):
             {"a": 3, "b": {"x": [1]}, "t": trap, "open": builtins.open, "exec": subprocess.run}
         )
     assert Trap.touched == []
+
+
+def test_the_plain_data_of_any_code_is_found_and_nothing_is_executed() -> None:
+    Trap.touched.clear()
+    names = {"count": 3, "pose": {"pan": 0.5}, "trap": Trap(), "path": [1, 2], "i": 1}
+    code = "self.far(count) or trap.go(pose['pan']) > path[i] + missing[0]"
+    assert values_in(code, names, 9) == {"count": 3, "pose['pan']": 0.5, "path[i]": 2}
+    assert len(values_in(code, names, 1)) == 1
+    assert values_in("count >", names, 9) == {}
+    assert not Trap.touched
