@@ -1,0 +1,263 @@
+"""A fake robot served as NAOqi in a process of its own, and genuine clients of libqi."""
+
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+pytest.importorskip("qi")
+
+import qi
+
+from tests.support.limits import LIMIT
+from tests.support.naoqi import connected, eventually_near
+from tests.support.processes import REPOSITORY, ComponentProcess, module
+
+HEAD_YAW = "Device/SubDeviceList/HeadYaw/Position/Sensor/Value"
+ANYWHERE = "tcp://127.0.0.1:0"
+MILLISECONDS = int(LIMIT * 1000)
+
+
+def server(*options):
+    return ComponentProcess(module("naoserver.qi_service", "--qi", ANYWHERE, *options))
+
+
+@pytest.fixture(scope="module")
+def url():
+    with server("--faults") as process:
+        yield process.wait_for(r"^ready: (\S+)")[1]
+
+
+@pytest.fixture
+def session(url):
+    with connected(url) as session:
+        yield session
+    with connected(url) as session:
+        session.service("Faults").clear()
+        session.service("ALMotion").killAll()
+
+
+@pytest.fixture
+def motion(session):
+    return session.service("ALMotion")
+
+
+@pytest.fixture
+def video(session):
+    video = session.service("ALVideoDevice")
+    yield video
+    for handle in video.getSubscribers():
+        video.unsubscribe(handle)
+
+
+def angle(motion):
+    return motion.getAngles("HeadYaw", True)[0]
+
+
+def test_the_head_turns_and_memory_tells_it(session, motion):
+    motion.setAngles("HeadYaw", 0.5, 1.0)
+    memory = session.service("ALMemory")
+    eventually_near(lambda: memory.getData(HEAD_YAW), 0.5, 0.01)
+    assert motion.getAngles(["HeadYaw"], False) == pytest.approx([0.5])
+
+
+def test_an_interpolation_returns_when_it_is_there(motion):
+    motion.angleInterpolation(["HeadYaw", "HeadPitch"], [[0.3], [0.1]], [[0.2], [0.2]], True)
+    assert motion.getAngles("Head", False) == pytest.approx([0.3, 0.1], abs=1e-5)
+
+
+def test_long_calls_keep_nobody_waiting(motion):
+    motion.move(0.05, 0.0, 0.0)
+    waiting = [motion.waitUntilMoveIsFinished(_async=True) for _ in range(40)]
+    assert motion.moveIsActive()
+    assert all(future.isRunning() for future in waiting)
+    motion.stopMove()
+    for future in waiting:
+        assert future.wait(MILLISECONDS) == qi.FutureState.FinishedWithValue
+
+
+def test_a_walk_goes_on_without_being_renewed(motion):
+    x = motion.getRobotPosition(True)[0]
+    motion.move(0.15, 0.0, 0.0)
+    eventually_near(lambda: motion.getRobotPosition(True)[0], x + 0.2, 0.05)  # longer than the guard's 0.5 s
+    motion.stopMove()
+
+
+def test_a_call_can_be_cancelled(motion):
+    future = motion.angleInterpolation("HeadYaw", 1.0, LIMIT, True, _async=True)
+    eventually_near(lambda: len(motion.getTaskList()), 1, 0)
+    future.cancel()
+    assert future.wait(MILLISECONDS) != qi.FutureState.Running
+    eventually_near(lambda: len(motion.getTaskList()), 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda motion: motion.setAngles("Nose", 1.0, 0.1), "there is no joint or chain 'Nose'"),
+        (lambda motion: motion.angleInterpolation("HeadYaw", 1.0, [], True), "there are 0 times"),
+        (lambda motion: motion.move(1.0), "missing a required argument"),
+        (lambda motion: motion.setAngles("HeadYaw"), "Arguments types did not match for setAngles"),
+    ],
+)
+def test_an_error_tells_what_is_wrong_and_nothing_of_the_code(motion, call, message):
+    with pytest.raises(RuntimeError) as caught:
+        call(motion)
+    assert message in str(caught.value)
+    assert ".py" not in str(caught.value)
+
+
+def test_nothing_can_be_called_but_operations(motion):
+    assert not hasattr(motion, "_body")
+    assert not hasattr(motion, "_follow")
+    assert hasattr(motion, "getSummary")
+
+
+def test_a_picture(video):
+    handle = video.subscribeCamera("test", 0, 2, 11, 30)
+    picture = video.getImageRemote(handle)
+    assert isinstance(picture[6], bytearray)
+    rgb = np.frombuffer(picture[6], np.uint8).reshape(480, 640, 3)
+    assert list(picture[:4]) == [640, 480, 3, 11]
+    assert picture[7] == 0
+    assert picture[8] == pytest.approx(np.radians(56.3) / 2)
+    assert any((rgb == (220, 30, 30)).all(axis=2).ravel()), "the red ball is in view"
+    bgr = video.subscribeCamera("test", 0, 2, 13, 30)
+    seen = np.frombuffer(video.getImageRemote(bgr)[6], np.uint8).reshape(480, 640, 3)
+    assert any((seen == (30, 30, 220)).all(axis=2).ravel())
+
+
+def test_subscriptions_of_a_name_are_few_and_can_be_given_back(video):
+    handles = [video.subscribeCamera("greedy", 0, 1, 11, 10) for _ in range(9)]
+    assert all(handles[:8])
+    assert handles[8] == ""
+    assert video.unsubscribe(handles[0])
+    assert video.subscribeCamera("greedy", 0, 1, 11, 10)
+    assert video.unsubscribeAllInstances("greedy")
+    with pytest.raises(RuntimeError, match="there is no subscription"):
+        video.getImageRemote(handles[1])
+
+
+def test_what_cannot_be_subscribed(video):
+    assert video.subscribeCamera("test", 7, 1, 11, 10) == ""
+    assert video.subscribeCamera("test", 0, 1, 99, 10) == ""
+    assert video.subscribeCamera("test", 0, 1, 11, 1000) == ""
+
+
+def test_events_reach_other_clients(session, url):
+    heard = qi.Promise()
+    subscriber = session.service("ALMemory").subscriber("Test/Event")
+    subscriber.signal.connect(heard.setValue)
+    with connected(url) as other:
+        other.service("ALMemory").raiseEvent("Test/Event", ["a", 1])
+    assert heard.future().value(MILLISECONDS) == ["a", 1]
+
+
+def test_what_the_robot_feels_is_told_when_it_changes(session, motion):
+    heard = qi.Promise()
+    motion.setStiffnesses("Body", 1.0)
+    subscriber = session.service("ALMemory").subscriber("robotIsWakeUp")
+    subscriber.signal.connect(heard.setValue)
+    motion.setStiffnesses("Body", 0.0)
+    assert heard.future().value(MILLISECONDS) is False
+    motion.setStiffnesses("Body", 1.0)
+
+
+def test_many_clients_at_once(url):
+    def use(number):
+        with connected(url) as session:
+            motion = session.service("ALMotion")
+            return [len(motion.getAngles("Body", True)) for _ in range(20)]
+
+    with ThreadPoolExecutor(8) as executor:
+        assert list(executor.map(use, range(8))) == [[26] * 20] * 8
+
+
+# -- what tests make go wrong ----------------------------------------------------------------------------
+
+
+def test_calls_that_fail(session, motion):
+    session.service("Faults").fail("ALMotion::get*", "the motor boards do not answer")
+    with pytest.raises(RuntimeError, match="ALMotion::getAngles: the motor boards do not answer"):
+        angle(motion)
+    session.service("Faults").clear()
+    angle(motion)
+
+
+def test_calls_that_are_late(session, motion):
+    session.service("Faults").slow("ALMotion::getAngles", LIMIT)
+    future = motion.getAngles("HeadYaw", True, _async=True)
+    assert motion.getBodyNames("Head") == ["HeadYaw", "HeadPitch"]
+    assert future.isRunning()
+    future.cancel()
+    session.service("Faults").clear()
+
+
+def test_cameras_without_a_picture(session, video):
+    handle = video.subscribeCamera("test", 0, 1, 11, 30)
+    session.service("Faults").blind(True)
+    assert video.getImageRemote(handle) is None
+    session.service("Faults").blind(False)
+    assert video.getImageRemote(handle) is not None
+
+
+def test_connections_that_break(session, motion, url):
+    gone = threading.Event()
+    session.disconnected.connect(lambda _reason: gone.set())
+    session.service("Faults").disconnect(0.2)
+    assert gone.wait(LIMIT)
+    with pytest.raises(RuntimeError):
+        angle(motion)
+
+    def back():
+        try:
+            with connected(url) as again:
+                return len(again.service("ALMotion").getAngles("Body", True))
+        except RuntimeError:
+            return 0
+
+    eventually_near(back, 26, 0)
+
+
+# -- the command -----------------------------------------------------------------------------------------
+
+
+def test_it_ends_cleanly_at_ctrl_c_while_it_is_used():
+    with server() as process:
+        with connected(process.wait_for(r"^ready: (\S+)")[1]) as session:
+            services = {service["name"] for service in session.services()}
+            assert "Faults" not in services
+            call = session.service("ALMotion").angleInterpolation("HeadYaw", 1.0, LIMIT, True, _async=True)
+            process.process.send_signal(signal.SIGINT)
+            assert process.wait() == 130
+            assert call.wait(MILLISECONDS) != qi.FutureState.Running
+        assert process.output.count("\n") == 1
+
+
+def test_a_port_that_is_taken(url):
+    with ComponentProcess(module("naoserver.qi_service", "--qi", url)) as process:
+        assert process.wait() == 1
+        assert f"cannot listen at {url}" in process.output
+        assert "Traceback" not in process.output
+
+
+def test_without_qi_it_names_what_to_install():
+    code = (
+        "import runpy, sys; sys.modules['qi'] = None; sys.argv = ['naoserver.qi_service'];"
+        "runpy.run_module('naoserver.qi_service', run_name='__main__')"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        check=False,
+    )
+    assert result.returncode == 1
+    assert "qi is not installed; type: pip install 'visualhfsm[naoqi]'" in result.stderr
+    assert "Traceback" not in result.stderr
