@@ -44,11 +44,13 @@ class WalkController:
         self.gait: Final = gait or Gait()
         self._legs = Legs()
         self._rate = (0.0, 0.0)
+        self._part = [0.0, 0.0]  # of the feedback that each foot gets: the one that carries, without a jump
 
     def reset(self) -> None:
         """Stand on both feet at once, as before the first step."""
         self.gait.stop()
         self._rate = (0.0, 0.0)
+        self._part = [0.0, 0.0]
 
     def stance(self, shift: tuple[float, float] = (0.0, 0.0)) -> list[float]:
         """Return the angles of `LEG_MOTORS` with which a step begins and ends; `shift` is that of `tick`."""
@@ -76,11 +78,13 @@ class WalkController:
         angles = self._legs.solve(
             self._foot(LEFT, gait.feet[LEFT], shift), self._foot(RIGHT, gait.feet[RIGHT], shift)
         )
-        if gait.walking:
-            first = 1 + 5 * gait.support
-            angles[first + 1] += options.hip_gain * pitch
-            angles[first + 3] += options.pitch_gain * pitch
-            angles[first + 4] += options.roll_gain * roll
+        for foot in (LEFT, RIGHT):
+            carries = gait.walking and foot == gait.support
+            part = self._part[foot] = 0.5 * (self._part[foot] + carries)
+            first = 1 + 5 * foot
+            angles[first + 1] += part * options.hip_gain * pitch
+            angles[first + 3] += part * options.pitch_gain * pitch
+            angles[first + 4] += part * options.roll_gain * roll
         return angles
 
     def _foot(self, foot: int, offset: FootOffset, shift: tuple[float, float]) -> FootPose:

@@ -140,7 +140,7 @@ def test_the_legs_are_never_asked_to_jump(rig):
         rig.go(TICK)
         now = rig.commands()
         for name, speed in fastest.items():
-            assert abs(now[name] - last[name]) / TICK <= 1.25 * speed  # their motors nearly keep up
+            assert abs(now[name] - last[name]) / TICK <= 1.25 * speed  # so that motors nearly keep up
         last = now
     assert not rig.walker.walking
 
