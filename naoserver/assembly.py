@@ -12,6 +12,9 @@ from naoserver.event_log import EventLog
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.hinges import HINGES, Hinge, ball_hinge
+from naoserver.motions.library import load_motions
+from naoserver.motions.player import MotionPlayer
+from naoserver.motions.postures import situation_of
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import JointDevice, Robot
 from naoserver.safety import Safety
@@ -27,8 +30,10 @@ from naoserver.servants.health import HealthI
 from naoserver.servants.hinge import Pose3DEncodersI, Pose3DMotorsI
 from naoserver.servants.inertial import InertialUnitI
 from naoserver.servants.leds import LedsI
+from naoserver.servants.motions import MotionsI
 from naoserver.servants.motors import MotorsI
 from naoserver.servants.neck_speed import NeckSpeedI
+from naoserver.servants.postures import KeyFramePosturesI, OwnPosturesI, PosturesI
 from naoserver.servants.safety import SafetyI
 from naoserver.servants.scene import SceneI
 from naoserver.servants.sonar import SonarI
@@ -90,6 +95,8 @@ class Assembly:
             self._add_lights(robot.lights)
         if robot.voice is not None:
             self._add_voice(robot.voice)
+        self.player: Final = self._add_motions()
+        """What plays motions."""
         self._add_health()
 
     def drop_client(self, client: str) -> None:
@@ -186,6 +193,22 @@ class Assembly:
         speech = SpeechI(voice, self._robot.clock.now)
         self.servants["Speech"] = speech
         self.streams.append(speech)
+
+    def _add_motions(self) -> MotionPlayer:
+        robot, time = self._robot, self._robot.clock.now
+        player = MotionPlayer(self.body, time, lambda: situation_of(robot), self.events)
+        self.watched.append(player)
+        motions = load_motions()
+        moving = MotionsI(player, motions, time)
+        postures: PosturesI
+        if robot.postures is None:
+            postures = KeyFramePosturesI(player, motions, time)
+        else:
+            postures = OwnPosturesI(robot.postures, self.body, time)
+            self.gate.on_stop(robot.postures.stop)
+        self.servants.update({"Motions": moving, "Postures": postures})
+        self.streams.extend((moving, postures))
+        return player
 
     def _add_health(self) -> None:
         health = HealthI(

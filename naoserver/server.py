@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from naoserver.assembly import Assembly
+from naoserver.motions.pump import MotionPump
 from naoserver.options import ServerOptions
 from naoserver.pumps import CameraPump, Pump, StatePump, WallPump
 from naoserver.robot import Robot
@@ -38,6 +39,7 @@ class RobotServer:
             StatePump(robot.clock, options.state_rate, options.state_wall_rate, self.assembly.streams),
             WallPump("clock", options.clock_rate, self.assembly.clock.publish),
             WallPump("reports", options.health_rate, self._publish_reports),
+            MotionPump(robot.clock, self.assembly.player),
             *(CameraPump(robot.clock, camera) for camera in self.assembly.cameras),
         ]
         self._start()

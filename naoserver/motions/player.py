@@ -1,0 +1,229 @@
+"""Play motions on the robot's clock, through the safety layer, one at a time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from interfaces.nao import ActionStatus, Severity
+from naoserver.body import H25
+from naoserver.errors import CommandRefused, RobotError
+from naoserver.event_log import EventLog
+from naoserver.guarded_device import GuardedDevice
+from naoserver.motions.keyframes import Motion
+from naoserver.motions.postures import STANCES, Situation, Stance, stance_of
+from naoserver.motions.routes import Route
+
+__all__ = ["PERIOD", "ActionProgress", "MotionPlayer"]
+
+PERIOD: Final = 0.02
+"""Robot seconds between two commands: 50 Hz, the cycle of NAOqi's motion."""
+_AHEAD: Final = 2 * PERIOD
+"""How far ahead a command looks, so that the next may come late."""
+_STIFFENING: Final = 0.4
+"""Seconds in which limp motors become stiff before a motion."""
+_STIFF: Final = 0.99
+_SETTLING: Final = 0.3
+"""Seconds after a leg until it is looked where it has led."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionProgress:
+    """How the newest action of a kind goes."""
+
+    name: str = ""
+    status: ActionStatus = ActionStatus.Idle
+    progress: float = 0.0
+    """From 0 to 1, of the present leg."""
+    message: str = ""
+    """Why it failed or stopped, for people."""
+    count: int = 0
+    """How many were begun since the start."""
+
+
+@dataclass(slots=True)
+class _Action:
+    """What is played, and how far it is."""
+
+    kind: str
+    name: str
+    route: Route
+    pace: float
+    client: str
+    leg: Motion | None = None
+    begin: Mapping[str, float] | None = None
+    """Setpoints at the beginning of the leg."""
+    since: float = 0.0
+    """Robot time at which the leg begins, or the route is asked for it."""
+
+    @property
+    def owner(self) -> str:
+        """To whom the joints belong while it is played."""
+        return f"the {self.kind} {self.name}"
+
+
+class MotionPlayer:
+    """Move the joints of `body` along routes; `tick` is due every PERIOD of robot time while one is `busy`.
+
+    `situation` tells how the body is. While an action moves, its joints are claimed: other commands to them
+    are refused. Who stops one of them stops the action. Safe to use from any thread.
+    """
+
+    def __init__(
+        self,
+        body: GuardedDevice,
+        robot_time: Callable[[], float],
+        situation: Callable[[], Situation],
+        events: EventLog,
+    ) -> None:
+        self.name: Final = "motions"
+        self._body = body
+        self._robot_time = robot_time
+        self._situation = situation
+        self._events = events
+        self._lock = threading.RLock()
+        self._action: _Action | None = None
+        self._progress: dict[str, ActionProgress] = {}
+        self._closed = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether an action moves."""
+        return self._action is not None
+
+    def progress(self, kind: str) -> ActionProgress:
+        """Return how the newest action of a kind goes."""
+        return self._progress.get(kind, ActionProgress())
+
+    def situation(self) -> Situation:
+        """Return how the body is. Raises RobotError when the robot cannot tell."""
+        return self._situation()
+
+    def begin(self, kind: str, name: str, route: Route, *, pace: float = 1.0, client: str = "") -> None:
+        """Begin an action instead of the one that moves.
+
+        Stiffens the body first when a motor is limp. Raises InvalidCommand when something else moves the
+        joints, CommandRefused when the client may not command, RobotError when there is no way to go.
+        """
+        with self._lock:
+            self._body.require(client)
+            if self._closed:
+                return
+            action = _Action(kind, name, route, pace, client)
+            first = route.next_leg(self._situation(), self._commands())
+            self._finish(ActionStatus.Stopped, f"{action.owner} began")
+            self._begin_leg(action, first)
+            status = ActionStatus.Moving if first else ActionStatus.Done
+            self._progress[kind] = ActionProgress(name, status, count=self.progress(kind).count + 1)
+            self._action = action if first else None
+
+    def stop(self, kind: str = "", message: str = "stopped") -> None:
+        """Stop the action that moves, of a kind or any, and hold its joints where they are."""
+        with self._lock:
+            action = self._action
+            if action is None or (kind and action.kind != kind):
+                return
+            self._finish(ActionStatus.Stopped, message)
+        self._body.hold(_joints(action.leg))
+
+    def tick(self) -> None:
+        """Command the joints for the robot's present time, and go on to the next leg when one is done."""
+        with self._lock:
+            action = self._action
+            if action is None:
+                return
+            try:
+                self._go_on(action)
+            except RobotError as error:
+                refused = isinstance(error, CommandRefused)
+                self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, str(error))
+                self._events.add(Severity.Warning, "Motions", f"{action.owner} ended: {error}", "failed")
+            else:
+                return
+        self._body.hold(_joints(action.leg))
+
+    def watch(self) -> float | None:
+        """Do nothing: `tick` looks after the motion."""
+        return None
+
+    def drop_client(self, client: str) -> None:
+        """Do nothing: a motion that a client began goes on to its end, as a position command does."""
+
+    def close(self) -> None:
+        """Stop, and begin nothing any more."""
+        with self._lock:
+            self._closed = True
+        self.stop(message="the server ends")
+
+    def _go_on(self, action: _Action) -> None:
+        leg, begin = action.leg, action.begin
+        assert leg is not None
+        assert begin is not None
+        time = self._robot_time() - action.since
+        if time >= leg.duration / action.pace + _SETTLING:
+            self._check_upright(leg)
+            self._begin_leg(action, action.route.next_leg(self._situation(), self._commands()))
+            if action.leg is None:
+                self._finish(ActionStatus.Done)
+            return
+        if time < 0.0:
+            return  # the motors become stiff
+        part = min(1.0, max(0.0, time * action.pace / leg.duration))
+        self._progress[action.kind] = replace(self.progress(action.kind), progress=part)
+        self._check_upright(leg)
+        wanted = leg.at((time + _AHEAD) * action.pace, begin)
+        commands = self._commands()
+        speeds = {joint: abs(angle - commands[joint]) / _AHEAD for joint, angle in wanted.items()}
+        self._body.move(wanted, speeds, client=action.client, owner=action.owner)
+
+    def _begin_leg(self, action: _Action, leg: Motion | None) -> None:
+        """Claim the joints of the next leg and make them stiff. Raises InvalidCommand or CommandRefused."""
+        action.leg = leg
+        if leg is None:
+            return
+        joints = _joints(leg)
+        self._body.claims.claim(action.owner, joints, lambda: self._let_go(action))
+        action.begin, action.since = self._commands(), self._robot_time()
+        stiffnesses = zip(H25.joint_names, self._body.read().stiffnesses, strict=True)
+        limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
+        if limp:
+            self._body.stiffen(dict.fromkeys(limp, 1.0), _STIFFENING, client=action.client)
+            action.since += _STIFFENING
+
+    def _let_go(self, action: _Action) -> None:
+        """Stop without holding the joints: whoever takes them does."""
+        with self._lock:
+            if self._action is action:
+                self._finish(ActionStatus.Stopped, "its joints were told to stop")
+
+    def _finish(self, status: ActionStatus, message: str = "") -> None:
+        action, self._action = self._action, None
+        if action is None:
+            return
+        self._body.claims.release(action.owner)
+        before = self.progress(action.kind)
+        part = 1.0 if status is ActionStatus.Done else before.progress
+        self._progress[action.kind] = replace(before, status=status, message=message, progress=part)
+
+    def _check_upright(self, leg: Motion) -> None:
+        """Raise RobotError when the body lies in a leg from feet to feet."""
+        ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
+        if ends and ends <= _UPRIGHT and stance_of(self._situation()) not in _UPRIGHT:
+            raise RobotError("the robot has fallen")
+
+    def _commands(self) -> dict[str, float]:
+        return dict(zip(H25.joint_names, self._body.read().commands, strict=True))
+
+
+def _joints(leg: Motion | None) -> frozenset[str]:
+    """Return the joints that a leg moves, also those that go along because they share a motor."""
+    joints = set(leg.keys) if leg else set()
+    for pair in H25.couplings:
+        if {pair.leader, pair.follower} & joints:
+            joints |= {pair.leader, pair.follower}
+    return frozenset(joints)
+
+
+_UPRIGHT: Final = {Stance.STANDING, Stance.SITTING}

@@ -1,0 +1,136 @@
+"""The postures of the body, and which of them it is in.
+
+The angles are NAOqi's (`naoserver.body`). Postures belong together in stances: within a stance the body goes
+from one to another without losing its hold, from stance to stance it takes a motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Final
+
+from naoserver.body import H25
+from naoserver.errors import RobotError
+from naoserver.robot import Robot
+
+__all__ = ["POSTURES", "STANCES", "Situation", "Stance", "nearest_posture", "situation_of", "stance_of"]
+
+
+class Stance(StrEnum):
+    """On what the body rests."""
+
+    STANDING = "standing"
+    SITTING = "sitting"
+    BELLY = "lying on its belly"
+    BACK = "lying on its back"
+    LEFT_SIDE = "lying on its left side"
+    RIGHT_SIDE = "lying on its right side"
+
+
+_NAMES: Final = {
+    "Stand": ("STAND", Stance.STANDING),
+    "StandInit": ("STAND_INIT", Stance.STANDING),
+    "StandZero": ("STAND_ZERO", Stance.STANDING),
+    "Crouch": ("CROUCH", Stance.STANDING),
+    "Sit": ("SIT", Stance.SITTING),
+    "SitRelax": ("SIT_RELAX", Stance.SITTING),
+    "LyingBelly": ("LYING_BELLY", Stance.BELLY),
+    "LyingBack": ("LYING_BACK", Stance.BACK),
+}
+
+
+def _angles(section: str) -> Mapping[str, float]:
+    posture = {
+        joint.name: min(max(H25.postures[section][joint.name], joint.lower), joint.upper)
+        for joint in H25.joints
+    }
+    for pair in H25.couplings:
+        posture[pair.follower] = posture[pair.leader]
+    for table in H25.anticollision:
+        lower, upper = table.at(posture[table.independent])
+        posture[table.dependent] = min(max(posture[table.dependent], lower), upper)
+    return MappingProxyType(posture)
+
+
+POSTURES: Final[Mapping[str, Mapping[str, float]]] = MappingProxyType(
+    {name: _angles(section) for name, (section, _) in _NAMES.items()}
+)
+"""An angle in rad for each joint, within its range, of each posture."""
+
+STANCES: Final[Mapping[str, Stance]] = MappingProxyType({name: of for name, (_, of) in _NAMES.items()})
+"""The stance of each posture."""
+
+_LYING_TILT: Final = math.radians(60)
+"""Tilt of the torso from which on the body lies."""
+_NEAR: Final = 0.35
+"""Most that a joint may be away from its angle in a posture, in rad, for the body to be in it."""
+_LEG: Final = ("HipPitch", "KneePitch", "AnklePitch")
+_FREE: Final = ("Head", "Wrist", "Hand")
+"""Joints that do not count: the body is in its posture however it looks around."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """How the body is: its joints, and what points up in the torso's frame."""
+
+    joints: Mapping[str, float]
+    """Angles in rad by name."""
+    up: tuple[float, float, float]
+    """Unit vector: (0, 0, 1) upright, (-1, 0, 0) on the belly, (1, 0, 0) on the back."""
+
+
+def situation_of(robot: Robot) -> Situation:
+    """Return how a robot's body is; of one without an inertial unit, that it is upright.
+
+    Raises RobotError when such a robot lies: nobody can tell how.
+    """
+    joints = dict(zip(H25.joint_names, robot.read().positions, strict=True))
+    if robot.senses is None:
+        if robot.state().fallen:
+            raise RobotError("the robot has fallen, and has no inertial unit that tells how it lies")
+        return Situation(joints, (0.0, 0.0, 1.0))
+    inertial = robot.senses.read().inertial
+    roll, pitch = inertial.roll, inertial.pitch
+    up = (-math.sin(pitch), math.sin(roll) * math.cos(pitch), math.cos(roll) * math.cos(pitch))
+    return Situation(joints, up)
+
+
+def stance_of(situation: Situation) -> Stance:
+    """Return on what the body rests, by its tilt and, upright, by the pitch joints of its legs."""
+    x, y, z = situation.up
+    if z < math.cos(_LYING_TILT):
+        if abs(x) >= abs(y):
+            return Stance.BELLY if x < 0 else Stance.BACK
+        return Stance.LEFT_SIDE if y < 0 else Stance.RIGHT_SIDE
+    upright = [name for name, stance in STANCES.items() if stance in (Stance.STANDING, Stance.SITTING)]
+    return STANCES[min(upright, key=lambda name: _leg_distance(situation, name))]
+
+
+def nearest_posture(situation: Situation) -> str:
+    """Return the posture that the body is in; empty when it is in none."""
+    stance = stance_of(situation)
+    distances = {
+        name: _distance(situation, name) for name, of in STANCES.items() if of is stance
+    }  # fmt: skip
+    if not distances:
+        return ""
+    nearest = min(distances, key=lambda name: distances[name])
+    return nearest if distances[nearest] <= _NEAR else ""
+
+
+def _leg_distance(situation: Situation, posture: str) -> float:
+    joints = [f"{side}{joint}" for side in "LR" for joint in _LEG]
+    return sum(abs(situation.joints[joint] - POSTURES[posture][joint]) for joint in joints)
+
+
+def _distance(situation: Situation, posture: str) -> float:
+    angles = POSTURES[posture]
+    return max(
+        abs(situation.joints[joint] - angle)
+        for joint, angle in angles.items()
+        if not any(part in joint for part in _FREE)
+    )

@@ -1,0 +1,143 @@
+"""Ways of the whole body: to a posture from wherever it is, and into a motion.
+
+A route is asked for its next leg again after each: what comes next follows from how the body lies, sits or
+stands then. So a getting up that failed is tried again, and a fall on the way is made good.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Final, Protocol
+
+from naoserver.body import H25
+from naoserver.errors import RobotError
+from naoserver.motions.keyframes import Key, Motion
+from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, stance_of
+
+__all__ = ["MotionRoute", "PostureRoute", "Route", "RouteError", "change_posture"]
+
+_FRACTION: Final = 0.3
+"""Highest speed of a change of posture as a fraction of the joints': of full pace."""
+_SHORTEST: Final = 0.4
+"""Seconds that a change of posture takes at least."""
+_PEAK: Final = 1.875  # of the smooth interpolation: highest by mean speed
+_SAME: Final = 0.02
+"""Angle in rad within which a joint's setpoint needs no leg of its own."""
+_MOST_LEGS: Final = 8
+"""Legs after which a route is given up: getting up fails again and again."""
+
+
+class RouteError(RobotError):
+    """There is no way on; the message says why."""
+
+
+class Route(Protocol):
+    """What the body does, leg by leg."""
+
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
+        """Return the next leg, None at the end; `commands` are the joints' setpoints. Raises RouteError."""
+        ...
+
+
+class PostureRoute:
+    """The way to a posture: legs from stance to stance, and then within the posture's stance."""
+
+    def __init__(self, posture: str, motions: Iterable[Motion], fraction: float = 1.0) -> None:
+        self._posture = posture
+        self._fraction = fraction
+        self._bridges = [motion for motion in motions if _crosses(motion)]
+        self._legs = 0
+        self._arrived = False
+
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
+        """Return the next leg; None once the body is in the posture. Raises RouteError."""
+        stance, wanted = stance_of(situation), STANCES[self._posture]
+        if stance is wanted:
+            if self._arrived:
+                return None
+            self._arrived = True
+            return change_posture(self._posture, commands, self._fraction)
+        self._arrived = False
+        self._legs += 1
+        if self._legs > _MOST_LEGS:
+            raise RouteError(f"it is still {stance} after {_MOST_LEGS} motions")
+        if stance in _SIDES:
+            # The arms of that posture tip the body onto its belly or its back: what comes, comes.
+            leg = change_posture(_OFF_THE_SIDE[self._legs % 2], commands, self._fraction)
+            return replace(leg, end="")
+        bridge = self._first_bridge(stance, wanted)
+        if bridge is None:
+            raise RouteError(f"it is {stance}, and knows no way from there to {self._posture}")
+        if bridge.start and stance in _UPRIGHT and not _is_near(commands, bridge.start):
+            return change_posture(bridge.start, commands, self._fraction)
+        return bridge
+
+    def _first_bridge(self, begin: Stance, end: Stance) -> Motion | None:
+        """Return the first of the fewest motions that lead from a stance to another."""
+        paths: deque[tuple[Stance, Motion | None]] = deque([(begin, None)])
+        seen = {begin}
+        while paths:
+            stance, first = paths.popleft()
+            if stance is end:
+                return first
+            for motion in self._bridges:
+                after = STANCES[motion.end]
+                if _begins_in(motion, stance) and after not in seen:
+                    seen.add(after)
+                    paths.append((after, first or motion))
+        return None
+
+
+class MotionRoute:
+    """A motion, after the way into the posture in which it begins."""
+
+    def __init__(self, motion: Motion) -> None:
+        self._motion = motion
+        self._legs = [motion]
+        self._prepared = not motion.start
+
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
+        """Return the next leg. Raises RouteError when the motion cannot begin as the body is."""
+        start = self._motion.start
+        if not self._prepared:
+            self._prepared = True
+            stance = stance_of(situation)
+            if stance is not STANCES[start]:
+                name = self._motion.name
+                raise RouteError(f"{name} begins {STANCES[start]}, in {start}, but the robot is {stance} now")
+            if stance in _UPRIGHT and not _is_near(commands, start):
+                return change_posture(start, commands, 1.0)
+        return self._legs.pop() if self._legs else None
+
+
+def change_posture(posture: str, commands: Mapping[str, float], fraction: float) -> Motion:
+    """Return the motion from where the joints are into a posture at a fraction of the full pace."""
+    seconds = max(
+        abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity for joint in H25.joints
+    )
+    seconds = max(seconds * _PEAK / (_FRACTION * fraction), _SHORTEST)
+    keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items()}
+    for pair in H25.couplings:
+        del keys[pair.follower]
+    return Motion(f"to {posture}", MappingProxyType(keys), end=posture)
+
+
+_SIDES: Final = (Stance.LEFT_SIDE, Stance.RIGHT_SIDE)
+_OFF_THE_SIDE: Final = ("LyingBack", "StandZero")
+_UPRIGHT: Final = (Stance.STANDING, Stance.SITTING)
+
+
+def _crosses(motion: Motion) -> bool:
+    """Return whether a motion leads from a stance to another."""
+    return bool(motion.end) and (not motion.start or STANCES[motion.start] is not STANCES[motion.end])
+
+
+def _begins_in(motion: Motion, stance: Stance) -> bool:
+    return STANCES[motion.start] is stance
+
+
+def _is_near(commands: Mapping[str, float], posture: str) -> bool:
+    return all(abs(commands[joint] - angle) <= _SAME for joint, angle in POSTURES[posture].items())
