@@ -20,7 +20,7 @@ class SenseNoise:
     """How imperfect the sensors are: standard deviations unless said otherwise."""
 
     acceleration: float = 0.15
-    """White noise of the accelerometer in m/s2: B-Human's code (2021) reckons with a variance of 0.0222."""
+    """White noise of the accelerometer in m/s2: B-Human's filter reckons with a variance of 0.0222."""
     acceleration_offset: float = 0.1
     """Offset of each axis in m/s2: the 1 % that the documentation gives, of gravity."""
     turning: float = 0.005

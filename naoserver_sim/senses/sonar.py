@@ -25,8 +25,8 @@ RANGE: Final = (0.25, 2.55)
 up to V4. That of V5 and V6 promises no more than 0.2 m to 0.8 m, and calls what is beyond an estimation."""
 PERIOD: Final = 0.1
 """Seconds between two measurements."""
-_WIDE_RAYS: Final = 448
-"""Rays of a cone: 2.5 degrees apart, so that a ball of 12 cm is not overlooked in range."""
+_WIDE_RAYS: Final = 256
+"""Rays of a cone, 3.3 degrees apart. What is small is not overlooked: there is one more to each thing."""
 _NARROW_RAYS: Final = 64
 _NARROW: Final = math.radians(6)
 """Full angle of the cone in which the nearest echo is looked at again."""
@@ -47,6 +47,7 @@ class Sonar:
         self._data = mujoco.MjData(mj)
         self._lock = threading.Lock()
         self._torso = mj.body(TORSO).id
+        self._things = np.flatnonzero((mj.geom_group == 0) & (mj.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
         self._planes = mj.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
         self._wide = _cone(self.cone, _WIDE_RAYS)
         self._narrow = _cone(_NARROW, _NARROW_RAYS)
@@ -68,13 +69,19 @@ class Sonar:
         axes = data.xmat[self._torso].reshape(3, 3)
         begin = data.xpos[self._torso] + axes @ place
         axes = axes @ turn
-        distance, ray = self._cast(begin, self._wide @ axes.T)
+        rays = np.vstack([self._wide, self._within_cone((data.geom_xpos[self._things] - begin) @ axes)])
+        distance, ray = self._cast(begin, rays @ axes.T)
         if not math.isfinite(distance):
             return math.inf
-        closer = self._narrow @ _turned_to(self._wide[ray]).T
-        closer = closer[closer[:, 0] >= math.cos(self.cone / 2)]
+        closer = np.vstack([rays[ray], self._within_cone(self._narrow @ _turned_to(rays[ray]).T)])
         distance = min(distance, self._cast(begin, closer @ axes.T)[0])
         return max(distance, RANGE[0])
+
+    def _within_cone(self, rays: Array) -> Array:
+        """Return those of some rays in the transducer's frame that are within its cone, as unit vectors."""
+        directions = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        within: Array = directions[directions[:, 0] >= math.cos(self.cone / 2)]
+        return within
 
     def _cast(self, begin: Array, directions: Array) -> tuple[float, int]:
         """Return the distance to the nearest echo, infinite when there is none, and along which direction."""
@@ -97,8 +104,8 @@ class Sonar:
         facing = np.abs(np.einsum("ij,ij->i", directions, normals.reshape(-1, 3)))
         heard = (geoms >= 0) & (~self._planes[geoms] | (facing > _GRAZING))
         distances[~heard] = math.inf
-        nearest = int(distances.argmin()) if count else 0
-        return (float(distances[nearest]) if count else math.inf), nearest
+        nearest = int(distances.argmin())
+        return float(distances[nearest]), nearest
 
 
 def _cone(angle: float, rays: int) -> Array:

@@ -21,8 +21,9 @@ def test_the_table_of_robots_is_current() -> None:
     assert PAGE.read_text() == robots_page(), "write it anew: python -m tests.support.robots_page"
 
 
-def test_the_example_of_lease_and_emergency_stop_does_what_the_page_says() -> None:
-    code, output = blocks_of((DOCS / "robot-safety.md").read_text(encoding="utf-8"))
+@pytest.mark.parametrize("page", ["robot-safety.md", "senses.md"])
+def test_the_example_of_a_page_does_what_the_page_says(page: str) -> None:
+    code, output = blocks_of((DOCS / page).read_text(encoding="utf-8"))
     with served(FakeRobot()) as robot:
         done = subprocess.run(
             [sys.executable, "-c", code.text],

@@ -9,7 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.body import H25
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.senses.noise import SenseNoise
 from naoserver_sim.senses.sonar import RANGE, Sonar
+from naoserver_sim.world import BALL_RADIUS
+from tests.support.physics import rotation
+from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 
@@ -106,3 +111,27 @@ def test_lying_on_its_belly_it_hears_the_floor(sonar):
     heard = sonar.measure(state(pitch=math.pi / 2))
     place, _ = transducer("left")
     assert heard.left == pytest.approx(HEIGHT - place[0], abs=0.01)
+
+
+def test_the_robot_hears_a_ball_where_it_is():
+    robot = SimulatedRobot(clock=VirtualClock(), skin=False)
+    robot.stage.place_object("BallGreen", (1.0, -1.0, 0.5))
+    for x, y in ((0.8, 0.3), (1.2, -0.1), (1.6, 0.6)):
+        robot.stage.place_object("BallRed", (x, y, 0.4))
+        robot.clock.advance(0.5)
+        told = robot.senses.read().sonar.left
+        truth = robot.stage.truth()
+        place = truth.torso.position + rotation(np.array(truth.torso.orientation)) @ FACTS["left"]["position"]
+        ball = np.array(truth.objects["BallRed"].position)
+        assert told == pytest.approx(np.linalg.norm(ball - place) - BALL_RADIUS, abs=0.01)
+
+
+def test_with_noise_each_echo_differs_by_what_the_noise_says():
+    robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=True, seed=1)
+    robot.stage.place_object("BallRed", (0.6, 0.2, 0.4))
+    robot.clock.advance(0.5)
+    told = []
+    for _ in range(200):
+        robot.clock.advance(0.1)
+        told.append(robot.senses.read().sonar.left)
+    assert np.std(told) == pytest.approx(SenseNoise().sonar_near, rel=0.3)
