@@ -67,6 +67,8 @@ class Painter:
                 uservert=side.vertices.flatten(),
                 userface=side.faces.flatten(),
                 smoothnormal=True,
+                # Of panels, which are open below, no volume can be told.
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
             )
             self._add(place, material, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
 

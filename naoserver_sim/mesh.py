@@ -1,4 +1,4 @@
-"""Meshes of rounded shells, made by sweeping superellipses along an axis."""
+"""Meshes of rounded shells, made by sweeping superellipses along an axis, and of panels and bands on them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A closed surface of triangles, counter-clockwise from outside."""
+    """A surface of triangles, counter-clockwise from outside."""
 
     vertices: NDArray[np.float64]
     """Shape (n, 3) in m."""
@@ -67,6 +67,88 @@ def loft(
     vertices = np.empty_like(swept)
     vertices[:, list(_AXES[axis])] = swept
     return Mesh(vertices, _faces(len(rings), slices))
+
+
+def panel(
+    sections: Sequence[Section],
+    *,
+    at: tuple[float, float],
+    angle: tuple[float, float],
+    axis: str = "z",
+    taper: float = 0.0,
+    lift: float = 0.0008,
+    roundness: float = 4.0,
+    grid: tuple[int, int] = (9, 9),
+) -> Mesh:
+    """Cover a part of a loft's side with a plate, `lift` m above it and open towards it.
+
+    It reaches between two places along the axis and between two angles in degrees about it, from the first of
+    the other axes to the second: on a loft along z 0 is ahead and 90 to the left, on one along x 0 is to the
+    left and 90 above. By the share `taper` it is wider at its second place, and narrower at the first.
+    Its outline is a superellipse: the higher the `roundness`, the squarer.
+    """
+    rings = _interpolate(np.array([[s.at, *s.half, *s.center, s.squareness] for s in sections]))
+    s, t = np.meshgrid(np.linspace(-1, 1, grid[0]), np.linspace(-1, 1, grid[1]), indexing="ij")
+    reach = np.maximum(np.maximum(np.abs(s), np.abs(t)), 1e-9)
+    rounded = reach / (np.abs(s) ** roundness + np.abs(t) ** roundness + 1e-30) ** (1 / roundness)
+    s, t = s * rounded, t * rounded
+    place = (at[0] + at[1]) / 2 + s * (at[1] - at[0]) / 2
+    turn = np.radians((angle[0] + angle[1]) / 2 + t * (1 + taper * s) * (angle[1] - angle[0]) / 2)
+    points = _on_side(rings, place, turn)
+    outward = np.cross(
+        _on_side(rings, place, turn + 1e-4) - points, _on_side(rings, place + 1e-5, turn) - points
+    )
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    top = points + lift * outward
+    number = np.arange(s.size).reshape(s.shape)
+    rim = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
+    below = (points - lift * outward).reshape(-1, 3)[rim]
+    corners = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+    a, b, c, d = (corner.ravel() for corner in corners)
+    low = s.size + np.arange(len(rim))
+    after, low_after = np.roll(rim, -1), np.roll(low, -1)
+    faces = [(a, b, c), (a, c, d), (rim, low, low_after), (rim, low_after, after)]
+    vertices = np.concatenate([top.reshape(-1, 3), below])
+    placed = np.empty_like(vertices)
+    placed[:, list(_AXES[axis])] = vertices
+    return Mesh(placed, np.concatenate([np.column_stack(face) for face in faces]).astype(np.int32))
+
+
+def band(
+    sections: Sequence[Section],
+    *,
+    at: tuple[float, float],
+    axis: str = "z",
+    lift: float = 0.0005,
+    slices: int = 20,
+) -> Mesh:
+    """Lay a band round a loft between two places along its axis, `lift` m above it."""
+    rings = _interpolate(np.array([[s.at, *s.half, *s.center, s.squareness] for s in sections]))
+    around = []
+    for place in at:
+        _, half_u, half_v, u, v, squareness = _ring_at(rings, np.array(place))
+        around.append(
+            Section(
+                place, (float(half_u) + lift, float(half_v) + lift), (float(u), float(v)), float(squareness)
+            )
+        )
+    return loft(around, axis=axis, slices=slices)
+
+
+def _ring_at(rings: NDArray[np.float64], place: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return the columns of the rings at places along the axis."""
+    return [np.interp(place, rings[:, 0], column) for column in rings.T]
+
+
+def _on_side(
+    rings: NDArray[np.float64], place: NDArray[np.float64], turn: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return points (u, v, w) on the side of a loft."""
+    _, half_u, half_v, center_u, center_v, squareness = _ring_at(rings, place)
+    cosine, sine = np.cos(turn), np.sin(turn)
+    u = center_u + half_u * np.sign(cosine) * np.abs(cosine) ** (2 / squareness)
+    v = center_v + half_v * np.sign(sine) * np.abs(sine) ** (2 / squareness)
+    return np.stack([u, v, place], axis=-1)
 
 
 def _interpolate(keys: NDArray[np.float64]) -> NDArray[np.float64]:

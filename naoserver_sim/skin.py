@@ -1,4 +1,4 @@
-"""The robot's skin: a white shell with grey joints and orange accents, drawn by our own hand.
+"""The robot's skin: a white shell with dark joints and orange panels, drawn by our own hand.
 
 Shapes are given for the left side, in m in the links' frames: x forward, y left, z up; of the arms, which
 point forward when all joints are 0, x is along the limb.
@@ -6,8 +6,62 @@ point forward when all joints are 0, x is along the limb.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Final
+
 from naoserver_sim.appearance import Material, Painter
-from naoserver_sim.mesh import Section, loft
+from naoserver_sim.mesh import Section, band, loft, panel
+
+_SKULL: Final = (
+    Section(-0.004, (0.035, 0.038), (0.000, 0), 2.3),
+    Section(0.012, (0.048, 0.051), (-0.001, 0), 2.4),
+    Section(0.034, (0.0575, 0.0600), (-0.003, 0), 2.35),
+    Section(0.056, (0.0615, 0.0635), (-0.004, 0), 2.3),
+    Section(0.078, (0.0575, 0.0600), (-0.005, 0), 2.3),
+    Section(0.098, (0.0430, 0.0460), (-0.006, 0), 2.2),
+)
+_TRUNK: Final = (
+    Section(-0.094, (0.026, 0.034), (-0.010, 0), 2.4),
+    Section(-0.070, (0.038, 0.043), (-0.008, 0), 2.6),
+    Section(-0.035, (0.043, 0.049), (-0.006, 0), 2.7),
+    Section(0.000, (0.045, 0.053), (-0.004, 0), 2.7),
+    Section(0.034, (0.050, 0.061), (-0.002, 0), 2.8),
+    Section(0.066, (0.053, 0.068), (-0.003, 0), 2.8),
+    Section(0.094, (0.048, 0.064), (-0.005, 0), 2.7),
+    Section(0.110, (0.036, 0.048), (-0.006, 0), 2.5),
+)
+_UPPER_ARM: Final = (
+    Section(-0.024, (0.026, 0.032), (0.004, 0), 2.2),
+    Section(0.000, (0.034, 0.038), (0.005, 0), 2.3),
+    Section(0.024, (0.032, 0.034), (0.007, 0), 2.3),
+    Section(0.044, (0.025, 0.026), (0.010, 0), 2.2),
+    Section(0.082, (0.0225, 0.0235), (0.014, 0), 2.1),
+)
+_FOREARM: Final = (
+    Section(0.002, (0.024, 0.025), squareness=2.2),
+    Section(0.022, (0.031, 0.031), squareness=2.4),
+    Section(0.046, (0.028, 0.028), squareness=2.4),
+)
+_THIGH: Final = (
+    Section(-0.090, (0.031, 0.032), (0.003, 0.003), 2.4),
+    Section(-0.066, (0.040, 0.039), (0.005, 0.005), 2.6),
+    Section(-0.036, (0.046, 0.044), (0.005, 0.007), 2.7),
+    Section(-0.008, (0.044, 0.042), (0.002, 0.006), 2.6),
+    Section(0.014, (0.034, 0.033), (-0.002, 0.004), 2.4),
+)
+_SHIN: Final = (
+    Section(-0.092, (0.032, 0.034), (-0.001, 0.003), 2.4),
+    Section(-0.070, (0.042, 0.040), (-0.003, 0.004), 2.6),
+    Section(-0.040, (0.045, 0.043), (-0.003, 0.004), 2.6),
+    Section(-0.014, (0.037, 0.037), (0.001, 0.003), 2.4),
+)
+_FOOT: Final = (
+    Section(-0.0440, (0.0750, 0.0440), (0.0245, 0.0055), 2.9),
+    Section(-0.0330, (0.0755, 0.0448), (0.0245, 0.0055), 2.8),
+    Section(-0.0200, (0.0650, 0.0410), (0.0180, 0.0048), 2.6),
+    Section(-0.0060, (0.0450, 0.0360), (0.0040, 0.0030), 2.4),
+    Section(0.0060, (0.0350, 0.0320), (-0.0020, 0.0020), 2.3),
+)
 
 
 def paint_skin(paint: Painter) -> None:
@@ -18,101 +72,93 @@ def paint_skin(paint: Painter) -> None:
     _paint_legs(paint)
 
 
+def _paint_plate(
+    paint: Painter,
+    link: str,
+    sections: Sequence[Section],
+    *,
+    at: tuple[float, float],
+    reach: float,
+    taper: float,
+    roundness: float,
+) -> None:
+    """Show a white plate in front of a white shell, with a dark gap round it; `reach` in degrees."""
+    for gap, turn, lift, material in (
+        (0.002, 3.5, 0.0004, Material.GREY),
+        (0.000, 0.0, 0.0011, Material.WHITE),
+    ):
+        plate = panel(
+            sections,
+            at=(at[0] - gap, at[1] + gap),
+            angle=(-reach - turn, reach + turn),
+            taper=taper,
+            lift=lift,
+            roundness=roundness,
+            grid=(11, 13),
+        )
+        paint.shell(link, plate, material)
+
+
 def _paint_head(paint: Painter) -> None:
-    skull = loft(
-        [
-            Section(0.004, (0.040, 0.041), (0.002, 0), 2.3),
-            Section(0.022, (0.051, 0.053), (-0.002, 0), 2.4),
-            Section(0.050, (0.058, 0.060), (-0.004, 0), 2.4),
-            Section(0.075, (0.057, 0.059), (-0.005, 0), 2.3),
-            Section(0.096, (0.046, 0.048), (-0.006, 0), 2.2),
-        ],
-        domes=(0.012, 0.0184),
-        slices=28,
-    )
-    paint.shell("head", skull, Material.WHITE)
-    paint.ellipsoid("head", (0.0285, 0.044, 0.042), (0.0285, 0, 0.047), Material.WHITE)
-    eye, outward = (0.0515, 0.0265, 0.0500), (0.88, 0.47, 0.05)
-    paint.disc("head", (0.0165, 0.006), eye, outward, Material.LED, twice=True)
-    paint.disc("head", (0.0125, 0.008), eye, outward, Material.BLACK, twice=True)
-    paint.disc("head", (0.0050, 0.004), (0.0548, 0, 0.0665), (0.97, 0, 0.25), Material.BLACK)
-    paint.disc("head", (0.0050, 0.004), (0.0494, 0, 0.0177), (0.80, 0, -0.60), Material.BLACK)
-    ear = (0.0, 0.0615, 0.050)
-    paint.disc("head", (0.0310, 0.012), ear, (0, 1, 0), Material.ORANGE, twice=True)
-    paint.disc("head", (0.0265, 0.015), ear, (0, 1, 0), Material.WHITE, twice=True)
-    paint.disc("head", (0.0215, 0.016), ear, (0, 1, 0), Material.LED, twice=True)
-    paint.disc("head", (0.0190, 0.017), ear, (0, 1, 0), Material.GREY, twice=True)
-    for x, z in ((0.028, 0.1035), (0.0, 0.1115), (-0.028, 0.1045)):
-        paint.ellipsoid("head", (0.012, 0.013, 0.004), (x, 0, z), Material.DARK)
-    paint.disc("neck", (0.022, 0.050), (0, 0, -0.020), (0, 0, 1), Material.DARK)
+    paint.shell("head", loft(_SKULL, domes=(0.008, 0.0164), slices=28), Material.WHITE)
+    _paint_plate(paint, "head", _SKULL, at=(0.003, 0.086), reach=70.5, taper=0.12, roundness=3.2)
+    eye, outward = (0.0508, 0.0278, 0.0510), (0.86, 0.50, 0.04)
+    paint.disc("head", (0.0190, 0.0045), eye, outward, Material.GREY, twice=True)
+    paint.disc("head", (0.0170, 0.0075), eye, outward, Material.LED, twice=True)
+    paint.disc("head", (0.0125, 0.0095), eye, outward, Material.BLACK, twice=True)
+    for place, ahead, radius in (
+        ((0.0570, 0, 0.0640), (0.99, 0, 0.12), 0.0058),
+        ((0.0490, 0, 0.0177), (0.86, 0, -0.50), 0.0066),
+    ):
+        paint.disc("head", (radius, 0.0044), place, ahead, Material.BLACK)
+    ear = (-0.003, 0.0600, 0.0520)
+    paint.disc("head", (0.0345, 0.0080), ear, (0, 1, 0), Material.LIGHT_GREY, twice=True)
+    paint.disc("head", (0.0310, 0.0130), ear, (0, 1, 0), Material.ORANGE, twice=True)
+    paint.disc("head", (0.0255, 0.0155), ear, (0, 1, 0), Material.WHITE, twice=True)
+    paint.disc("head", (0.0205, 0.0170), ear, (0, 1, 0), Material.LED, twice=True)
+    paint.disc("head", (0.0180, 0.0180), ear, (0, 1, 0), Material.GREY, twice=True)
+    for x, z, length in ((0.024, 0.1080, 0.013), (-0.003, 0.1125, 0.012), (-0.030, 0.1075, 0.013)):
+        paint.ellipsoid("head", (length, 0.0125, 0.0036), (x, 0, z), Material.DARK)
+    paint.disc("neck", (0.024, 0.036), (0, 0, -0.016), (0, 0, 1), Material.DARK)
 
 
 def _paint_torso(paint: Painter) -> None:
-    trunk = loft(
-        [
-            Section(-0.078, (0.034, 0.040), (-0.008, 0), 2.6),
-            Section(-0.045, (0.043, 0.049), (-0.006, 0), 2.6),
-            Section(-0.010, (0.044, 0.050), (-0.004, 0), 2.5),
-            Section(0.030, (0.050, 0.059), (-0.003, 0), 2.6),
-            Section(0.066, (0.053, 0.066), (-0.003, 0), 2.7),
-            Section(0.094, (0.047, 0.061), (-0.004, 0), 2.6),
-            Section(0.110, (0.034, 0.044), (-0.004, 0), 2.4),
-        ],
-        domes=(0.010, 0.008),
-        slices=28,
-    )
-    paint.shell("torso", trunk, Material.WHITE)
-    belly = loft(
-        [
-            Section(-0.050, (0.022, 0.030), (0.0165, 0), 2.4),
-            Section(-0.020, (0.026, 0.036), (0.0165, 0), 2.4),
-            Section(0.008, (0.026, 0.034), (0.0195, 0), 2.4),
-        ],
-        domes=(0.016, 0.014),
-        slices=36,
-    )
-    paint.shell("torso", belly, Material.ORANGE)
-    paint.disc("torso", (0.0125, 0.006), (0.0495, 0, 0.0552), (1, 0, 0.05), Material.LIGHT_GREY)
-    paint.disc("torso", (0.0095, 0.008), (0.0495, 0, 0.0552), (1, 0, 0.05), Material.LED)
-    for z in (0.070, 0.040):
-        paint.disc("torso", (0.0085, 0.008), (0.0460, 0.0350, z), (0.95, 0.3, 0), Material.GREY, twice=True)
+    paint.shell("torso", loft(_TRUNK, domes=(0.010, 0.008), slices=28), Material.WHITE)
+    # Between chest and belly, and between the chest's front and back, the shell has gaps.
+    paint.shell("torso", band(_TRUNK, at=(0.0165, 0.0190), lift=0.0006, slices=28), Material.GREY)
+    for side in ((32.0, 112.0), (-112.0, -32.0)):
+        flank = panel(_TRUNK, at=(-0.062, 0.012), angle=side, taper=0.12, lift=0.0012, roundness=4.5)
+        paint.shell("torso", flank, Material.ORANGE)
+    battery = panel(_TRUNK, at=(0.030, 0.100), angle=(138, 222), lift=0.0010, roundness=5.0)
+    paint.shell("torso", battery, Material.LIGHT_GREY)
+    button = (0.0500, 0, 0.0552)
+    paint.disc("torso", (0.0135, 0.0050), button, (1, 0, 0.05), Material.GREY)
+    paint.disc("torso", (0.0115, 0.0070), button, (1, 0, 0.05), Material.LIGHT_GREY)
+    paint.disc("torso", (0.0085, 0.0085), button, (1, 0, 0.05), Material.LED)
+    for z, x in ((0.072, 0.0458), (0.040, 0.0455)):
+        paint.disc("torso", (0.0090, 0.0070), (x, 0.0360, z), (0.96, 0.28, 0), Material.GREY, twice=True)
+    paint.disc("torso", (0.030, 0.010), (-0.004, 0, 0.1130), (0, 0, 1), Material.DARK)
 
 
 def _paint_arms(paint: Painter) -> None:
-    paint.disc("l_shoulder", (0.027, 0.045), (0, -0.018, 0), (0, 1, 0), Material.GREY)
-    upper_arm = loft(
-        [
-            Section(-0.020, (0.029, 0.034), (0.002, 0), 2.3),
-            Section(0.000, (0.035, 0.039), (0.004, 0), 2.3),
-            Section(0.030, (0.031, 0.034), (0.007, 0), 2.2),
-            Section(0.062, (0.026, 0.028), (0.012, 0), 2.1),
-            Section(0.084, (0.023, 0.025), (0.014, 0), 2.0),
-        ],
-        axis="x",
-        domes=(0.018, 0.008),
-    )
+    paint.disc("l_shoulder", (0.028, 0.044), (0, -0.018, 0), (0, 1, 0), Material.GREY)
+    upper_arm = loft(_UPPER_ARM, axis="x", domes=(0.018, 0.006))
     paint.shell("l_upper_arm", upper_arm, Material.WHITE)
-    paint.ellipsoid("l_upper_arm", (0.026, 0.010, 0.027), (0.0, 0.0325, 0), Material.ORANGE)
+    pad = panel(_UPPER_ARM, at=(-0.021, 0.034), angle=(-68, 68), axis="x", lift=0.0014, roundness=3.0)
+    paint.shell("l_upper_arm", pad, Material.ORANGE)
     paint.ellipsoid("l_elbow", (0.024, 0.024, 0.024), (0, 0, 0), Material.GREY)
-    forearm = loft(
-        [
-            Section(0.006, (0.025, 0.026), squareness=2.2),
-            Section(0.028, (0.032, 0.032), squareness=2.3),
-            Section(0.050, (0.030, 0.030), squareness=2.3),
-        ],
-        axis="x",
-        domes=(0.010, 0.006),
-    )
-    paint.shell("l_forearm", forearm, Material.WHITE)
-    paint.disc("l_wrist_hand", (0.024, 0.012), (0.008, 0, 0), (1, 0, 0), Material.GREY)
+    paint.shell("l_forearm", loft(_FOREARM, axis="x", domes=(0.010, 0.004)), Material.WHITE)
+    cuff = band(_FOREARM, at=(0.034, 0.0365), axis="x", lift=0.0005)
+    paint.shell("l_forearm", cuff, Material.GREY)
+    paint.disc("l_wrist_hand", (0.023, 0.014), (0.006, 0, 0), (1, 0, 0), Material.GREY)
     palm = loft(
         [
-            Section(0.016, (0.023, 0.019), squareness=2.4),
-            Section(0.036, (0.026, 0.018), squareness=2.5),
+            Section(0.013, (0.022, 0.019), squareness=2.4),
+            Section(0.034, (0.026, 0.018), squareness=2.6),
             Section(0.054, (0.023, 0.014), squareness=2.4),
         ],
         axis="x",
-        domes=(0.006, 0.008),
+        domes=(0.004, 0.008),
     )
     paint.shell("l_wrist_hand", palm, Material.WHITE)
     for start, bend, end in (
@@ -125,55 +171,23 @@ def _paint_arms(paint: Painter) -> None:
 
 
 def _paint_legs(paint: Painter) -> None:
-    paint.ellipsoid("l_pelvis", (0.034, 0.032, 0.034), (-0.012, -0.002, 0.006), Material.GREY)
-    thigh = loft(
-        [
-            Section(-0.086, (0.033, 0.034), (0.003, 0.003), 2.3),
-            Section(-0.060, (0.040, 0.039), (0.006, 0.005), 2.4),
-            Section(-0.022, (0.043, 0.041), (0.004, 0.006), 2.4),
-            Section(0.010, (0.033, 0.034), (0.000, 0.004), 2.3),
-        ],
-        domes=(0.008, 0.014),
-    )
-    paint.shell("l_thigh", thigh, Material.WHITE)
-    plate = loft(
-        [
-            Section(-0.062, (0.012, 0.022), (0.0365, 0.005), 2.4),
-            Section(-0.040, (0.013, 0.026), (0.0365, 0.005), 2.4),
-            Section(-0.018, (0.012, 0.024), (0.0360, 0.005), 2.4),
-        ],
-        domes=(0.014, 0.014),
-        slices=36,
-    )
+    paint.ellipsoid("l_pelvis", (0.036, 0.034, 0.036), (-0.010, -0.002, 0.008), Material.GREY)
+    paint.shell("l_thigh", loft(_THIGH, domes=(0.008, 0.014)), Material.WHITE)
+    plate = panel(_THIGH, at=(-0.078, 0.010), angle=(-58, 58), taper=0.10, lift=0.0013, roundness=3.6)
     paint.shell("l_thigh", plate, Material.ORANGE)
-    paint.disc("l_tibia", (0.030, 0.062), (0, 0.002, 0), (0, 1, 0), Material.GREY)
-    shin = loft(
-        [
-            Section(-0.090, (0.033, 0.035), (-0.002, 0.003), 2.3),
-            Section(-0.062, (0.043, 0.042), (-0.003, 0.004), 2.4),
-            Section(-0.032, (0.042, 0.041), (-0.001, 0.004), 2.4),
-            Section(-0.010, (0.034, 0.035), (0.001, 0.003), 2.3),
-        ],
-        domes=(0.008, 0.014),
-    )
-    paint.shell("l_tibia", shin, Material.WHITE)
+    paint.disc("l_tibia", (0.029, 0.060), (0, 0.002, 0), (0, 1, 0), Material.GREY)
+    paint.disc("l_tibia", (0.020, 0.068), (0, 0.002, 0), (0, 1, 0), Material.LIGHT_GREY)
+    paint.shell("l_tibia", loft(_SHIN, domes=(0.008, 0.014)), Material.WHITE)
+    _paint_plate(paint, "l_tibia", _SHIN, at=(-0.084, -0.012), reach=62.0, taper=0.08, roundness=3.6)
     paint.ellipsoid("l_ankle", (0.030, 0.030, 0.030), (0, 0, 0), Material.GREY)
-    foot = loft(
-        [
-            Section(-0.0440, (0.0745, 0.0440), (0.0245, 0.0055), 2.9),
-            Section(-0.0300, (0.0745, 0.0445), (0.0245, 0.0055), 2.8),
-            Section(-0.0150, (0.0600, 0.0400), (0.0150, 0.0045), 2.5),
-            Section(0.0020, (0.0380, 0.0340), (0.0000, 0.0025), 2.3),
-        ],
-        domes=(0.0, 0.008),
-        slices=28,
-    )
-    paint.shell("l_foot", foot, Material.WHITE)
+    paint.shell("l_foot", loft(_FOOT, domes=(0.0, 0.006), slices=28), Material.WHITE)
+    toe = panel(_FOOT, at=(-0.0415, -0.0300), angle=(-58, 58), lift=0.0012, grid=(5, 13))
+    paint.shell("l_foot", toe, Material.ORANGE)
     sole = loft(
         [
             Section(-0.0451, (0.0755, 0.0450), (0.0245, 0.0055), 2.9),
-            Section(-0.0390, (0.0765, 0.0460), (0.0245, 0.0055), 2.9),
+            Section(-0.0395, (0.0765, 0.0460), (0.0245, 0.0055), 2.9),
         ],
         slices=28,
     )
-    paint.shell("l_foot", sole, Material.GREY)
+    paint.shell("l_foot", sole, Material.DARK)
