@@ -9,6 +9,7 @@ from typing import Final
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import ActionState, ActionStatus, Postures
 from naoserver.capabilities import OwnPostures
+from naoserver.errors import CommandRefused
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
 from naoserver.motions.player import ActionProgress, MotionPlayer
@@ -152,6 +153,11 @@ class OwnPosturesI(PosturesI):
         self._body.claims.check(joint.name for joint in self._body.joints)
         self._count += 1
         self._postures.go(name, fraction)
+        try:
+            self._body.require(client)
+        except CommandRefused:  # an emergency stop came in between
+            self._postures.stop()
+            raise
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
         """Stop on the way."""
