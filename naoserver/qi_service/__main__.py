@@ -37,6 +37,7 @@ def serve_fake(
     """
     from naoserver.assembly import Assembly
     from naoserver.fake import FakeRobot
+    from naoserver.motions.pump import MotionPump
     from naoserver.options import ServerOptions
     from naoserver.qi_service import serve_as_naoqi
     from naoserver.watchdog import Watchdog
@@ -46,7 +47,13 @@ def serve_fake(
         robot.start()
         watchdog = stack.enter_context(closing(Watchdog()))
         assembly = Assembly(robot, ServerOptions(), time.monotonic, watchdog.look_within)
+        for watched in assembly.watched:
+            stack.callback(watched.close)
         watchdog.start(assembly.watched)
+        pump = MotionPump(robot.clock, assembly.player)
+        stack.callback(pump.join)
+        stack.callback(pump.ask_to_stop)
+        pump.start()
         service = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
         typer.echo(f"ready: {service.url}")
         threading.Event().wait()

@@ -1,13 +1,16 @@
-"""What can be made to go wrong with a robot that is served as NAOqi, to test its clients."""
+"""What can be made to go wrong with a robot that is served as NAOqi, and to be felt, to test its clients."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from fnmatch import fnmatchcase
 
+from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure
-from naoserver.qi_service.values import number, text
+from naoserver.fake.senses import FakeSenses
+from naoserver.qi_service.values import number, text, texts
 
 __all__ = ["Faults", "FaultsService"]
 
@@ -57,9 +60,10 @@ class Faults:
 class FaultsService:
     """The service `Faults`, for tests in another process; the names of calls are patterns as of a shell."""
 
-    def __init__(self, faults: Faults, interrupt: Callable[[float], None]) -> None:
+    def __init__(self, faults: Faults, senses: Senses | None, interrupt: Callable[[float], None]) -> None:
         """Serve `faults`; `interrupt` closes all connections for some wall seconds."""
         self._faults = faults
+        self._senses = senses
         self._interrupt = interrupt
 
     def slow(self, pattern: object, seconds: object) -> None:
@@ -78,6 +82,25 @@ class FaultsService:
         """Close every connection, and listen again after some wall seconds."""
         self._interrupt(number(seconds, "seconds"))
 
+    def touch(self, names: object) -> None:
+        """Let a fake robot be touched at some sensors, such as HeadFront, and at no other."""
+        self._fake.feel(touched=frozenset(texts(names, "names")))
+
+    def near(self, left: object, right: object) -> None:
+        """Let the sonar of a fake robot feel something at distances in m."""
+        self._fake.feel(sonar=SonarReading(number(left, "left"), number(right, "right")))
+
+    def tilt(self, roll: object, pitch: object) -> None:
+        """Let a fake robot feel that its torso is tilted, in rad."""
+        before = self._fake.read().inertial
+        self._fake.feel(inertial=replace(before, roll=number(roll, "roll"), pitch=number(pitch, "pitch")))
+
     def clear(self) -> None:
         """Let everything go well again."""
         self._faults.clear()
+
+    @property
+    def _fake(self) -> FakeSenses:
+        if not isinstance(self._senses, FakeSenses):
+            raise HardwareFailure("this robot feels by itself")
+        return self._senses

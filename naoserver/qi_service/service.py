@@ -41,7 +41,7 @@ class NaoqiService:
         sonar = Sonar(robot.senses)
         memory = ALMemory(access, sonar)
         motion = JointMotion(access.body, robot.clock)
-        postures = Postures(access, motion)
+        postures = Postures(access)
         self._walking = Walking(access)
         speech = ALTextToSpeech(robot.voice, memory)
         services: dict[str, object] = {
@@ -58,7 +58,7 @@ class NaoqiService:
             "ALVideoDevice": ALVideoDevice(robot, self._faults),
         }
         if faults:
-            services["Faults"] = FaultsService(self._faults, self._interrupt)
+            services["Faults"] = FaultsService(self._faults, robot.senses, self._interrupt)
         self._pump = MemoryPump(memory)
         self._closed = False
         self._listener = Listener(

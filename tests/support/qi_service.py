@@ -59,7 +59,7 @@ class Rig:
         self.assembly = Assembly(self.robot, ServerOptions(), lambda: 0.0, lambda _seconds: None)
         self.access = Access.through(self.robot, self.assembly)
         self.joints = JointMotion(self.access.body, self.clock)
-        self.postures = Postures(self.access, self.joints)
+        self.postures = Postures(self.access)
         self.walking = Walking(self.access)
         self.motion = ALMotion(self.access, self.joints, self.postures, self.walking)
 
@@ -72,6 +72,7 @@ class Rig:
         """Let robot time pass, and guards look after what moves."""
         for _ in range(round(seconds / _STEP)):
             self.clock.advance(_STEP)
+            self.assembly.player.tick()
             for watched in self.assembly.watched:
                 watched.watch()
 

@@ -4,24 +4,14 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SenseReading, SonarReading
+from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.qi_service.access import Access
 from naoserver.qi_service.leds import ALLeds
 from naoserver.qi_service.memory import ALMemory
 from naoserver.qi_service.sonar import ALSonar, Sonar
 from naoserver.qi_service.speech import ALAnimatedSpeech, ALTextToSpeech
 from tests.support.qi_service import Rig
 
-SENSES = SenseReading(
-    time=0.0,
-    inertial=InertialReading((0.1, 0.2, 9.8), (0.3, 0.4, 0.5), 0.01, 0.02),
-    left_foot=FootReading(9.81, 19.62, 0.0, 0.0),
-    right_foot=FootReading(0.0, 0.0, 4.905, 4.905),
-    sonar=SonarReading(0.5),
-    touched=frozenset({"HeadFront", "LFootBumperRight"}),
-    battery=BatteryReading(0.75, -1.5, 30.0, plugged=False),
-)
 KEYS = {
     "InertialSensor/AccelerometerZ": 9.8,
     "InertialSensor/GyroscopeX": 0.3,
@@ -37,21 +27,6 @@ KEYS = {
     "LHand/Touch/Back": 0.0,
     "ChestBoard/Button": 0.0,
 }
-
-
-class StillSenses:
-    touch_names = ("ChestButton", "HeadFront", "HeadMiddle", "HeadRear", "LHandBack", "LFootBumperRight")
-    sonar_range = (0.25, 2.55)
-    sonar_cone = 1.0
-
-    def read(self):
-        return SENSES
-
-
-class FeelingRobot:
-    """A robot of which only the senses are asked."""
-
-    senses = StillSenses()
 
 
 @pytest.fixture
@@ -104,8 +79,6 @@ def test_lights_that_are_none(leds):
 
 
 def test_a_text_is_said_without_its_tags(rig, memory):
-    told = []
-    memory.subscriber("ALTextToSpeech/TextDone").signal.connect(told.append)
     rig.complete(ALTextToSpeech(rig.robot.voice, memory).say, "Hello \\pau=300\\ you")
     assert rig.robot.voice.utterance().text == "Hello   you"
     assert memory.getData("ALTextToSpeech/TextDone") == 1
@@ -126,19 +99,29 @@ def test_stop_all_ends_what_is_being_said(rig, memory):
 
 
 @pytest.mark.parametrize(("key", "value"), KEYS.items())
-def test_what_memory_tells_of_the_senses(rig, key, value):
-    access = Access(FeelingRobot(), rig.access.body, None)
-    memory = ALMemory(access, Sonar(StillSenses()))
+def test_what_memory_tells_of_the_senses(rig, memory, key, value):
+    rig.robot.senses.feel(
+        inertial=InertialReading((0.1, 0.2, 9.8), (0.3, 0.4, 0.5), 0.01, 0.02),
+        left_foot=FootReading(9.81, 19.62, 0.0, 0.0),
+        right_foot=FootReading(0.0, 0.0, 4.905, 4.905),
+        touched=frozenset({"HeadFront", "LFootBumperRight"}),
+        battery=BatteryReading(0.75, -1.5, 30.0, plugged=False),
+    )
     assert memory.getData(f"Device/SubDeviceList/{key}/Sensor/Value") == pytest.approx(value)
 
 
 def test_the_sonar_stands_still_unless_somebody_wants_it(rig):
-    sonar = Sonar(StillSenses())
-    memory = ALMemory(Access(FeelingRobot(), rig.access.body, None), sonar)
+    rig.robot.senses.feel(sonar=SonarReading(0.5))
+    sonar = Sonar(rig.robot.senses)
+    memory = ALMemory(rig.access, sonar)
     keys = ["Device/SubDeviceList/US/Left/Sensor/Value", "Device/SubDeviceList/US/Right/Sensor/Value"]
     assert memory.getListData(keys) == [0.0, 0.0]
     ALSonar(sonar).subscribe("me")
     assert memory.getListData(keys) == [0.5, 5.0]
+    rig.robot.senses.feel(sonar=SonarReading(0.7))
+    ALSonar(sonar).unsubscribe("me")
+    rig.robot.senses.feel(sonar=SonarReading(0.9))
+    assert memory.getListData(keys) == [0.7, 5.0]
 
 
 def test_memory_of_what_is_not_there(memory):
