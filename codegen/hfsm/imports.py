@@ -107,7 +107,10 @@ class _Resolver:
     def _find(self, imported: Import, path: Path, place: Location) -> Path | None:
         """Return the path of an imported file, or None after an error."""
         name = imported.file.text.strip()
-        if not name or PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\0" in name:
+        if not name:
+            self._error("E551", "the import names no file: write one, relative to this document", place)
+            return None
+        if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\0" in name:
             self._error("E551", f"`{_shown(imported)}` is no path relative to this document", place)
             return None
         searched = (path.parent, *self._directories[1:])

@@ -412,6 +412,8 @@ def test_the_robot_is_part_of_the_snapshots(robot: ServedRobot, running: Walker)
         assert live.robot.pan is not None
         facts = await opened.service.control("", "facts", {})
         assert "Camera" in facts.cameras
+        found = await opened.service.control("", "identities", {})
+        assert "::nao::PoseHead" in found["Head"]
         assert {limit.name for limit in facts.limits} == set(live.robot.joints)
 
     on_page(robot, go)

@@ -193,6 +193,7 @@ def test_functions_that_collide(path: Path) -> None:
     [
         (head(type="PoseHed"), "E532: there is no proxy for an interface `PoseHed`"),
         (head(type="jderobot::PoseHead"), "E532: there is no proxy"),
+        (head(type=""), "E532: the interface `head` has no type"),
         (head(name="the head"), "E530: `the head` cannot be an attribute"),
         (head(name="class"), "E530: `class` cannot be an attribute"),
         (

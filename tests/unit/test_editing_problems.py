@@ -15,6 +15,7 @@ from codegen.hfsm.document import Automaton, Document, Import, Library, State, T
 from tests.support.editing import large_document, tree
 from tests.support.limits import LIMIT
 from visualhfsm.editing.check_process import CheckProcess
+from visualhfsm.editing.commands.automata import AddAutomaton
 from visualhfsm.editing.commands.states import SetArgument, SetStateCode
 from visualhfsm.editing.commands.transitions import SetTransitionCode
 from visualhfsm.editing.errors import EditError
@@ -46,6 +47,12 @@ def clean() -> Document:
 
 def test_a_document_in_order_has_no_problems() -> None:
     assert find_problems(clean(), None) == []
+
+
+def test_a_document_in_which_nothing_is_drawn_yet_has_no_problems() -> None:
+    blank = Document(automata=(Automaton(id=1),))
+    assert find_problems(blank, None) == []
+    assert only(find_problems(AddAutomaton(automaton=1, state=2).apply(tree()), None), "E513").place
 
 
 @pytest.mark.parametrize("part", ["entry", "code", "exit"])

@@ -25,6 +25,7 @@ _MOST: Final = 1000
 _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are told as such; longer ones are read in the notes."""
 _VIOLATED: Final = "E610"
+_NO_STATE: Final = "E513"
 _UNTITLED: Final = "untitled.xml"
 
 
@@ -95,8 +96,14 @@ def find_problems_in_text(
     locator = Locator(document or Document())
     importers = dict(_importers(document, file)) if document is not None else {}
     order = {"error": 0, "warning": 1, "note": 2}
-    found = sorted(diagnostics, key=lambda each: order[each.severity])[:_MOST]
+    told = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
+    found = sorted(told, key=lambda each: order[each.severity])[:_MOST]
     return [_with_steps(_problem(each, file, locator, importers), report) for each in found]
+
+
+def _is_blank(document: Document | None) -> bool:
+    """Return whether nobody has drawn anything yet: that a document needs states is no news then."""
+    return document is not None and not any(each.states or each.imported for each in document.automata)
 
 
 def _with_steps(problem: Problem, report: ModelReport | None) -> Problem:

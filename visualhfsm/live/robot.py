@@ -27,6 +27,7 @@ _STOP_LIMIT: Final = 1.0
 """Wall seconds in which the robot has to answer to being stopped."""
 _REASON: Final = "STOP was pressed in the editor"
 _LONGEST_REASON: Final = 200
+_BODY: Final = "Body"
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -43,7 +44,7 @@ class RobotWatch:
         self._communicator = communicator
         proxy = communicator.stringToProxy
         self._head = PoseHeadPrx.uncheckedCast(proxy("Head"))
-        self._body = JointsPrx.uncheckedCast(proxy("Body"))
+        self._body = JointsPrx.uncheckedCast(proxy(_BODY))
         self._health = HealthPrx.uncheckedCast(proxy("Health"))
         self._pose = Newest(self._head.getPose.latest, STALE)
         self._joints = Newest(self._body.getJointState.latest, STALE)
@@ -54,7 +55,7 @@ class RobotWatch:
 
     def update(self) -> None:
         """Ask for what is missing; without a robot nothing is asked."""
-        if "Body" in self._communicator.identities():
+        if _BODY in self._communicator.identities():
             self._names.poll()
             self._limits.poll()
         elif self._names.value is not None:
@@ -102,7 +103,14 @@ class RobotWatch:
             pan=head.value.pan if head else None,
             tilt=head.value.tilt if head else None,
             health=health.value if health else None,
+            trouble=self._trouble(),
         )
+
+    def _trouble(self) -> str:
+        """Return why the joints of a robot that is there are not known, such as an interface that differs."""
+        if _BODY not in self._communicator.identities():
+            return ""
+        return printable(self._joints.trouble or self._names.trouble)[:_LONGEST_REASON]
 
 
 def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:
@@ -160,7 +168,7 @@ def _stop_head(communicator: Communicator) -> Sequence[Future[Any]]:
 
 
 def _stop_body(communicator: Communicator) -> Sequence[Future[Any]]:
-    return [JointsPrx.uncheckedCast(communicator.stringToProxy("Body")).stopAsync()]
+    return [JointsPrx.uncheckedCast(communicator.stringToProxy(_BODY)).stopAsync()]
 
 
 def _stop_walk(communicator: Communicator) -> Sequence[Future[Any]]:
@@ -171,6 +179,6 @@ def _stop_walk(communicator: Communicator) -> Sequence[Future[Any]]:
 _STOPS: Final[Mapping[str, Callable[[Communicator], Any]]] = {
     "Safety": _stop_all,
     "Head": _stop_head,
-    "Body": _stop_body,
+    _BODY: _stop_body,
     "Motors": _stop_walk,
 }

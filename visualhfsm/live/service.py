@@ -21,6 +21,7 @@ from visualhfsm.watch.discovery import components
 from visualhfsm.web.protocol import Snapshot, Stale, Structure
 from visualhfsm.web.services import Components, Publish, ServiceError
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
+from zenoh_ice.presence import Target
 
 from .cameras import Cameras
 from .control import control, decode_action
@@ -60,8 +61,8 @@ class Monitoring:
 
     Besides what `control` of this package does, the page may ask `control` for these actions: `timeline`,
     `at` (a moment of the past by its component time), `series` (numbers over time), `facts` of the robot,
-    `emergencyStop`, the operator's red button, and `resetEmergencyStop`, for which no component needs to be
-    there. A recording that was opened is asked for its past by the name that it was given.
+    `identities` in the realm, `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last
+    four need no component. A recording that was opened is asked for its past by the name that it was given.
     """
 
     def __init__(self, publish: Publish, settings: Settings) -> None:
@@ -108,6 +109,8 @@ class Monitoring:
                     return await self._emergency_stop(component)
                 case "resetEmergencyStop":
                     return await reset_robot(self._communicator)
+                case "identities":
+                    return self._identities()
                 case "facts":
                     return self._robot.facts()
                 case "timeline":
@@ -224,6 +227,14 @@ class Monitoring:
     def _history(self, component: str) -> History:
         run = self._recordings.get(component)
         return run.history if run is not None else self._relay(component).history
+
+    def _identities(self) -> dict[str, list[str]]:
+        """Return what is served in the realm: identities, each with the type ids of its interfaces."""
+        communicator = self._communicator
+        return {
+            identity: sorted(communicator.presence.interfaces(Target(communicator.realm, identity)))
+            for identity in communicator.identities()
+        }
 
     async def _emergency_stop(self, component: str) -> object:
         """Stop the robot and the component at once, and the robot again when the component has ended.

@@ -24,16 +24,17 @@ class Newest(Generic[T]):
     def __init__(self, read: Callable[[], Sample[T] | None], oldest: float) -> None:
         self._read = read
         self._oldest = oldest
-        self._misfit = False
+        self.trouble = ""
+        """Why what came last does not fit."""
 
     def __call__(self) -> Sample[T] | None:
         """Look, without waiting."""
         try:
             sample = self._read()
         except MarshalException as error:
-            if not self._misfit:
+            if not self.trouble:
                 _logger.warning("%s", error)
-            self._misfit = True
+            self.trouble = str(error)
             return None
-        self._misfit = False
+        self.trouble = ""
         return sample if sample is not None and sample.age <= self._oldest else None

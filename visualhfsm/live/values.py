@@ -30,6 +30,8 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     tilt: float | None = None
     """Pitch of the head in rad, positive downwards."""
     health: HealthReport | None = None
+    trouble: str = ""
+    """Why the joints of a robot that is there are not known."""
 
 
 class LiveSnapshot(msgspec.Struct, frozen=True, rename="camel"):

@@ -66,9 +66,10 @@ class RunningComponents:
         if run is not None:
             await to_the_end(run.close())
 
-    async def locate(self, source: Source, text: str) -> object:
+    async def locate(self, source: Source, text: str, automaton: int = 0, state: int = 0) -> object:
         """Return the place and the line of the code of which a line of a log or of a report speaks, or None.
 
+        A report tells the `automaton` and the `state`, which tell pieces apart that share a line.
         It may be that of a component that runs elsewhere, of the file that the document has.
         """
         run = self._runs.get(source.tab)
@@ -76,7 +77,7 @@ class RunningComponents:
         if origins is None and source.path is not None:
             path = source.path
             origins = await asyncio.to_thread(read_origins, path, component_path(path, None))
-        found = None if origins is None else origins.find(text)
+        found = None if origins is None else origins.find(text, automaton=automaton, state=state)
         return None if found is None else {"place": found.place, "line": found.line}
 
     async def close(self) -> None:

@@ -181,8 +181,9 @@ class Operations:
                     return []  # imports are relative to the file
                 path = shown.path
                 return await self._workspace.workers.do(lambda: imported_views(shown.document, path))
-            case p.Locate(tab=tab, text=text):
-                return await self._workspace.services.running.locate(self._workspace.tab(tab).source, text)
+            case p.Locate(tab=tab, text=text, automaton=automaton, state=state):
+                source = self._workspace.tab(tab).source
+                return await self._workspace.services.running.locate(source, text, automaton, state)
             case p.Complete(tab=tab, place=place, code=code, line=line, column=column):
                 source = self._workspace.tab(tab).source
                 return await code_help.complete(source, place, code, line, column)

@@ -120,8 +120,11 @@ class Running(Protocol):
         """Stop what runs for a tab that is closed, and let go of what was kept for it."""
         ...
 
-    async def locate(self, source: Source, text: str) -> object:
-        """Return which line of the document's code a line of a log speaks of, with its place; else None."""
+    async def locate(self, source: Source, text: str, automaton: int, state: int) -> object:
+        """Return which line of the document's code a line of a log speaks of, with its place; else None.
+
+        Of pieces that share a line that of the `automaton` and its `state` is meant; 0 when they are unknown.
+        """
         ...
 
     async def close(self) -> None:
@@ -223,7 +226,7 @@ class NoRunning(_Missing):
     async def forget(self, tab: int) -> None:
         """Do nothing: nothing runs."""
 
-    async def locate(self, source: Source, text: str) -> object:  # noqa: ARG002
+    async def locate(self, source: Source, text: str, automaton: int, state: int) -> object:  # noqa: ARG002
         """Know of nothing."""
         return None
 

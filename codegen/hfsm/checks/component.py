@@ -67,6 +67,11 @@ def _check_type(interface: Interface, known: KnownInterfaces, report: Report) ->
         names = ", ".join(f"`{candidate.scoped_name}`" for candidate in found)
         report.error("E532", f"`{interface.type}` may be {names}: write which", place)
         return
+    if not interface.type.strip():
+        report.error(
+            "E532", f"the interface `{interface.name}` has no type: say which, such as `Camera`", place
+        )
+        return
     notes = [
         *did_you_mean(interface.type, known.by_name),
         Note("run codegen on its IDL; proxies outside the package `interfaces` are found with -I"),

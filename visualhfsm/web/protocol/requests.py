@@ -230,10 +230,15 @@ class Inline(_Request):
 
 
 class Locate(_Request):
-    """Ask which line of which piece of code a line of a log, or of an error's report, speaks of."""
+    """Ask which line of which piece of code a line of a log, or of an error's report, speaks of.
+
+    A report tells its `automaton` and `state`, too, which tell pieces apart that share a line.
+    """
 
     tab: TabId
     text: Name
+    automaton: ElementId = 0
+    state: ElementId = 0
 
 
 class Complete(_Request):

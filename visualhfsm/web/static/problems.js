@@ -16,6 +16,9 @@ export function problemOf(problems, automaton, kind, id) {
   return index.get(`${automaton}/${kind}/${id}`);
 }
 
+/** The worst problem of an automaton as such, of its period or of what it imports. @param {import("./store.js").Problem[]} problems */
+export const problemOfAutomaton = (problems, automaton) => problemOf(problems, automaton, "automaton", "");
+
 /** Whether two problems, or their lack, look the same. */
 export const sameProblem = (one, other) => one === other || (one?.severity === other?.severity && one?.message === other?.message);
 
@@ -26,8 +29,8 @@ function indexed(problems) {
   const index = new Map();
   for (const problem of problems) {
     const {kind, automaton, id} = problem.place ?? {};
-    if (!id || !RANK[problem.severity]) continue;
-    const key = `${automaton}/${kind}/${id}`;
+    if (!automaton || !RANK[problem.severity]) continue;
+    const key = `${automaton}/${kind}/${id || ""}`;
     if (RANK[problem.severity] > (RANK[index.get(key)?.severity] ?? 0)) index.set(key, problem);
   }
   return index;

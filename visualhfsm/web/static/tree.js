@@ -5,7 +5,7 @@ import {guard, html, nothing} from "lit";
 import {PageElement} from "./element.js";
 import {lostIn, rootOf} from "./outline.js";
 import {page} from "./page.js";
-import {problemOf} from "./problems.js";
+import {problemOf, problemOfAutomaton} from "./problems.js";
 
 const MOST = 4000; // rows; a larger tree is folded below the first level
 const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is seen
@@ -184,6 +184,11 @@ function enter(row) {
   else page.edit({kind: "state", automaton: row.automaton, id: row.state, part: "code"});
 }
 
-const problemAt = (row) => (row.state === undefined ? "" : problemOf(page.document.problems, row.automaton, "state", row.state)?.severity ?? "");
+/** How grave the worst problem of a row is: of a state, and of the automaton that the row opens, such as one that is not found where it is imported from. */
+function problemAt({automaton, state, child}) {
+  const {problems} = page.document;
+  const found = [state !== undefined && problemOf(problems, automaton, "state", state), child !== undefined && problemOfAutomaton(problems, child)].filter(Boolean);
+  return found.find(({severity}) => severity === "error")?.severity ?? found[0]?.severity ?? "";
+}
 
 customElements.define("hfsm-tree", Tree);

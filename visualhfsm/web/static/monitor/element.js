@@ -50,5 +50,11 @@ export function spokenSeconds(seconds) {
   return minutes ? `${minutes}:${(seconds - minutes * 60).toFixed(1).padStart(4, "0")} min` : `${seconds.toFixed(1)} s`;
 }
 
+/** Why nothing is known of the robot's joints. */
+export function whyUnknown() {
+  const {trouble = ""} = monitor.newest?.robot ?? {};
+  return trouble ? `The robot's joints cannot be read: ${trouble}` : "No robot tells its joints in this realm.";
+}
+
 /** A time of the wall's clock. @param {number} seconds since 1970 */
 export const clockTime = (seconds) => new Date(seconds * 1000).toLocaleTimeString();

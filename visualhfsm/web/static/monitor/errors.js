@@ -38,7 +38,7 @@ async function jump({automaton, state, location}) {
   const {tab} = monitor;
   if (!tab) return;
   page.show(tab);
-  const found = location && (await store.request("locate", {tab, text: location}).catch(() => undefined));
+  const found = location && (await store.request("locate", {tab, text: location, automaton, state}).catch(() => undefined));
   if (page.tab !== tab) return;
   if (found) page.jump(found.place, {line: found.line});
   else page.jump({kind: "state", automaton, id: state, part: "code"});

@@ -2,7 +2,7 @@
 
 import {html, nothing} from "lit";
 
-import {MonitorElement} from "./element.js";
+import {MonitorElement, whyUnknown} from "./element.js";
 import {monitor} from "./monitor.js";
 
 const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
@@ -15,7 +15,7 @@ class Joints extends MonitorElement {
     return html`<div class="live-values">
       ${health ? this.#health(health) : nothing}
       ${names.length ? html`<table class="joints" aria-label="Joints"><tbody>${names.map((name) => this.#row(name, joints[name]))}</tbody></table>`
-        : html`<p class="empty">${monitor.recording ? "This recording does not hold the joints." : "No robot tells its joints in this realm."}</p>`}</div>`;
+        : html`<p class="empty">${monitor.recording ? "This recording does not hold the joints." : whyUnknown()}</p>`}</div>`;
   }
 
   #row(name, angle) {

@@ -2,7 +2,7 @@
 
 import {html} from "lit";
 
-import {MonitorElement} from "./element.js";
+import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {monitor} from "./monitor.js";
 import {RobotScene} from "./robot-scene.js";
@@ -44,7 +44,7 @@ class RobotView extends MonitorElement {
           return;
         }
         const known = this.scene.pose(new Float32Array(frame));
-        this.problem = known ? undefined : "No robot tells its joints in this realm.";
+        this.problem = known ? undefined : whyUnknown();
         if (!document.hidden) await this.scene.drawn();
       },
       lost: (reason) => (this.problem = reason || "The server is away."),

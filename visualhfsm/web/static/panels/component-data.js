@@ -2,7 +2,7 @@
 
 import {html, nothing} from "lit";
 import {LISTS} from "./lists.js";
-import {interfaceDetails, interfaceNames} from "./known-interfaces.js";
+import {identitiesOf, interfaceDetails, interfaceNames} from "./known-interfaces.js";
 import {verdictOf} from "./verdicts.js";
 
 /** What stands in the document; an empty one is "stop". */
@@ -23,7 +23,7 @@ export function componentData({tab, document, known, showProblems}) {
     ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
     ${text("onError", "After an error in its code", {kind: "select", options: afterError(fields.onError ?? "")})}
     ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
-    ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field) => (field === "type" ? interfaceNames(known) : [])})}
+    ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field, {type}) => ({type: () => interfaceNames(known), proxy: () => identitiesOf(type)})[field]?.() ?? []})}
     ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
     ${list("parameters")}
     ${list("events")}

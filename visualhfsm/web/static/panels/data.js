@@ -8,7 +8,7 @@ import "./entries.js";
 import "./text-field.js";
 import {automatonData} from "./automaton-data.js";
 import {componentData} from "./component-data.js";
-import {known, loadInterfaces} from "./known-interfaces.js";
+import {known, loadIdentities, loadInterfaces} from "./known-interfaces.js";
 import {placeOf} from "./places.js";
 import {tabStrip} from "./tabs.js";
 
@@ -29,7 +29,7 @@ export class DataPanel extends PageElement {
 
   connectedCallback() {
     super.connectedCallback();
-    loadInterfaces().then(() => this.requestUpdate());
+    for (const loaded of [loadInterfaces(), loadIdentities()]) loaded.then(() => this.requestUpdate());
   }
 
   /** Show a section; set by the page when somebody wants to see it, and followed by `place`. */

@@ -5,7 +5,7 @@ import {apply} from "../commands.js";
 import {icon} from "../icons.js";
 import {placeOf} from "./places.js";
 
-/** `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field)` what is offered for one. */
+/** `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for one. */
 export class Entries extends LitElement {
   static properties = {
     tab: {type: Number}, automaton: {type: Number}, of: {attribute: false}, entries: {attribute: false}, problems: {attribute: false},
@@ -57,7 +57,7 @@ export class Entries extends LitElement {
     return html`<div class="entry" role="group" aria-label=${words} @keydown=${(event) => this.#press(event, index)}>
       <div class="entry-fields">${fields.map((field) => html`<hfsm-text-field class=${field.wide ? "wide" : ""} data-field=${field.name} .tab=${this.tab} .place=${{...place, name: field.name}}
         .text=${entry[field.name] ?? ""} label=${field.label} kind=${field.kind ?? "text"} .options=${field.options ?? []} hint=${field.hint ?? ""} unit=${field.unit ?? ""} ?mono=${field.mono}
-        .suggestions=${this.suggest(field.name)} ?readonly=${this.readonly}></hfsm-text-field>`)}</div>
+        .suggestions=${this.suggest(field.name, entry)} ?readonly=${this.readonly}></hfsm-text-field>`)}</div>
       ${this.readonly ? nothing : html`<div class="entry-actions">
         <button type="button" class="action bare" aria-label="Move ${words} up" title="Move up (Alt+↑)" ?disabled=${index === 0} @click=${() => this.#move(index, index - 1)}>${icon("up")}</button>
         <button type="button" class="action bare down" aria-label="Move ${words} down" title="Move down (Alt+↓)" ?disabled=${index === last} @click=${() => this.#move(index, index + 1)}>${icon("up")}</button>

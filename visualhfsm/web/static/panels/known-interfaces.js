@@ -21,6 +21,21 @@ export function loadInterfaces() {
   return loading;
 }
 
+/** Identities in the realm with the types of their interfaces. @type {Record<string, string[]>} */
+let identities = {};
+
+/** Ask what is served in the realm now; nothing is where nothing can be followed. */
+export async function loadIdentities() {
+  identities = await store.request("control", {component: "", action: "identities"}).catch(() => ({}));
+}
+
+/** Identities to offer for an interface: those that have it, and all as long as it has none. @param {string} type */
+export function identitiesOf(type) {
+  const wanted = type.trim().replace(/^::/, "");
+  const fits = (each) => each.replace(/^::/, "") === wanted || each.endsWith(`::${wanted}`);
+  return Object.keys(identities).filter((each) => !each.startsWith("Hfsm.") && (!wanted || identities[each].some(fits)));
+}
+
 /** Names to write into a document: plain where that is enough. */
 export function interfaceNames(all = []) {
   const count = (name) => all.filter((each) => each.name === name).length;
