@@ -138,7 +138,7 @@ class WalkGuard:
                 self._drives = {}
             released = not walking and self._body.claims.release(WALK)
         if given_up:
-            message = "the robot ended the walk by itself: it fell, or its legs became limp"
+            message = "the robot ended the walk: it fell, its legs became limp, or it was put elsewhere"
             self._events.add(Severity.Error, _SOURCE, message, "ended")
         if released:
             self._body.hold(self._legs)  # where they stand now is where they are to be

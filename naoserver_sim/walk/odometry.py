@@ -20,6 +20,8 @@ _LEFT: Final = 1.0
 _RIGHT: Final = -1.0
 _STILL: Final = 0.1
 """Turning rate in rad/s about any axis below which a robot that rests stands still."""
+_LATE: Final = 5
+"""Ticks by which what the sensors tell is late at most."""
 _LONGEST: Final = 500
 """Ticks of standing still over which the offset of the gyrometer is the mean."""
 
@@ -51,9 +53,14 @@ class Odometer:
     def __init__(self, legs: Legs) -> None:
         self._legs = legs
         self._soles: tuple[Vector, Vector] | None = None
+        self._unsure = 0  # ticks for which the soles do not count
         self._offset = 0.0  # of the yaw rate
         self._still = 0  # ticks over which that is the mean
         self.pose = FloorPose()
+
+    def lose_footing(self) -> None:
+        """Count no movement of the soles until the sensors tell of where they were put."""
+        self._unsure = _LATE
 
     def tick(
         self,
@@ -81,7 +88,9 @@ class Odometer:
         )
         x, y = before.x, before.y
         total = loads[0] + loads[1]
-        if self._soles is not None and total > 0.0:
+        if self._unsure:
+            self._unsure -= 1
+        elif self._soles is not None and total > 0.0:
             for now, last, load in zip(soles, self._soles, loads, strict=True):
                 x -= (now[0] - last[0]) * load / total
                 y -= (now[1] - last[1]) * load / total

@@ -34,7 +34,7 @@ _SLOWEST: Final = 1e-3
 # What a commanded velocity is multiplied by: the feet follow late and slip, so that the robot walks a little
 # slower than they are told to. Measured by benchmarks/bench_walk.py.
 _FORWARD_GAIN: Final = 1.16
-_LEFT_GAIN: Final = 1.13
+_LEFT_GAIN: Final = 1.17
 _TURN_GAIN: Final = 1.14
 
 _PACE: Final = 1.0
@@ -90,7 +90,7 @@ class SimulatedWalker:
         self._time = 0.0  # since the stage began
         self._start = np.zeros(len(LEG_MOTORS))
         self._rising = 0.0
-        self._commanded = _STILL
+        self._newest = self._commanded = _STILL
         self._velocity = _STILL  # what the feet are told
         self._attitude = Attitude()
         self._loads = sensors.loads()
@@ -112,7 +112,7 @@ class SimulatedWalker:
             hindrance = self._hindrance(snapshot.stiffnesses)
             if hindrance:
                 raise InvalidCommand("walk", f"the robot cannot walk: {hindrance}")
-        self._commanded = velocity
+        self._newest = self._commanded = velocity
         self._simulator.order(lambda: self._take(velocity))
 
     def commanded(self) -> WalkVelocity:
@@ -155,12 +155,18 @@ class SimulatedWalker:
             self._step(seconds)
 
     def abandon(self) -> None:
-        """End the walk at once, the legs where they are; belongs to the thread of the physics."""
+        """End the walk at once, the legs where they are: it fell, or was put elsewhere.
+
+        Belongs to the thread of the physics.
+        """
         self._controller.reset()
+        self._odometer.lose_footing()
         self._commanded = self._velocity = _STILL
         self._enter(_Stage.RESTING)
 
     def _take(self, velocity: WalkVelocity) -> None:
+        if velocity is self._newest:
+            self._commanded = velocity  # also when a walk was ended since it was commanded
         self._velocity = WalkVelocity(
             velocity.forward * _FORWARD_GAIN, velocity.left * _LEFT_GAIN, velocity.turn * _TURN_GAIN
         )

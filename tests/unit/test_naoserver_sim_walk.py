@@ -225,6 +225,35 @@ def test_a_fall_ends_the_walk_and_one_that_lies_does_not_begin(rig):
     rig.walker.command(STILL)
 
 
+def test_a_robot_that_is_put_elsewhere_stands_there_and_can_walk_again(rig):
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.go(2.0)
+    before = rig.walker.odometry()
+    rig.robot.stage.place_robot(1.0, -1.0, 0.5)
+    rig.go(0.5)
+    assert not rig.walker.walking
+    assert rig.walker.commanded() == STILL
+    after = rig.walker.odometry()
+    assert (after.x, after.y) == pytest.approx((before.x, before.y), abs=0.01)
+    rig.robot.stage.reset()
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.go(4.0)
+    assert rig.walker.commanded() == WalkVelocity(forward=0.2)
+    assert rig.truth()[0] > 0.3
+
+
+def test_of_two_commands_at_once_the_last_one_counts(rig):
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.walker.command(STILL)
+    rig.go(1.0)
+    assert not rig.walker.walking
+    rig.walker.command(WalkVelocity(forward=0.2))
+    rig.robot.stage.reset()
+    rig.go(1.0)
+    assert rig.walker.commanded() == STILL
+    assert not rig.walker.walking
+
+
 def test_limp_legs_do_not_walk(rig):
     rig.robot.command_stiffnesses({"LKneePitch": 0.2}, 0.0)
     rig.go(0.1)

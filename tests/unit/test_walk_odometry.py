@@ -1,0 +1,92 @@
+"""The odometry by itself, on legs that move as the test has them move."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from naoserver_sim.walk.kinematics import FootPose, Legs
+from naoserver_sim.walk.odometry import Attitude, Odometer
+
+TICK = 0.01
+STANDING = (25.0, 25.0)
+
+
+def joints(forward=0.0, left=0.0):
+    """Return the angles of the legs when both soles are somewhere below the torso."""
+    yaw, *angles = Legs().solve(FootPose(forward, left + 0.05, -0.3), FootPose(forward, left - 0.05, -0.3))
+    return [yaw, *angles[:5], yaw, *angles[5:]]
+
+
+def turning(rate):
+    return Attitude(turning=(0.0, 0.0, rate))
+
+
+@given(st.floats(-0.04, 0.04), st.floats(-0.03, 0.03), st.floats(0.0, 50.0), st.floats(1.0, 50.0))
+@settings(max_examples=40, deadline=None)
+def test_the_torso_moves_as_far_as_the_soles_that_carry_move_below_it(forward, left, one, other):
+    odometer = Odometer(Legs())
+    odometer.tick(TICK, joints(), Attitude(), (one, other))
+    odometer.tick(TICK, joints(forward, left), Attitude(), (one, other))
+    assert (odometer.pose.x, odometer.pose.y) == pytest.approx((-forward, -left), abs=1e-6)
+
+
+def test_a_sole_that_carries_nothing_does_not_count():
+    odometer = Odometer(Legs())
+    still, moved = joints(), joints(0.04)
+    odometer.tick(TICK, still, Attitude(), (50.0, 0.0))
+    odometer.tick(TICK, still[:6] + moved[6:], Attitude(), (50.0, 0.0))
+    assert odometer.pose.x == pytest.approx(0.0, abs=1e-9)
+    odometer.tick(TICK, joints(), Attitude(), (0.0, 0.0))
+    assert odometer.pose.x == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.floats(-3.0, 3.0))
+@settings(max_examples=20, deadline=None)
+def test_forward_is_where_the_robot_has_turned_to(angle):
+    odometer = Odometer(Legs())
+    odometer.tick(1.0, joints(), turning(angle), STANDING)
+    x, y = odometer.pose.x, odometer.pose.y
+    odometer.tick(TICK, joints(), turning(0.0), STANDING)
+    odometer.tick(TICK, joints(-0.04), turning(0.0), STANDING)
+    assert odometer.pose.heading == pytest.approx(angle)
+    moved = (odometer.pose.x - x, odometer.pose.y - y)
+    assert moved == pytest.approx((0.04 * math.cos(angle), 0.04 * math.sin(angle)), abs=1e-6)
+
+
+def test_the_heading_of_a_robot_that_turns_on_and_on_stays_within_a_turn():
+    odometer = Odometer(Legs())
+    for _ in range(400):
+        odometer.tick(0.1, joints(), turning(1.0), STANDING)
+        assert -math.pi < odometer.pose.heading <= math.pi
+    assert odometer.pose.heading == pytest.approx(math.remainder(40.0, math.tau))
+
+
+def test_what_the_gyrometer_tells_of_a_robot_that_stands_is_its_offset():
+    odometer = Odometer(Legs())
+    for _ in range(300):
+        odometer.tick(TICK, joints(), turning(0.02), STANDING, resting=True)
+    begin = odometer.pose.heading
+    for _ in range(3000):
+        odometer.tick(TICK, joints(), turning(0.02), STANDING)
+    assert odometer.pose.heading == pytest.approx(begin, abs=1e-6)
+    for _ in range(100):
+        odometer.tick(TICK, joints(), turning(0.52), STANDING)
+    assert odometer.pose.heading == pytest.approx(begin + 0.5)
+
+
+def test_a_robot_that_is_turned_while_it_rests_has_turned():
+    odometer = Odometer(Legs())
+    for _ in range(100):
+        odometer.tick(TICK, joints(), turning(0.5), STANDING, resting=True)
+    assert odometer.pose.heading == pytest.approx(0.5)
+
+
+def test_soles_that_were_put_elsewhere_have_not_moved_the_robot():
+    odometer = Odometer(Legs())
+    odometer.tick(TICK, joints(), Attitude(), STANDING)
+    odometer.lose_footing()
+    for _ in range(10):
+        odometer.tick(TICK, joints(0.05), Attitude(), STANDING)
+    assert odometer.pose.x == pytest.approx(0.0, abs=1e-9)
