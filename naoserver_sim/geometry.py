@@ -2,9 +2,10 @@
 
 `python -m naoserver_sim.geometry FILE` writes the links with their joints, their visible shapes in the links'
 frames, and the balls, as JSON. Lengths in m, quaternions as (x, y, z, w), colors as red, green, blue from 0
-to 1. Sizes are halves: half axes of an ellipsoid, half sides of a box; radius and half length, along z, of a
-cylinder and of a capsule without its ends. The vertices of meshes are int16 in units of 0.1 mm and their
-indices uint16, both little-endian in base64; a shape that is `mirrored` is one with y turned round.
+to 1; what has a `glow`, from 0 to 1, shines by itself. Sizes are halves: half axes of an ellipsoid, half
+sides of a box; radius and half length, along z, of a cylinder and of a capsule without its ends. The vertices
+of meshes are int16 in units of 0.1 mm and their indices uint16, both little-endian in base64; a shape that is
+`mirrored` is one with y turned round.
 """
 
 from __future__ import annotations
@@ -111,15 +112,18 @@ class _Meshes:
 
 def _shape(model: mujoco.MjModel, geom: int, meshes: _Meshes) -> dict[str, Any]:
     link = model.body(model.geom_bodyid[geom]).name
-    color = [round(float(value), 3) for value in model.mat_rgba[model.geom_matid[geom]][:3]]
+    material = model.geom_matid[geom]
+    look: dict[str, Any] = {"color": [round(float(value), 3) for value in model.mat_rgba[material][:3]]}
+    if model.mat_emission[material] > 0:
+        look["glow"] = round(float(model.mat_emission[material]), 3)
     kind = mujoco.mjtGeom(model.geom_type[geom])
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh, mirrored = meshes.add(geom)
-        return {"link": link, "kind": "mesh", "mesh": mesh, "mirrored": mirrored, "color": color}
+        return {"link": link, "kind": "mesh", "mesh": mesh, "mirrored": mirrored, **look}
     w, x, y, z = model.geom_quat[geom]
     return {
         "link": link, "kind": _KINDS[kind], "size": _rounded(model.geom_size[geom]),
-        "position": _rounded(model.geom_pos[geom]), "quaternion": _rounded((x, y, z, w)), "color": color,
+        "position": _rounded(model.geom_pos[geom]), "quaternion": _rounded((x, y, z, w)), **look,
     }  # fmt: skip
 
 

@@ -17,8 +17,10 @@ _SKULL: Final = (
     Section(0.012, (0.048, 0.051), (-0.001, 0), 2.4),
     Section(0.034, (0.0575, 0.0600), (-0.003, 0), 2.35),
     Section(0.056, (0.0615, 0.0635), (-0.004, 0), 2.3),
-    Section(0.078, (0.0575, 0.0600), (-0.005, 0), 2.3),
-    Section(0.098, (0.0430, 0.0460), (-0.006, 0), 2.2),
+    Section(0.078, (0.0580, 0.0600), (-0.005, 0), 2.3),
+    Section(0.095, (0.0470, 0.0490), (-0.006, 0), 2.2),
+    Section(0.106, (0.0330, 0.0345), (-0.006, 0), 2.1),
+    Section(0.1115, (0.0190, 0.0195), (-0.006, 0), 2.0),
 )
 _TRUNK: Final = (
     Section(-0.094, (0.026, 0.034), (-0.010, 0), 2.4),
@@ -100,9 +102,9 @@ def _paint_plate(
 
 
 def _paint_head(paint: Painter) -> None:
-    paint.shell("head", loft(_SKULL, domes=(0.008, 0.0164), slices=28), Material.WHITE)
+    paint.shell("head", loft(_SKULL, domes=(0.008, 0.0025), slices=28), Material.WHITE)
     _paint_plate(paint, "head", _SKULL, at=(0.003, 0.086), reach=70.5, taper=0.12, roundness=3.2)
-    eye, outward = (0.0508, 0.0278, 0.0510), (0.86, 0.50, 0.04)
+    eye, outward = (0.0516, 0.0284, 0.0505), (0.86, 0.50, 0.06)
     paint.disc("head", (0.0190, 0.0045), eye, outward, Material.GREY, twice=True)
     paint.disc("head", (0.0170, 0.0075), eye, outward, Material.LED, twice=True)
     paint.disc("head", (0.0125, 0.0095), eye, outward, Material.BLACK, twice=True)
@@ -117,7 +119,7 @@ def _paint_head(paint: Painter) -> None:
     paint.disc("head", (0.0255, 0.0155), ear, (0, 1, 0), Material.WHITE, twice=True)
     paint.disc("head", (0.0205, 0.0170), ear, (0, 1, 0), Material.LED, twice=True)
     paint.disc("head", (0.0180, 0.0180), ear, (0, 1, 0), Material.GREY, twice=True)
-    for x, z, length in ((0.024, 0.1080, 0.013), (-0.003, 0.1125, 0.012), (-0.030, 0.1075, 0.013)):
+    for x, z, length in ((0.023, 0.1075, 0.013), (-0.004, 0.1130, 0.012), (-0.031, 0.1085, 0.013)):
         paint.ellipsoid("head", (length, 0.0125, 0.0036), (x, 0, z), Material.DARK)
     paint.disc("neck", (0.024, 0.036), (0, 0, -0.016), (0, 0, 1), Material.DARK)
 
@@ -181,7 +183,7 @@ def _paint_legs(paint: Painter) -> None:
     _paint_plate(paint, "l_tibia", _SHIN, at=(-0.084, -0.012), reach=62.0, taper=0.08, roundness=3.6)
     paint.ellipsoid("l_ankle", (0.030, 0.030, 0.030), (0, 0, 0), Material.GREY)
     paint.shell("l_foot", loft(_FOOT, domes=(0.0, 0.006), slices=28), Material.WHITE)
-    toe = panel(_FOOT, at=(-0.0415, -0.0300), angle=(-58, 58), lift=0.0012, grid=(5, 13))
+    toe = panel(_FOOT, at=(-0.0415, -0.0300), angle=(-58, 58), lift=0.0016, grid=(5, 17))
     paint.shell("l_foot", toe, Material.ORANGE)
     sole = loft(
         [

@@ -17,6 +17,9 @@ const SHAPES = {
 /** Where the robot and balls before it are seen from: its left, half behind it. */
 const FROM = new Vector3(-0.55, 1, 0.5);
 
+/** Cosine of the angle between two faces from which on the edge between them is sharp. */
+const CREASE = Math.cos((40 * Math.PI) / 180);
+
 export class RobotScene {
   /** @param {HTMLElement} stage what it fills */
   constructor(stage) {
@@ -32,7 +35,7 @@ export class RobotScene {
     this.controls.update();
     this.controls.addEventListener("change", () => this.#draw());
     this.controls.addEventListener("start", () => (this.turned = true));
-    this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.1), new AmbientLight(0xffffff, 0.25));
+    this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.5), new AmbientLight(0xffffff, 0.25));
     const sun = new DirectionalLight(0xffffff, 1.7);
     sun.position.set(1, -0.8, 2);
     this.scene.add(sun);
@@ -49,17 +52,20 @@ export class RobotScene {
   build(described) {
     this.#clear();
     const materials = new Map();
-    const material = ([red, green, blue]) => {
-      const key = `${red},${green},${blue}`;
-      if (!materials.has(key)) materials.set(key, new MeshStandardMaterial({color: new Color().setRGB(red, green, blue, SRGBColorSpace), roughness: 0.55, side: DoubleSide}));
+    const material = ([red, green, blue], glow = 0) => {
+      const key = `${red},${green},${blue},${glow}`;
+      if (!materials.has(key)) {
+        const color = new Color().setRGB(red, green, blue, SRGBColorSpace);
+        materials.set(key, new MeshStandardMaterial({color, emissive: color, emissiveIntensity: glow, roughness: 0.45, side: DoubleSide}));
+      }
       return materials.get(key);
     };
     const meshes = described.meshes.map((each) => geometryOf(each, described.meshUnit));
     const groups = new Map(described.order.map((name) => [name, new Group()]));
-    for (const {link, kind, size, mesh, mirrored, position, quaternion, color} of described.shapes) {
+    for (const {link, kind, size, mesh, mirrored, position, quaternion, color, glow} of described.shapes) {
       const geometry = kind === "mesh" ? meshes[mesh] : SHAPES[kind]?.(size);
       if (!geometry) continue;
-      const part = new Mesh(geometry, material(color));
+      const part = new Mesh(geometry, material(color, glow));
       if (mirrored) part.scale.y = -1;
       if (position) part.position.fromArray(position);
       if (quaternion) part.quaternion.fromArray(quaternion);
@@ -158,9 +164,33 @@ function geometryOf({vertices, indices}, unit) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(points, 3));
   geometry.setIndex(new BufferAttribute(new Uint16Array(bytesOf(indices)), 1));
-  const sharp = geometry.toNonIndexed();
-  sharp.computeVertexNormals();
-  return sharp;
+  return creased(geometry);
+}
+
+/** The surface with normals that are smooth but across sharp edges. */
+function creased(geometry) {
+  const corners = geometry.index.array;
+  const surface = geometry.toNonIndexed();
+  const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
+  const faces = Array.from({length: corners.length / 3}, (_, face) => {
+    [a, b, c].forEach((point, corner) => point.fromBufferAttribute(surface.attributes.position, 3 * face + corner));
+    const area = b.sub(a).cross(c.sub(a)).clone();
+    return {area, normal: area.clone().normalize()};
+  });
+  const around = new Map();
+  corners.forEach((vertex, corner) => {
+    const face = faces[Math.floor(corner / 3)];
+    if (around.has(vertex)) around.get(vertex).push(face);
+    else around.set(vertex, [face]);
+  });
+  const normals = new Float32Array(3 * corners.length);
+  corners.forEach((vertex, corner) => {
+    const {normal} = faces[Math.floor(corner / 3)];
+    const sum = new Vector3();
+    for (const other of around.get(vertex)) if (other.normal.dot(normal) > CREASE) sum.add(other.area);
+    sum.normalize().toArray(normals, 3 * corner);
+  });
+  return surface.setAttribute("normal", new BufferAttribute(normals, 3));
 }
 
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
