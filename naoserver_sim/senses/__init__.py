@@ -1,9 +1,9 @@
 """The senses of the simulated robot: inertial unit, pressure under the feet, sonar, touch, battery.
 
-MuJoCo's own sensors measure at every physics step what costs nothing there (`sensors`). At the end of each
-control tick `SensorRecord.look` copies them into a record, with the errors of that tick when there is noise
-(`record`, `noise`); that is all that the thread of the physics does. What they mean is worked out when
-somebody asks.
+MuJoCo's own sensors measure in the last physics step of a control tick (`sensors`). At its end
+`SensorRecord.look` copies them into a record, with the errors of that tick when there is noise (`record`,
+`noise`); the fall manager looks at them, and the battery is drawn from (`falls`, `battery`). That is all that
+the thread of the physics does. What the record means is worked out when somebody asks (`simulated`).
 
 A controller that is a part of every tick asks the record, in the thread of the physics:
 
