@@ -89,11 +89,11 @@ export async function save(tab = page.tab) {
   return saving((overwrite) => store.request("save", {tab, overwrite}), state.path, tab);
 }
 
-/** @returns {Promise<boolean>} */
-export async function saveAs(tab = page.tab) {
+/** @param {string} [wanted] path to suggest instead of its own @returns {Promise<boolean>} */
+export async function saveAs(tab = page.tab, wanted = "") {
   await settleTyping();
   const state = store.workspace.tabs.find((each) => each.tab === tab);
-  const suggestion = state.path || (/\.xml$/i.test(state.title) ? state.title : `${state.title}.xml`);
+  const suggestion = wanted || state.path || (/\.xml$/i.test(state.title) ? state.title : `${state.title}.xml`);
   const path = await chooseFile({title: "Save the document as", verb: "Save", suggestion});
   return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab) : false;
 }
@@ -120,7 +120,7 @@ async function saving(request, path, tab) {
       title: `Write over ${path}?`, text: error.message,
       choices: [["overwrite", "Write over it", "danger"], ["saveAs", "Save as…", "primary"]],
     });
-    if (choice === "saveAs") return saveAs(tab);
+    if (choice === "saveAs") return saveAs(tab, path.replace(/(\.xml)?$/i, "_2.xml"));
     if (choice !== "overwrite") return false;
   }
   try {
