@@ -17,7 +17,7 @@ _EXAMPLES = """
 [bold]Examples[/bold]
 
   python -m naoserver.qi_service
-  python -m naoserver.qi_service --qi tcp://127.0.0.1:9560 --faults
+  python -m naoserver.qi_service --qi tcp://127.0.0.1:9560 --faults --speed 5
 """
 
 
@@ -27,23 +27,25 @@ def serve_fake(
     qi: Annotated[
         str, typer.Option(metavar="URL", help="Where to listen; port 0 lets the system pick.")
     ] = "tcp://127.0.0.1:9559",
+    speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Robot seconds in a wall second.")] = 1.0,
     faults: Annotated[
         bool, typer.Option("--faults", help="Serve also Faults, which makes calls late or fail, for tests.")
     ] = False,
 ) -> None:
-    """Serve a robot without physics as NAOqi, in wall time.
+    """Serve a robot without physics as NAOqi.
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
     from naoserver.assembly import Assembly
     from naoserver.fake import FakeRobot
+    from naoserver.fake.clock import FastClock
     from naoserver.motions.pump import MotionPump
     from naoserver.options import ServerOptions
     from naoserver.qi_service import serve_as_naoqi
     from naoserver.watchdog import Watchdog
 
     with ExitStack() as stack:
-        robot = stack.enter_context(closing(FakeRobot()))
+        robot = stack.enter_context(closing(FakeRobot(FastClock(speed))))
         robot.start()
         watchdog = stack.enter_context(closing(Watchdog()))
         assembly = Assembly(robot, ServerOptions(), time.monotonic, watchdog.look_within)

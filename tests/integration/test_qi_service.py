@@ -87,6 +87,12 @@ def test_a_walk_goes_on_without_being_renewed(motion):
     motion.stopMove()
 
 
+def test_a_posture(session):
+    posture = session.service("ALRobotPosture")
+    assert posture.goToPosture("StandZero", 1.0)
+    assert (posture.getPosture(), posture.getPostureFamily()) == ("StandZero", "Standing")
+
+
 def test_a_call_can_be_cancelled(motion):
     future = motion.angleInterpolation("HeadYaw", 1.0, LIMIT, True, _async=True)
     eventually_near(lambda: len(motion.getTaskList()), 1, 0)
@@ -157,14 +163,13 @@ def test_events_reach_other_clients(session, url):
     assert heard.future().value(MILLISECONDS) == ["a", 1]
 
 
-def test_what_the_robot_feels_is_told_when_it_changes(session, motion):
+def test_a_touch_is_told_when_it_is_felt(session):
     heard = qi.Promise()
-    motion.setStiffnesses("Body", 1.0)
-    subscriber = session.service("ALMemory").subscriber("robotIsWakeUp")
+    subscriber = session.service("ALMemory").subscriber("FrontTactilTouched")
     subscriber.signal.connect(heard.setValue)
-    motion.setStiffnesses("Body", 0.0)
-    assert heard.future().value(MILLISECONDS) is False
-    motion.setStiffnesses("Body", 1.0)
+    session.service("Faults").touch(["HeadFront"])
+    assert heard.future().value(MILLISECONDS) == 1.0
+    session.service("Faults").touch([])
 
 
 def test_many_clients_at_once(url):
