@@ -32,30 +32,22 @@ SIZES: Final[Mapping[int, tuple[int, int]]] = MappingProxyType(
 """Width and height by NAOqi's number of a resolution (alvisiondefinitions.h)."""
 
 
-def _yuv(rgb: Pixels) -> Pixels:
-    """Return luma and both chromas of ITU-R BT.601, full range, in 8-bit fixed point."""
-    red, green, blue = (rgb[:, :, channel].astype(np.int32) for channel in range(3))
-    luma = (77 * red + 150 * green + 29 * blue) >> 8
-    u = ((-43 * red - 85 * green + 128 * blue) >> 8) + 128
-    v = ((128 * red - 107 * green - 21 * blue) >> 8) + 128
-    return np.clip(np.stack((luma, u, v), axis=2), 0, 255).astype(np.uint8)
-
-
-def _yuv422(rgb: Pixels) -> bytes:
-    """Return Y U Y V of each two pixels beside each other, which share the chromas of the left one."""
-    yuv = _yuv(rgb)
-    packed = np.empty((*rgb.shape[:2], 2), np.uint8)
-    packed[:, :, 0] = yuv[:, :, 0]
-    packed[:, 0::2, 1] = yuv[:, 0::2, 1]
-    packed[:, 1::2, 1] = yuv[:, 0::2, 2]
-    return packed.tobytes()
+def _yuv(rgb: Pixels) -> bytes:
+    """Return Y U V of each pixel, of which two beside each other share both chromas."""
+    height, width = rgb.shape[:2]
+    pairs = np.frombuffer(PIXEL_FORMATS["YUV422"](rgb), np.uint8).reshape(height, width // 2, 4)
+    yuv = np.empty((height, width, 3), np.uint8)
+    yuv[:, :, 0] = pairs[:, :, 0::2].reshape(height, width)
+    yuv[:, :, 1] = pairs[:, :, 1].repeat(2, axis=1)
+    yuv[:, :, 2] = pairs[:, :, 3].repeat(2, axis=1)
+    return yuv.tobytes()
 
 
 COLOR_SPACES: Final[Mapping[int, Callable[[Pixels], bytes]]] = MappingProxyType(
     {
         0: PIXEL_FORMATS["GRAY8"],
-        9: _yuv422,
-        10: lambda rgb: _yuv(rgb).tobytes(),
+        9: PIXEL_FORMATS["YUV422"],
+        10: _yuv,
         11: PIXEL_FORMATS["RGB8"],
         13: PIXEL_FORMATS["BGR8"],
     }

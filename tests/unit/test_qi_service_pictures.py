@@ -9,12 +9,12 @@ from naoserver.robot import Frame
 
 TOP = H25.cameras[0]
 COLORS = {
-    # By ITU-R BT.601, full range: Y, U, V.
-    (255, 255, 255): (255, 128, 128),
-    (0, 0, 0): (0, 128, 128),
-    (255, 0, 0): (76, 85, 255),
-    (0, 255, 0): (150, 44, 21),
-    (0, 0, 255): (29, 255, 107),
+    # By ITU-R BT.601, video range: Y, U, V.
+    (255, 255, 255): (235, 128, 128),
+    (0, 0, 0): (16, 128, 128),
+    (255, 0, 0): (82, 90, 240),
+    (0, 255, 0): (145, 54, 34),
+    (0, 0, 255): (41, 240, 110),
 }
 
 
@@ -30,9 +30,10 @@ def test_yuv(color, expected):
     assert list(COLOR_SPACES[10](rgb)[:3]) == pytest.approx(expected, abs=2)
 
 
-def test_yuv422_shares_the_chromas_of_two_pixels():
+def test_yuv_has_the_chromas_of_each_two_pixels():
     rgb = np.array([[(255, 0, 0), (255, 255, 255)]], np.uint8)
-    assert list(COLOR_SPACES[9](rgb)) == pytest.approx([76, 85, 255, 255], abs=2)
+    y1, u, y2, v = COLOR_SPACES[9](rgb)
+    assert COLOR_SPACES[10](rgb) == bytes((y1, u, v, y2, u, v))
 
 
 def test_bgr_turns_the_bytes_round():
