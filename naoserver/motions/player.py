@@ -25,6 +25,8 @@ _AHEAD: Final = 2 * PERIOD
 _STIFFENING: Final = 0.4
 """Seconds in which limp motors become stiff before a motion."""
 _STIFF: Final = 0.99
+_LIMP: Final = 0.05
+"""Stiffness up to which a motor does not follow."""
 _SETTLING: Final = 0.3
 """Seconds after a leg until it is looked where it has led."""
 
@@ -163,7 +165,7 @@ class MotionPlayer:
         assert begin is not None
         time = self._robot_time() - action.since
         if time >= leg.duration / action.pace + _SETTLING:
-            self._check_upright(leg)
+            self._check(leg)
             self._begin_leg(action, action.route.next_leg(self._situation(), self._commands()))
             if action.leg is None:
                 self._finish(ActionStatus.Done)
@@ -172,7 +174,7 @@ class MotionPlayer:
             return  # the motors become stiff
         part = min(1.0, max(0.0, time * action.pace / leg.duration))
         self._progress[action.kind] = replace(self.progress(action.kind), progress=part)
-        self._check_upright(leg)
+        self._check(leg)
         wanted = leg.at((time + _AHEAD) * action.pace, begin)
         commands = self._commands()
         speeds = {joint: abs(angle - commands[joint]) / _AHEAD for joint, angle in wanted.items()}
@@ -207,11 +209,14 @@ class MotionPlayer:
         part = 1.0 if status is ActionStatus.Done else before.progress
         self._progress[action.kind] = replace(before, status=status, message=message, progress=part)
 
-    def _check_upright(self, leg: Motion) -> None:
-        """Raise RobotError when the body lies in a leg from feet to feet."""
+    def _check(self, leg: Motion) -> None:
+        """Raise RobotError when a motor has gone limp, or the body lies in a leg from feet to feet."""
         ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
         if ends and ends <= _UPRIGHT and stance_of(self._situation()) not in _UPRIGHT:
             raise RobotError("the robot has fallen")
+        for joint, stiffness in zip(H25.joint_names, self._body.read().stiffnesses, strict=True):
+            if joint in leg.keys and stiffness <= _LIMP:
+                raise RobotError(f"{joint} has gone limp")
 
     def _commands(self) -> dict[str, float]:
         return dict(zip(H25.joint_names, self._body.read().commands, strict=True))

@@ -43,11 +43,29 @@ _NAMES: Final = {
 }
 
 
-def _angles(section: str) -> Mapping[str, float]:
-    posture = {
-        joint.name: min(max(H25.postures[section][joint.name], joint.lower), joint.upper)
-        for joint in H25.joints
+_OWN: Final = MappingProxyType(
+    {
+        # With its knees as high as in NAOqi's posture the torso leans back, and holds only by its hands.
+        "SIT": {
+            "ShoulderRoll": 0.4,
+            "HipYawPitch": -0.6,
+            "HipRoll": 0.2,
+            "HipPitch": -1.53,
+            "KneePitch": 0.5,
+            "AnklePitch": 0.4,
+            "AnkleRoll": 0.0,
+        },
     }
+)
+"""Angles that differ from NAOqi's, of the left side; those of the right mirror them."""
+
+
+def _angles(section: str) -> Mapping[str, float]:
+    posture: dict[str, float] = dict(H25.postures[section])
+    for name, angle in _OWN.get(section, {}).items():
+        posture |= {f"L{name}": angle, f"R{name}": angle if "Pitch" in name else -angle}
+    for joint in H25.joints:
+        posture[joint.name] = min(max(posture[joint.name], joint.lower), joint.upper)
     for pair in H25.couplings:
         posture[pair.follower] = posture[pair.leader]
     for table in H25.anticollision:

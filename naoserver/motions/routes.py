@@ -15,9 +15,9 @@ from typing import Final, Protocol
 from naoserver.body import H25
 from naoserver.errors import RobotError
 from naoserver.motions.keyframes import Key, Motion
-from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, stance_of
+from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
 
-__all__ = ["MotionRoute", "PostureRoute", "Route", "RouteError", "change_posture"]
+__all__ = ["MotionRoute", "PostureRoute", "Route", "RouteError", "change_posture", "within_stance"]
 
 _FRACTION: Final = 0.3
 """Highest speed of a change of posture as a fraction of the joints': of full pace."""
@@ -48,7 +48,7 @@ class PostureRoute:
     def __init__(self, posture: str, motions: Iterable[Motion], fraction: float = 1.0) -> None:
         self._posture = posture
         self._fraction = fraction
-        self._bridges = [motion for motion in motions if _crosses(motion)]
+        self._motions = tuple(motions)
         self._legs = 0
         self._arrived = False
 
@@ -59,7 +59,7 @@ class PostureRoute:
             if self._arrived:
                 return None
             self._arrived = True
-            return change_posture(self._posture, commands, self._fraction)
+            return within_stance(self._posture, self._motions, situation, commands, self._fraction)
         self._arrived = False
         self._legs += 1
         if self._legs > _MOST_LEGS:
@@ -71,8 +71,8 @@ class PostureRoute:
         bridge = self._first_bridge(stance, wanted)
         if bridge is None:
             raise RouteError(f"it is {stance}, and knows no way from there to {self._posture}")
-        if bridge.start and stance in _UPRIGHT and not _is_near(commands, bridge.start):
-            return change_posture(bridge.start, commands, self._fraction)
+        if stance in _UPRIGHT and not _is_near(commands, bridge.start):
+            return within_stance(bridge.start, self._motions, situation, commands, self._fraction)
         return bridge
 
     def _first_bridge(self, begin: Stance, end: Stance) -> Motion | None:
@@ -83,9 +83,11 @@ class PostureRoute:
             stance, first = paths.popleft()
             if stance is end:
                 return first
-            for motion in self._bridges:
+            for motion in self._motions:
+                if not motion.start or not motion.end or STANCES[motion.start] is not stance:
+                    continue
                 after = STANCES[motion.end]
-                if _begins_in(motion, stance) and after not in seen:
+                if after not in seen:
                     seen.add(after)
                     paths.append((after, first or motion))
         return None
@@ -94,8 +96,9 @@ class PostureRoute:
 class MotionRoute:
     """A motion, after the way into the posture in which it begins."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Motion, motions: Iterable[Motion] = ()) -> None:
         self._motion = motion
+        self._motions = tuple(motions)
         self._legs = [motion]
         self._prepared = not motion.start
 
@@ -109,8 +112,23 @@ class MotionRoute:
                 name = self._motion.name
                 raise RouteError(f"{name} begins {STANCES[start]}, in {start}, but the robot is {stance} now")
             if stance in _UPRIGHT and not _is_near(commands, start):
-                return change_posture(start, commands, 1.0)
+                return within_stance(start, self._motions, situation, commands, 1.0)
         return self._legs.pop() if self._legs else None
+
+
+def within_stance(
+    posture: str,
+    motions: Iterable[Motion],
+    situation: Situation,
+    commands: Mapping[str, float],
+    fraction: float,
+) -> Motion:
+    """Return the leg into a posture of the same stance: a motion made for it, or else the straight way."""
+    begin = nearest_posture(situation)
+    for motion in motions:
+        if begin != posture and (motion.start, motion.end) == (begin, posture):
+            return motion
+    return change_posture(posture, commands, fraction)
 
 
 def change_posture(posture: str, commands: Mapping[str, float], fraction: float) -> Motion:
@@ -128,15 +146,6 @@ def change_posture(posture: str, commands: Mapping[str, float], fraction: float)
 _SIDES: Final = (Stance.LEFT_SIDE, Stance.RIGHT_SIDE)
 _OFF_THE_SIDE: Final = ("LyingBack", "StandZero")
 _UPRIGHT: Final = (Stance.STANDING, Stance.SITTING)
-
-
-def _crosses(motion: Motion) -> bool:
-    """Return whether a motion leads from a stance to another."""
-    return bool(motion.end) and (not motion.start or STANCES[motion.start] is not STANCES[motion.end])
-
-
-def _begins_in(motion: Motion, stance: Stance) -> bool:
-    return STANCES[motion.start] is stance
 
 
 def _is_near(commands: Mapping[str, float], posture: str) -> bool:

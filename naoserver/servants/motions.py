@@ -51,9 +51,10 @@ class MotionsI(Motions):
             raise InvalidValueException(
                 f"pace is {pace:g}: it must be above 0 and at most {_FASTEST:g}", "pace"
             )
+        route = MotionRoute(motion, self._motions.values())
         with refusals_told():
             try:
-                self._player.begin(KIND, name, MotionRoute(motion), pace=pace, client=current.client)
+                self._player.begin(KIND, name, route, pace=pace, client=current.client)
             except RouteError as error:
                 raise InvalidValueException(str(error), "name") from error
 
