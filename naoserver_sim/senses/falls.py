@@ -24,6 +24,8 @@ _UPRIGHT: Final = math.radians(15)
 """Greatest tilt at which the robot stands."""
 _STANDING_LOAD: Final = 25.0
 """Least load on the soles in N with which it stands: half its weight."""
+_HEELS: Final = 15.0
+"""Load on the soles in N below which it is off its feet: heels that lie on the floor carry less."""
 _STANDING_TIME: Final = 0.5
 """Seconds for which it has to stand to be watched, and to be off its feet to be so no more."""
 
@@ -48,7 +50,7 @@ class FallManager:
         """
         rate, self._tilt = (tilt - self._tilt) / seconds, tilt
         on_feet = load >= _STANDING_LOAD
-        self._off_feet = 0.0 if load > 0.0 else self._off_feet + seconds
+        self._off_feet = 0.0 if load >= _HEELS else self._off_feet + seconds
         self._stood = self._stood + seconds if on_feet and tilt < _UPRIGHT else 0.0
         if self._stood >= _STANDING_TIME:
             self.watching = True
