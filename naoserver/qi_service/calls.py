@@ -27,6 +27,8 @@ _logger = logging.getLogger(__name__)
 
 MOST: Final = 64
 """Long calls that go on at the same time; further ones wait."""
+MOST_WAITING: Final = 1000
+"""Long calls that go on or wait; further ones are refused."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -136,6 +138,8 @@ class Calls:
         with self._lock:
             if self._closed:
                 return _failed(f"{name}: the robot is about to end")
+            if len(self._running) >= MOST_WAITING:
+                return _failed(f"{name}: {MOST_WAITING} calls go on already")
             self._running.add(call)
             self._executor.submit(run)
         return promise.future()

@@ -119,7 +119,7 @@ class ALVideoDevice:
     def releaseImage(self, handle: object) -> bool:
         """Do nothing, since every picture is a copy; returns whether there is such a subscription."""
         with self._lock:
-            return handle in self._subscriptions
+            return isinstance(handle, str) and handle in self._subscriptions
 
     def getResolution(self, handle: object) -> int:
         """Return the number of a subscription's resolution."""

@@ -1,0 +1,90 @@
+"""Whatever a client sends, an operation takes it or refuses it with an error that says why."""
+
+import inspect
+import threading
+from contextlib import suppress
+
+import pytest
+
+pytest.importorskip("qi")
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from naoserver.errors import RobotError
+from naoserver.qi_service.faults import Faults
+from naoserver.qi_service.leds import ALLeds
+from naoserver.qi_service.life import ALAutonomousLife
+from naoserver.qi_service.memory import ALMemory
+from naoserver.qi_service.posture import ALRobotPosture
+from naoserver.qi_service.sonar import ALSonar, Sonar
+from naoserver.qi_service.speech import ALTextToSpeech
+from naoserver.qi_service.video import ALVideoDevice
+from tests.support.qi_service import Rig
+
+SENSIBLE = [
+    "HeadYaw",
+    "Body",
+    "LArm",
+    "Camera",
+    "FaceLeds",
+    "Stand",
+    "Default",
+    0,
+    1,
+    0.5,
+    -1,
+    True,
+    [],
+    [["HeadYaw"]],
+]
+FOREIGN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4) | st.sampled_from(SENSIBLE),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner, max_size=2),
+    max_leaves=6,
+)
+
+
+class Ended:
+    """A call that was broken off before it began, so that none lasts."""
+
+    stopped = threading.Event()
+    stopped.set()
+
+    def wait(self, _seconds):
+        return True
+
+
+@pytest.fixture(scope="module")
+def operations():
+    rig = Rig()
+    memory = ALMemory(rig.access, Sonar(rig.robot.senses))
+    services = [
+        rig.motion,
+        memory,
+        ALVideoDevice(rig.robot, Faults()),
+        ALRobotPosture(rig.postures),
+        ALLeds(rig.robot.lights),
+        ALTextToSpeech(rig.robot.voice, memory),
+        ALAutonomousLife(memory),
+        ALSonar(Sonar(rig.robot.senses)),
+    ]
+    yield [
+        getattr(service, name)
+        for service in services
+        for name in dir(service)
+        if not name.startswith("_") and inspect.ismethod(getattr(service, name))
+    ]
+    rig.close()
+
+
+@settings(max_examples=100)
+@given(st.lists(FOREIGN, min_size=5, max_size=5))
+def test_anything(operations, values):
+    for operation in operations:
+        long = getattr(operation, "__long_call__", False)
+        parameters = list(inspect.signature(operation).parameters.values())[long:]
+        several = any(parameter.kind is parameter.VAR_POSITIONAL for parameter in parameters)
+        arguments = [Ended()] * long + values[: len(parameters) + 2 * several]
+        with suppress(RobotError):
+            operation(*arguments)
