@@ -9,6 +9,7 @@ from interfaces.jderobot import CameraPrx, HardwareFailedException, Pose3DEncode
 from interfaces.nao import ClockPrx, PoseHeadPrx
 from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, announced, free_endpoint, module
+from tests.support.robot_server import wait_for
 from zenoh_ice import initialize
 
 pytestmark = pytest.mark.sim
@@ -64,8 +65,7 @@ def test_clock_tells_that_it_is_simulated_and_how_fast(endpoint):
             reading = clock.getTime()
             assert reading.simulated
             assert 0.0 < reading.rate < 0.5
-            later = clock.getTime.wait(timeout=LIMIT)
-            assert later.value.time > reading.time
+            wait_for(clock.getTime, lambda later: later.time > reading.time)
 
 
 def test_without_gl_a_camera_call_names_the_package_and_the_rest_works(endpoint):
