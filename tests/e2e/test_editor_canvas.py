@@ -86,11 +86,28 @@ def test_a_transition_to_itself_and_another_between_the_same_states_have_arcs_of
     shown.name("third")
     shown.state("dance").click(button="right")
     shown.page.get_by_role("menuitem", name="Transition to itself").click()
+    shown.name("again")
+    expect(shown.transition("again")).to_have_count(1)
     expect(shown.page.locator(".transition[data-key]")).to_have_count(4)
     handles = [shown.middle(each) for each in shown.page.locator(".transition .knob").all()]
     for index, one in enumerate(handles):
         for other in handles[index + 1 :]:
             assert abs(one[0] - other[0]) + abs(one[1] - other[1]) > 25
+
+
+def test_the_selected_states_are_grouped_and_what_is_typed_at_once_is_the_name(shown: EditorPage) -> None:
+    shown.state("dance").locator(".body").click()
+    shown.press("Control+g")
+    shown.type("move")
+    shown.press("Enter")
+    expect(shown.state("move")).to_be_focused()
+    shown.expect_states("followBall", "move")
+    assert sorted(shown.arcs()) == ["enough from followBall to move", "tired from move to followBall"]
+    shown.press("Control+Enter")
+    expect(shown.state("dance")).to_be_visible()
+    shown.press("Backspace", "Control+z", "Control+z")
+    expect(shown.state("dance")).to_be_visible()
+    shown.expect_states("followBall", "dance")
 
 
 def test_a_handle_bends_its_arc_and_a_double_click_resets_it(shown: EditorPage) -> None:

@@ -1,4 +1,4 @@
-/** Keys that are pressed while the panel that is to take them is still on its way. */
+/** Keys that are pressed while the panel or the field that is to take them is still on its way. */
 
 const LIMIT = 10_000; // ms; a panel that takes longer does not come
 
@@ -46,7 +46,9 @@ function type(text) {
   const target = document.activeElement;
   if (target?.insert) target.insert(text);
   else if (target?.matches("input, textarea")) {
-    target.setRangeText(text.replaceAll("\n", ""), target.selectionStart, target.selectionEnd, "end");
+    const [line, ...rest] = text.split("\n");
+    target.setRangeText(line, target.selectionStart, target.selectionEnd, "end");
     target.dispatchEvent(new Event("input", {bubbles: true}));
+    if (rest.length) target.dispatchEvent(new KeyboardEvent("keydown", {key: "Enter", bubbles: true, cancelable: true}));
   }
 }

@@ -1,5 +1,6 @@
 /** The canvas: shows the automaton of the page and lets it be drawn. */
 
+import {holdKeys} from "../holding.js";
 import {page} from "../page.js";
 import {problemOf} from "../problems.js";
 import {store} from "../store.js";
@@ -163,6 +164,15 @@ export class HfsmCanvas extends HTMLElement {
   /** Let a name be typed where it stands. @param {"state" | "transition"} kind */
   beginRename(kind, id) {
     if (!this.readOnly) this.rename.begin(kind, id);
+  }
+
+  /** Let the name be typed of what is being added; what is typed until it is there is a part of it. @param {Promise<number | undefined>} added its id */
+  nameAdded(kind, added) {
+    return holdKeys(async () => {
+      const id = await added;
+      if (id !== undefined) this.beginRename(kind, id);
+      return id;
+    });
   }
 
   /** Let what is under way be, and say whether there was anything. */

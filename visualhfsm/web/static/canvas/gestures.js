@@ -160,8 +160,7 @@ export class Link {
   async end() {
     this.cancel();
     if (this.destination === undefined) return false;
-    const id = await addTransition(this.origin, this.destination);
-    if (id !== undefined) this.canvas.beginRename("transition", id);
+    const id = await this.canvas.nameAdded("transition", addTransition(this.origin, this.destination));
     return id !== undefined;
   }
 

@@ -135,9 +135,8 @@ export class Pointer {
     else page.edit({kind, automaton: page.automaton.id, id, part: state ? "code" : "trigger"});
   }
 
-  async #addState({x, y}) {
-    const id = await addState({x: Math.round(x), y: Math.round(y)});
-    if (id !== undefined) this.canvas.beginRename("state", id);
+  #addState({x, y}) {
+    this.canvas.nameAdded("state", addState({x: Math.round(x), y: Math.round(y)}));
   }
 
   #menu(event) {

@@ -54,8 +54,7 @@ export class StateTool {
 
   async #place() {
     this.canvas.useTool(undefined);
-    const id = await addState(this.point);
-    if (id !== undefined) this.canvas.beginRename("state", id);
+    await this.canvas.nameAdded("state", addState(this.point));
   }
 }
 

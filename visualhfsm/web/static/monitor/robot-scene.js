@@ -17,6 +17,12 @@ const SHAPES = {
 /** Where the robot and balls before it are seen from: its left, half behind it. */
 const FROM = new Vector3(-0.55, 1, 0.5);
 
+/** Side in m of the floor's cells. */
+const CELL = 0.2;
+
+/** Metres that a robot may sway before it is followed: one that stands is not. */
+const NEAR = 0.05;
+
 /** Cosine of the angle between two faces from which on the edge between them is sharp. */
 const CREASE = Math.cos((40 * Math.PI) / 180);
 
@@ -46,6 +52,8 @@ export class RobotScene {
     this.sizes = new ResizeObserver(() => this.#resize());
     this.sizes.observe(stage);
     this.parts = [];
+    /** Where the robot was when it was followed last. */
+    this.at = new Vector3();
   }
 
   /** Make the body; `described` is `nao_h25.json` with the `order` of the poses. */
@@ -88,9 +96,23 @@ export class RobotScene {
       part.position.set(x, y, z);
       part.quaternion.set(...rotation);
     });
+    this.#follow();
     this.#frameBalls();
     this.#draw();
     return this.parts[0]?.visible ?? false;
+  }
+
+  /** Go along with a robot that walks; the floor has no end. */
+  #follow() {
+    const [torso] = this.parts;
+    if (!torso?.visible) return;
+    const moved = new Vector3(torso.position.x, torso.position.y, 0).sub(this.at);
+    if (moved.length() < NEAR) return;
+    this.at.add(moved);
+    this.camera.position.add(moved);
+    this.controls.target.add(moved);
+    this.floor.position.set(Math.round(this.at.x / CELL) * CELL, Math.round(this.at.y / CELL) * CELL, 0);
+    this.controls.update();
   }
 
   /** As balls become known they come into the picture, unless somebody has chosen another view. */
@@ -98,7 +120,7 @@ export class RobotScene {
     const seen = this.balls.filter((ball) => ball.visible);
     if (this.turned || seen.length <= this.framed) return;
     this.framed = seen.length;
-    const box = new Box3(new Vector3(-0.15, -0.3, 0), new Vector3(0.15, 0.3, 0.58));
+    const box = new Box3(new Vector3(-0.15, -0.3, 0), new Vector3(0.15, 0.3, 0.58)).translate(this.at);
     for (const {position} of seen) box.expandByPoint(position);
     const around = box.getBoundingSphere(new Sphere());
     const distance = (around.radius + 0.08) / Math.sin((this.camera.fov * Math.PI) / 360);
@@ -151,10 +173,10 @@ export class RobotScene {
   }
 
   #addFloor() {
-    const style = getComputedStyle(document.documentElement);
-    const grid = new GridHelper(4, 20, new Color(style.getPropertyValue("--strong-line").trim()), new Color(style.getPropertyValue("--line").trim()));
-    grid.rotateX(Math.PI / 2);
-    this.scene.add(grid);
+    const line = new Color(getComputedStyle(document.documentElement).getPropertyValue("--line").trim());
+    this.floor = new GridHelper(20 * CELL, 20, line, line);
+    this.floor.rotateX(Math.PI / 2);
+    this.scene.add(this.floor);
   }
 }
 

@@ -53,7 +53,7 @@ class RobotView extends MonitorElement {
 }
 
 function hint() {
-  if (monitor.newest?.robot.health?.fallen) return "It has fallen. How far it is tilted is known, to which side is not.";
+  if (monitor.newest?.robot.health?.fallen) return "It has fallen. Of a real robot it is known how far it is tilted, but not to which side.";
   return monitor.looking ? "The robot as it is now, also while you look back." : "Drag to turn, wheel to come closer.";
 }
 

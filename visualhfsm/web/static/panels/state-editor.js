@@ -3,7 +3,7 @@
 import {html, keyed, live, nothing} from "lit";
 import {apply} from "../commands.js";
 import {icon} from "../icons.js";
-import {placeOf} from "./places.js";
+import {keyOf, placeOf} from "./places.js";
 import {badge, tabStrip} from "./tabs.js";
 
 const CODES = {
@@ -34,7 +34,7 @@ export function stateEditor(about) {
       <hfsm-text-field class="title" data-part="name" label="Name of the state" .tab=${tab} .place=${{...place, part: "name"}} .text=${state.name} ?readonly=${readonly}></hfsm-text-field>
       <div class="marks">
         <label><input type="checkbox" .checked=${live(state.initial)} ?disabled=${state.initial || readonly} @change=${() => apply("markInitial", at(place))}> Initial</label>
-        <label><input type="checkbox" .checked=${live(state.final)} ?disabled=${readonly} @change=${({target}) => apply("markFinal", {...at(place), final: target.checked})}> Final</label>
+        <label><input type="checkbox" .checked=${live(isFinal(place, state))} ?disabled=${readonly} @change=${({target}) => markFinal(place, state, target)}> Final</label>
         ${state.children.length ? history(place, state, readonly) : nothing}
       </div>
       ${own.length ? html`<p class="field-problems">${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</p>` : nothing}
@@ -45,6 +45,19 @@ export function stateEditor(about) {
         : html`<hfsm-code-field class="fill" data-part=${part} .tab=${tab} .place=${{...place, part}} .text=${state[part]} ?readonly=${readonly}
             label="${CODES[part].label === "Code" ? "Code" : `${CODES[part].label} code`} of the state ${state.name}" hint=${CODES[part].hint}></hfsm-code-field>`}
     </div>`;
+}
+
+/** What was chosen and not answered yet: it stays chosen, whatever is drawn meanwhile. @type {{key: string, final: boolean} | undefined} */
+let chosenFinal;
+
+const isFinal = (place, state) => (chosenFinal?.key === keyOf(place) ? chosenFinal.final : state.final);
+
+async function markFinal(place, state, target) {
+  const mine = (chosenFinal = {key: keyOf(place), final: target.checked});
+  const done = await apply("markFinal", {...at(place), final: target.checked});
+  if (chosenFinal !== mine) return;
+  chosenFinal = undefined;
+  if (done === undefined) target.checked = state.final;
 }
 
 const at = ({automaton, id}) => ({automaton, state: id});
