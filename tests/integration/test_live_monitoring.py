@@ -459,3 +459,29 @@ def test_the_scene_begins_with_the_body_and_goes_on_with_poses(robot: ServedRobo
         await scene.aclose()
 
     on_page(robot, go)
+
+
+@pytest.mark.sim
+def test_the_scene_is_as_a_simulation_tells_it() -> None:
+    from naoserver_sim.robot import SimulatedRobot
+
+    async def go(opened: Page) -> None:
+        scene = opened.service.scene()
+        order = json.loads(await anext(scene))["order"]
+        async for frame in scene:
+            numbers = np.frombuffer(frame, "<f4").reshape(len(order), 7)
+            if not np.isnan(numbers).any() and numbers[0, 0] > 0.5:
+                break
+        poses = dict(zip(order, numbers, strict=True))
+        assert poses["torso"][:2] == pytest.approx((1.0, 0.5), abs=0.05)
+        feet = (poses["l_foot"][:2] + poses["r_foot"][:2]) / 2
+        assert feet == pytest.approx((1.0, 0.5), abs=0.05)
+        assert poses["BallRed"][:3] == pytest.approx((2.0, -1.0, 0.7), abs=0.01)
+        await scene.aclose()
+
+    with served(SimulatedRobot(skin=False)) as robot:
+        stage = robot.robot.stage
+        assert stage is not None
+        stage.place_object("BallRed", (2.0, -1.0, 0.7))
+        stage.place_robot(1.0, 0.5, 0.8)
+        on_page(robot, go)

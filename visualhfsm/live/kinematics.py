@@ -95,6 +95,10 @@ class BodyGeometry:
             )
         return found
 
+    def poses_about(self, torso: Pose, angles: Mapping[str, float]) -> dict[str, Pose]:
+        """Return the pose of each link in the world, in which the torso is known to be so."""
+        return _about_torso(torso, self.poses_in_torso(angles))
+
     def poses(self, angles: Mapping[str, float], tilt: float | None = None) -> dict[str, Pose]:
         """Return the pose of each link in the world, in which the body stands level on one of its soles.
 
@@ -107,10 +111,7 @@ class BodyGeometry:
         torso = self._standing(in_torso)
         if tilt is not None:
             torso = _fallen(torso, in_torso.values(), tilt)
-        return {
-            name: Pose(_moved(torso, pose.position), _product(torso.rotation, pose.rotation))
-            for name, pose in in_torso.items()
-        }
+        return _about_torso(torso, in_torso)
 
     def _standing(self, in_torso: Mapping[str, Pose]) -> Pose:
         """Return the pose of the torso: that sole is on the floor below which the other one reaches least."""
@@ -131,6 +132,13 @@ class BodyGeometry:
 
     def _lowest(self, frame: Pose, name: str, foot: Pose) -> float:
         return min(_moved(frame, _moved(foot, point))[2] for point in self._soles[name])
+
+
+def _about_torso(torso: Pose, in_torso: Mapping[str, Pose]) -> dict[str, Pose]:
+    return {
+        name: Pose(_moved(torso, pose.position), _product(torso.rotation, pose.rotation))
+        for name, pose in in_torso.items()
+    }
 
 
 def _fallen(torso: Pose, in_torso: Iterable[Pose], tilt: float) -> Pose:

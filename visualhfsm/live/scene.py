@@ -1,5 +1,7 @@
 """The view in 3D: the robot's geometry once, then poses from its encoders, its tilt, and those of the balls.
 
+Where a simulation tells the ground truth, the robot and the balls are where that says.
+
 The first frame is JSON: `nao_h25.json` with the `order` of the poses. Every other frame is float32, little-
 endian, 7 numbers for each name of the order: position in m, and a quaternion (x, y, z, w). What is not known
 is NaN, and should not be drawn.
@@ -16,7 +18,9 @@ import time
 from collections.abc import AsyncGenerator
 from typing import Any, Final
 
+from interfaces import nao
 from interfaces.jderobot import Pose3DEncodersPrx
+from interfaces.nao import GroundTruthPrx, GroundTruthReading
 from zenoh_ice import Communicator
 
 from .kinematics import BodyGeometry, Pose, load_body
@@ -48,6 +52,10 @@ class Scene:
             )
             for name in described["balls"]
         }
+        self._truth = Newest(
+            GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth")).getGroundTruth.latest,
+            _STALE,
+        )
         described["order"] = [*(link.name for link in self._body.links), *self._balls]
         self._geometry = json.dumps(described, separators=(",", ":")).encode()
 
@@ -66,23 +74,36 @@ class Scene:
     def poses(self) -> bytes:
         """Return the poses as they are known now."""
         angles = self._robot.joints()
-        known = self._body.poses(angles, self._robot.tilt()) if angles else {}
+        sample = self._truth()
+        truth = None if sample is None else sample.value
+        known: dict[str, Pose] = {}
+        if angles and truth is not None:
+            known = self._body.poses_about(_pose(truth.torso), angles)
+        elif angles:
+            known = self._body.poses(angles, self._robot.tilt())
         numbers = array.array("f")
         for link in self._body.links:
             _append(numbers, known.get(link.name, _UNKNOWN))
         for name in self._balls:
-            _append(numbers, self._ball(name))
+            _append(numbers, self._ball(name, truth))
         if sys.byteorder == "big":
             numbers.byteswap()
         return numbers.tobytes()
 
-    def _ball(self, name: str) -> Pose:
+    def _ball(self, name: str, truth: GroundTruthReading | None) -> Pose:
         """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
+        if truth is not None and name in truth.objects:
+            return _pose(truth.objects[name])
         sample = self._balls[name]()
         if sample is None:
             return _UNKNOWN
         at = sample.value
         return Pose((at.x * math.cos(at.pan), at.x * math.sin(at.pan), at.z), (0.0, 0.0, 0.0, 1.0))
+
+
+def _pose(pose: nao.Pose) -> Pose:
+    at, turn = pose.position, pose.orientation
+    return Pose((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
 def _append(numbers: array.array[float], pose: Pose) -> None:
