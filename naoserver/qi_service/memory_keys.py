@@ -10,6 +10,7 @@ from naoserver.capabilities import FootReading, SenseReading
 from naoserver.qi_service.access import Access
 from naoserver.qi_service.sonar import Sonar
 from naoserver.robot import JointReading
+from naoserver.walk_guard import WalkGuard
 
 __all__ = ["Moment", "keys_of"]
 
@@ -17,6 +18,7 @@ GRAVITY: Final = 9.81
 """In m/s2: pressure is told in kg."""
 NOTHING_NEAR: Final = 5.0
 """What the sonar tells in m when nothing is in its range."""
+_FULL: Final = 0.99
 _DEVICES: Final = "Device/SubDeviceList/"
 
 
@@ -53,10 +55,11 @@ def keys_of(access: Access, sonar: Sonar) -> Mapping[str, Look]:
     keys["RobotConfig/Body/Type"] = lambda _moment: "nao"
     keys["RobotConfig/Body/BaseVersion"] = lambda _moment: "V6.0"
     keys["RobotConfig/Head/BaseVersion"] = lambda _moment: "V6.0"
+    keys["DCM/Time"] = lambda moment: round(moment.joints.time * 1000)
     keys["robotHasFallen"] = lambda moment: moment.fallen
     keys["robotIsWakeUp"] = lambda moment: max(moment.joints.stiffnesses) > 0.0
     if access.robot.senses is not None:
-        keys.update(_of_inertial_unit())
+        keys.update(_of_inertial_unit(access))
         keys.update(_of_feet())
         keys.update(_of_sonar(sonar))
         keys.update(_of_battery())
@@ -71,9 +74,11 @@ def _of_joints(access: Access) -> Iterator[tuple[str, Look]]:
         yield f"{device}Position/Actuator/Value", _entry(lambda moment: moment.joints.commands, i)
         yield f"{device}Hardness/Actuator/Value", _entry(lambda moment: moment.joints.stiffnesses, i)
         yield f"{device}Temperature/Sensor/Value", _entry(lambda moment: moment.joints.temperatures, i)
+        yield f"Motion/Velocity/Sensor/{joint.name}", _entry(lambda moment: moment.joints.velocities, i)
+        yield f"Motion/Torque/Sensor/{joint.name}", _entry(lambda moment: moment.joints.torques, i)
 
 
-def _of_inertial_unit() -> Iterator[tuple[str, Look]]:
+def _of_inertial_unit(access: Access) -> Iterator[tuple[str, Look]]:
     unit = f"{_DEVICES}InertialSensor/"
     for i, axis in enumerate("XYZ"):
         acceleration = _entry(lambda moment: moment.senses.inertial.acceleration, i)
@@ -85,6 +90,8 @@ def _of_inertial_unit() -> Iterator[tuple[str, Look]]:
         yield f"{unit}Gyroscope{axis}/Sensor/Value", angular_velocity
     yield f"{unit}AngleX/Sensor/Value", lambda moment: moment.senses.inertial.roll
     yield f"{unit}AngleY/Sensor/Value", lambda moment: moment.senses.inertial.pitch
+    if access.walk is not None:
+        yield f"{unit}AngleZ/Sensor/Value", _heading(access.walk)
 
 
 def _of_feet() -> Iterator[tuple[str, Look]]:
@@ -117,6 +124,7 @@ def _of_battery() -> Iterator[tuple[str, Look]]:
     yield f"{battery}Temperature/Sensor/Value", lambda moment: moment.senses.battery.temperature
     yield "BatteryChargeChanged", lambda moment: round(100 * moment.senses.battery.charge)
     yield "BatteryPowerPluggedChanged", lambda moment: moment.senses.battery.plugged
+    yield "BatteryFullChargedFlagChanged", lambda moment: moment.senses.battery.charge >= _FULL
 
 
 def _of_touch(names: tuple[str, ...]) -> Iterator[tuple[str, Look]]:
@@ -125,6 +133,10 @@ def _of_touch(names: tuple[str, ...]) -> Iterator[tuple[str, Look]]:
             yield key, _pressed({name})
     for side, event in (("L", "LeftBumperPressed"), ("R", "RightBumperPressed")):
         yield event, _pressed({name for name in names if name.startswith(f"{side}FootBumper")})
+
+
+def _heading(walk: WalkGuard) -> Look:
+    return lambda _moment: walk.read().heading
 
 
 def _entry(of: Callable[[Moment], Sequence[float]], index: int) -> Look:

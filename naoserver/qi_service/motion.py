@@ -5,6 +5,7 @@ from __future__ import annotations
 from naoserver.qi_service.access import Access
 from naoserver.qi_service.joint_motion import JointMotion
 from naoserver.qi_service.motion_body import BodyOperations
+from naoserver.qi_service.motion_cartesian import CartesianOperations
 from naoserver.qi_service.motion_joints import JointOperations
 from naoserver.qi_service.motion_reflexes import ReflexOperations
 from naoserver.qi_service.motion_stiffness import StiffnessOperations
@@ -17,7 +18,13 @@ __all__ = ["ALMotion"]
 
 
 class ALMotion(
-    JointOperations, StiffnessOperations, WalkOperations, TaskOperations, BodyOperations, ReflexOperations
+    JointOperations,
+    StiffnessOperations,
+    WalkOperations,
+    TaskOperations,
+    BodyOperations,
+    CartesianOperations,
+    ReflexOperations,
 ):
     """All that moves the robot."""
 
@@ -27,4 +34,5 @@ class ALMotion(
         WalkOperations.__init__(self, walking)
         TaskOperations.__init__(self, access, motion, walking)
         BodyOperations.__init__(self, access)
+        CartesianOperations.__init__(self, access)
         ReflexOperations.__init__(self)

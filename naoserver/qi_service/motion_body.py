@@ -43,6 +43,8 @@ class BodyOperations:
             "Extended Arms": False,
             "Extended Hand": True,
             "Number of Legs": 2,
+            "Number of Arms": 2,
+            "Number of Hands": 2,
         }
         return [list(facts), list(facts.values())]
 
