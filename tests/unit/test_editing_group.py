@@ -6,13 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codegen.hfsm.document import Automaton, Document, State, Transition
+from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editing import tree
 from tests.support.examples import examples
 from visualhfsm.editing.commands.group import GroupStates
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.fragments import parse
 from visualhfsm.editing.session import DocumentSession
+from visualhfsm.editing.variables import split_variables
 
 NUMBERS = st.integers(1, 6)
 
@@ -82,6 +83,34 @@ def test_a_group_begins_where_the_first_transition_leads_in() -> None:
     assert [state.name for state in grouped.automata[-1].states if state.initial] == ["work"]
     assert [(each.origin, each.destination) for each in grouped.automata[0].transitions] == [(1, 3), (3, 1)]
     assert grouped.automata[-1].iteration_time == root.iteration_time
+
+
+@pytest.mark.parametrize(
+    ("variables", "kept", "taken"),
+    [
+        ("count = 0\nspeed = 1\n", "speed = 1\n", "count = 0"),
+        ("count = 0  # so\nimport math\nfar = math.pi\n", "import math\nfar = math.pi\n", "count = 0  # so"),
+        (
+            "count = [\n    1,\n]\n\nfar = count[0]\nspeed = 1",
+            "\nspeed = 1",
+            "count = [\n    1,\n]\nfar = count[0]",
+        ),
+        ("count = 0\nspeed = count\n", "count = 0\nspeed = count\n", ""),
+        ("speed = 1\ncount = speed\n", "speed = 1\ncount = speed\n", ""),
+        ("count = 0; speed = 1", "count = 0; speed = 1", ""),
+        ("count, speed = 0, 1", "count, speed = 0, 1", ""),
+        ("int count = 0;", "int count = 0;", ""),
+    ],
+)
+def test_variables_that_nothing_else_uses_go_along(variables: str, kept: str, taken: str) -> None:
+    assert split_variables(variables, {"count", "far", "speed"}, {"speed"}) == (kept, taken)
+    states = (
+        State(id=1, name="in", initial=True, code=Text("count += far(speed)")),
+        State(id=2, name="out", code=Text("speed = 2")),
+    )
+    document = Document(automata=(Automaton(id=1, states=states, variables=Text(variables)),))
+    top, child = GroupStates(automaton=1, states=(1,)).apply(document).automata
+    assert (top.variables.text, child.variables.text) == (kept, taken)
 
 
 def test_nothing_cannot_be_grouped() -> None:

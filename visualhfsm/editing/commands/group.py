@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
@@ -14,12 +16,14 @@ from ..geometry import with_default_handles
 from ..nodes import MAX_AUTOMATA, changed, checked, coordinate, find_automaton, find_state, swapped
 from ..numbering import automaton_ids, free_name, state_ids
 from ..subtrees import owners
+from ..variables import split_variables
 from .base import Command, Id, Ids
 from .items import describe
 
 __all__ = ["GroupStates"]
 
 _DEFAULT_NAME: Final = "group"
+_WORD: Final = re.compile(r"[^\W\d]\w*")
 
 
 class GroupStates(Command, frozen=True, kw_only=True):
@@ -27,7 +31,8 @@ class GroupStates(Command, frozen=True, kw_only=True):
 
     Transitions among them go along, and those that lead in or out lead to or from the new state. The new
     automaton begins in the initial state if that is one of them, else where the first transition leads in,
-    and anew at each entry: that is nearest to what the states did before.
+    and anew at each entry: that is nearest to what the states did before. Variables that nothing else uses go
+    along, too.
     """
 
     automaton: Id
@@ -55,17 +60,22 @@ class GroupStates(Command, frozen=True, kw_only=True):
         )
         inside = {state.id for state in chosen}
         within = tuple(each for each in source.transitions if {each.origin, each.destination} <= inside)
+        grouped = _grouped(source, group, inside)
+        kept, taken = source.variables.text, ""
+        if document.language.is_blank:
+            kept, taken = split_variables(kept, _words([*chosen, *within]), _words(_parts(grouped)))
         child = Automaton(
             id=number,
             father=source.id,
             states=_with_initial(chosen, source.transitions),
             transitions=within,
             iteration_time=source.iteration_time,
+            variables=Text(taken),
         )
         former = _moving(document, source, chosen)
         automata = tuple(
             replace(each, father=number) if each.id in former else each
-            for each in swapped(document.automata, source, _grouped(source, group, inside))
+            for each in swapped(document.automata, source, changed(grouped, variables=kept))
         )
         return replace(document, automata=(*automata, child))
 
@@ -95,6 +105,21 @@ def _grouped(source: Automaton, group: State, inside: set[int]) -> Automaton:
         )
     made = changed(source, states=tuple(states), transitions=tuple(transitions))
     return with_default_handles(made, frozenset(crossing))
+
+
+def _parts(automaton: Automaton) -> list[State | Transition]:
+    return [*automaton.states, *automaton.transitions]
+
+
+def _words(parts: Iterable[State | Transition]) -> set[str]:
+    """Return the words in all code of some states and transitions."""
+    texts: list[Text] = []
+    for part in parts:
+        if isinstance(part, State):
+            texts += (part.entry, part.code, part.exit, *(argument.value for argument in part.arguments))
+        else:
+            texts += (part.trigger, part.guard, part.code)
+    return {word for text in texts for word in _WORD.findall(text.text)}
 
 
 def _with_initial(states: list[State], transitions: tuple[Transition, ...]) -> tuple[State, ...]:
