@@ -24,12 +24,14 @@ from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
 from tests.conftest import Pair
+from tests.support.calculator_servant import CalculatorI
 from tests.support.component import snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from visualhfsm.live.relay import Relay, Silence
+from visualhfsm.live.robot import RobotWatch
 from visualhfsm.live.service import Monitoring
 from visualhfsm.live.values import LiveSnapshot, LiveStructure, RobotState
 from visualhfsm.web.protocol import Snapshot, Stale, Structure
@@ -377,6 +379,18 @@ def test_a_stopped_robot_takes_no_command_until_it_is_reset_from_the_page(robot:
             await opened.pushes.until(lambda: not opened.pushes.of(Components)[-1].robot_stopped)
 
     on_page(robot, go)
+
+
+def test_joints_of_another_interface_say_why_they_are_unknown(pair: Pair) -> None:
+    watch = RobotWatch(pair.client)
+    assert watch.read().trouble == ""
+    pair.adapter.add(CalculatorI(), "Body")
+
+    def tells() -> bool:
+        watch.update()
+        return "Body, a ::test::Scientific" in watch.read().trouble
+
+    eventually(tells)
 
 
 def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None:
