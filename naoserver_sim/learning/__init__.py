@@ -1,0 +1,32 @@
+"""Environments of Gymnasium in which a simulated Nao learns, in one process and without servers.
+
+Importing this package registers them: `gymnasium.make("naoserver_sim.learning:Nao/Walk-v0")` does both.
+
+Module         What it holds
+`environment`  what all have in common: a robot on a virtual clock, the same episode for the same seed
+`walk`         Nao/Walk-v0: step with the legs at a velocity that is told
+`reach`        Nao/Reach-v0: bring the left hand to a place
+`stand_up`     Nao/StandUp-v0: get up from the floor
+"""
+
+from __future__ import annotations
+
+try:
+    import gymnasium
+except ModuleNotFoundError as error:  # pragma: no cover - nothing is installed without it where tests run
+    message = f"{error.name} is not installed; type: pip install 'visualhfsm[learning]'"
+    raise ModuleNotFoundError(message, name=error.name) from error
+
+__all__ = ["ENVIRONMENTS"]
+
+ENVIRONMENTS = {"Nao/Walk-v0": 1000, "Nao/Reach-v0": 250, "Nao/StandUp-v0": 750}
+"""The registered environments, and the steps of 20 ms after which an episode is truncated."""
+
+_ENTRIES = {"Nao/Walk-v0": "walk:WalkEnvironment", "Nao/Reach-v0": "reach:ReachEnvironment"}
+_ENTRIES["Nao/StandUp-v0"] = "stand_up:StandUpEnvironment"
+
+for _name, _steps in ENVIRONMENTS.items():
+    if _name not in gymnasium.registry:
+        gymnasium.register(
+            id=_name, entry_point=f"naoserver_sim.learning.{_ENTRIES[_name]}", max_episode_steps=_steps
+        )

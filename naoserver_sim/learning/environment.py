@@ -1,0 +1,171 @@
+"""What all environments have in common: a robot on a virtual clock that moves by actions from -1 to 1."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, TypedDict
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+
+from naoserver.capabilities import InertialReading, SenseReading, Truth
+from naoserver.robot import JointReading
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import World, load_world
+from zenoh_ice import VirtualClock
+
+__all__ = ["PERIOD", "NaoEnvironment", "Options", "upward"]
+
+Array = NDArray[np.float32]
+
+PERIOD: Final = 0.02
+"""Simulated seconds of a step: 50 Hz, the cycle of NAOqi's motion."""
+_MOST: Final = 10.0
+"""Bound of every number of an observation, which are scaled to be about 1; what is beyond is cut off."""
+_RENDERED: Final = ("CameraOutside", 320, 240)
+_SETTLING: Final = 0.2
+_WEIGHT: Final = 53.0  # of the body in N
+_SEEDS: Final = 2**31
+
+
+class Options(TypedDict, total=False):
+    """What can be chosen of every environment."""
+
+    render_mode: str | None
+    """`rgb_array`, or None not to render."""
+    noise: bool
+    """Whether the senses are as imperfect and late as a real robot's; True."""
+    world: str
+    """The name or the file of a world (docs/worlds.md); `empty`."""
+
+
+class NaoEnvironment(gymnasium.Env[Array, Array]):
+    """A robot that does what each action says for PERIOD of simulated time.
+
+    An episode is a robot of its own: after `reset(seed=n)` the same actions lead to the same observations and
+    rewards, bit by bit, whatever was before.
+    """
+
+    # Gymnasium declares it as the instance's own.
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
+
+    def __init__(self, observations: int, actions: int, options: Options) -> None:
+        render_mode = options.get("render_mode")
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise ValueError(f"there is no render mode {render_mode!r}; there is 'rgb_array'")
+        self.render_mode = render_mode
+        self.observation_space = Box(-_MOST, _MOST, (observations,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (actions,), np.float32)
+        self._noise = options.get("noise", True)
+        self._world: World = load_world(options.get("world", "empty"))
+        self._clock = VirtualClock()
+        self._robot: SimulatedRobot | None = None
+        self._joints: JointReading
+        self._senses: SenseReading
+        self._truth: Truth
+
+    @property
+    def robot(self) -> SimulatedRobot:
+        """The robot of this episode. Raises gymnasium.error.ResetNeeded before the first reset."""
+        if self._robot is None:
+            raise gymnasium.error.ResetNeeded("call reset before anything else")
+        return self._robot
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Begin an episode; return its first observation, and what `step` tells beside."""
+        super().reset(seed=seed, options=options)
+        self.close()
+        self._clock = VirtualClock()
+        self._robot = SimulatedRobot(
+            clock=self._clock,
+            world=self._world,
+            skin=self.render_mode is not None,
+            noise=self._noise,
+            seed=int(self.np_random.integers(_SEEDS)),
+        )
+        self._wait(_SETTLING)
+        self._begin(options or {})
+        self._look()
+        return self._observe(), self._tell()
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Do what an action says for a step.
+
+        Returns the observation after it, the reward, whether the episode has ended, False, and more to know.
+        """
+        robot = self.robot
+        self._act(robot, np.clip(np.nan_to_num(np.asarray(action, np.float64)), -1.0, 1.0))
+        self._wait(PERIOD)
+        self._look()
+        reward, ended = self._judge()
+        return self._observe(), float(reward), bool(ended), False, self._tell()
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return what a spectator sees, (240, 320, 3) bytes; None without the render mode `rgb_array`."""
+        if self.render_mode is None:
+            return None
+        return self.robot.capture(*_RENDERED).pixels
+
+    def close(self) -> None:
+        """Let the robot go; `reset` begins with another."""
+        if self._robot is not None:
+            self._robot.close()
+            self._robot = None
+
+    # -- what each environment says for itself ----------------------------------------------------------
+
+    @abstractmethod
+    def _begin(self, options: Mapping[str, Any]) -> None:
+        """Prepare the robot, which stands, for the episode."""
+
+    @abstractmethod
+    def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
+        """Command the robot by an action within -1 and 1."""
+
+    @abstractmethod
+    def _judge(self) -> tuple[float, bool]:
+        """Return the reward of the last step, and whether the episode has ended by it."""
+
+    @abstractmethod
+    def _features(self) -> Sequence[float]:
+        """Return what is observed, in numbers of about 1."""
+
+    def _tell(self) -> dict[str, Any]:
+        """Return what is known beside, which no robot could measure."""
+        x, y, z = self._truth.torso.position
+        return {"time": self._truth.time, "torso": (x, y, z)}
+
+    # -- what they share --------------------------------------------------------------------------------
+
+    @property
+    def fallen(self) -> bool:
+        """Whether the robot lies."""
+        return self.robot.state().fallen
+
+    def _wait(self, seconds: float) -> None:
+        self._clock.advance(seconds)
+        self.robot.state()  # the physics catches up
+
+    def _look(self) -> None:
+        robot = self.robot
+        self._joints, self._senses, self._truth = robot.read(), robot.senses.read(), robot.stage.truth()
+
+    def _observe(self) -> Array:
+        return np.clip(np.array(self._features(), np.float32), -_MOST, _MOST)
+
+    def _balance(self) -> list[float]:
+        """Return what the body feels of its balance: up (3), turning (3), loads of the soles (2)."""
+        inertial, left, right = self._senses.inertial, self._senses.left_foot, self._senses.right_foot
+        return [*upward(inertial), *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
+
+
+def upward(inertial: InertialReading) -> tuple[float, float, float]:
+    """Return the unit vector in the torso's frame that points up."""
+    roll, pitch = inertial.roll, inertial.pitch
+    return -math.sin(pitch), math.sin(roll) * math.cos(pitch), math.cos(roll) * math.cos(pitch)

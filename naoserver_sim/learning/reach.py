@@ -1,0 +1,113 @@
+"""Nao/Reach-v0: bring the left hand to a place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import H25
+from naoserver.capabilities import Vector
+from naoserver_sim.learning.environment import NaoEnvironment, Options
+from naoserver_sim.robot import SimulatedRobot
+
+__all__ = ["ARM", "ReachEnvironment", "hand_at"]
+
+Array = NDArray[np.float64]
+
+ARM: Final = ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw")
+"""The joints of the arm from the shoulder down."""
+_PLACES: Final = {name: place for place, name in enumerate(H25.joint_names)}
+_FRACTION: Final = 0.5
+"""Of the joints' full speeds at which they move at most: the body stands firm then."""
+_THERE: Final = 0.02
+"""Distance in m at which the hand is there."""
+_REWARD: Final = 1.0
+_FALL: Final = -10.0
+_SCALE: Final = 5.0
+"""Of lengths in m, which are then about 1."""
+
+
+class ReachEnvironment(NaoEnvironment):
+    """Bring the middle of the left hand within 2 cm of a place that it can reach, and keep it there.
+
+    Action (5): the speeds of the joints in `ARM`, up to half their full ones. Observation (24): angles and
+    speeds of these joints (10); where the hand is (3), and from there to the place (3), in the torso's frame;
+    up, turning rate and loads of the soles (8). Where the hand is follows from the angles of the joints.
+
+    Reward of a step: minus the distance in m, and 1 while the hand is there. A fall ends the episode and
+    costs 10. `reset(options={"place": (x, y, z)})` gives the place in m; without it the one is drawn at which
+    the hand is when the joints are anywhere in the middle 80 % of their ranges.
+    """
+
+    def __init__(self, **options: Unpack[Options]) -> None:
+        super().__init__(24, len(ARM), options)
+        self._places = [_PLACES[name] for name in ARM]
+        self._facts = [H25.joints[place] for place in self._places]
+        self._target = self._hand = np.zeros(3)
+
+    def _begin(self, options: Mapping[str, Any]) -> None:
+        lower = np.array([joint.lower for joint in self._facts])
+        upper = np.array([joint.upper for joint in self._facts])
+        drawn = hand_at((lower + (upper - lower) * self.np_random.uniform(0.1, 0.9, len(ARM))).tolist())
+        self._target = np.array(options.get("place", drawn), np.float64)
+
+    def _act(self, robot: SimulatedRobot, action: Array) -> None:
+        robot.command_velocities(
+            {
+                joint.name: _FRACTION * joint.max_velocity * part
+                for joint, part in zip(self._facts, action.tolist(), strict=True)
+            }
+        )
+
+    def _judge(self) -> tuple[float, bool]:
+        if self.fallen:
+            return _FALL, True
+        distance = self._distance()
+        return (_REWARD if distance <= _THERE else 0.0) - distance, False
+
+    def _features(self) -> list[float]:
+        joints, hand = self._joints, self._hand
+        return [
+            *(joints.positions[place] for place in self._places),
+            *(0.2 * joints.velocities[place] for place in self._places),
+            *(_SCALE * hand).tolist(),
+            *(_SCALE * (self._target - hand)).tolist(),
+            *self._balance(),
+        ]
+
+    def _tell(self) -> dict[str, Any]:
+        return super()._tell() | {"distance": self._distance(), "is_success": self._distance() <= _THERE}
+
+    def _look(self) -> None:
+        super()._look()
+        self._hand = hand_at([self._joints.positions[place] for place in self._places])
+
+    def _distance(self) -> float:
+        return float(np.linalg.norm(self._target - self._hand))
+
+
+def hand_at(angles: Sequence[float]) -> Array:
+    """Return where the middle of the left hand is, in the torso's frame in m; `angles` are those of `ARM`."""
+    forward, downward = (float(H25.facts["dimensions"][f"hand_offset_{axis}"]) for axis in "xz")
+    point = (forward, 0.0, -downward)
+    for name, angle in zip(reversed(ARM), reversed(angles), strict=True):
+        joint = H25.joints[_PLACES[name]]
+        x, y, z = _turned(point, joint.axis, angle)
+        point = (x + joint.origin[0], y + joint.origin[1], z + joint.origin[2])
+    return np.array(point)
+
+
+def _turned(point: Vector, axis: Vector, angle: float) -> Vector:
+    """Turn a point about a unit axis: Rodrigues' formula."""
+    (x, y, z), (i, j, k) = point, axis
+    cosine, sine = math.cos(angle), math.sin(angle)
+    along = (x * i + y * j + z * k) * (1.0 - cosine)
+    return (
+        x * cosine + (j * z - k * y) * sine + i * along,
+        y * cosine + (k * x - i * z) * sine + j * along,
+        z * cosine + (i * y - j * x) * sine + k * along,
+    )

@@ -1,0 +1,109 @@
+"""Nao/Walk-v0: step with the legs at a velocity that is told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import H25
+from naoserver.capabilities import Truth, WalkVelocity
+from naoserver_sim.learning.environment import NaoEnvironment, Options
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.walk.kinematics import LEG_MOTORS
+
+__all__ = ["WalkEnvironment"]
+
+_REACH: Final = 0.6
+"""Radians by which an action moves a joint from the stance at most."""
+_STRIDE: Final = 0.5
+"""Seconds of two steps, of which the observation tells the phase: a clock to step by."""
+_FASTEST: Final = WalkVelocity(forward=0.25, left=0.1, turn=0.6)
+"""The highest velocity of each kind that is drawn."""
+_TOLERANCE: Final = 0.1
+"""Error of the velocity in m/s at which 37 % of its reward is left; of the turn 4 times that in rad/s."""
+_ON_FEET: Final = 0.2
+_JERK: Final = 0.02
+_FALL: Final = -10.0
+_LOWEST: Final = 0.2
+"""Height of the torso in m below which it has fallen on its knees or worse."""
+
+
+class WalkEnvironment(NaoEnvironment):
+    """Keep to a velocity on the floor, by the angles of the legs.
+
+    Action (11): the motors of the legs in the order of `LEG_MOTORS`, up to 0.6 rad to either side of the
+    stance in which it begins. Observation (46): the velocity that is wanted (3); up, turning rate and loads
+    of the soles (8); angles about the stance (11) and speeds (11) of the motors; the last action (11); sine
+    and cosine of a clock to step by (2).
+
+    Reward of a step: 0.2 for being on its feet, up to 1 the closer the torso moves to the velocity, less the
+    jerk of the action. A fall ends the episode and costs 10. `reset(options={"velocity": (forward, left,
+    turn)})` gives the velocity in m/s and rad/s; without it one is drawn.
+    """
+
+    def __init__(self, **options: Unpack[Options]) -> None:
+        super().__init__(46, len(LEG_MOTORS), options)
+        self._places = [H25.joint_names.index(name) for name in LEG_MOTORS]
+        self._speeds = {name: H25.joints[place].max_velocity for name, place in self._motors()}
+        self._stance = np.zeros(len(LEG_MOTORS))
+        self._last = np.zeros(len(LEG_MOTORS))
+        self._jerk = 0.0
+        self._wanted = WalkVelocity()
+
+    def _motors(self) -> zip[tuple[str, int]]:
+        return zip(LEG_MOTORS, self._places, strict=True)
+
+    def _begin(self, options: Mapping[str, Any]) -> None:
+        commands = self.robot.read().commands
+        self._stance = np.array([commands[place] for place in self._places])
+        self._last = np.zeros(len(LEG_MOTORS))
+        drawn = self.np_random.uniform(-1.0, 1.0, 3) * (_FASTEST.forward, _FASTEST.left, _FASTEST.turn)
+        self._wanted = WalkVelocity(*map(float, options.get("velocity", drawn)))
+
+    def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
+        angles = self._stance + _REACH * action
+        robot.command_positions(dict(zip(LEG_MOTORS, angles.tolist(), strict=True)), self._speeds)
+        change = action - self._last
+        self._jerk, self._last = float(change @ change), action
+
+    def _judge(self) -> tuple[float, bool]:
+        if self.fallen or self._truth.torso.position[2] < _LOWEST:
+            return _FALL, True
+        wanted, moved = self._wanted, velocity_of(self._truth)
+        error = math.hypot(
+            moved.forward - wanted.forward, moved.left - wanted.left, (moved.turn - wanted.turn) / 4.0
+        )
+        return _ON_FEET + math.exp(-((error / _TOLERANCE) ** 2)) - _JERK * self._jerk, False
+
+    def _features(self) -> list[float]:
+        wanted, joints = self._wanted, self._joints
+        positions = [joints.positions[place] for place in self._places]
+        phase = math.tau * joints.time / _STRIDE
+        return [
+            *(4.0 * wanted.forward, 10.0 * wanted.left, wanted.turn),
+            *self._balance(),
+            *(np.array(positions) - self._stance).tolist(),
+            *(0.1 * joints.velocities[place] for place in self._places),
+            *self._last.tolist(),
+            *(math.sin(phase), math.cos(phase)),
+        ]
+
+    def _tell(self) -> dict[str, Any]:
+        moved, wanted = velocity_of(self._truth), self._wanted
+        return super()._tell() | {
+            "velocity": (moved.forward, moved.left, moved.turn),
+            "wanted": (wanted.forward, wanted.left, wanted.turn),
+        }
+
+
+def velocity_of(truth: Truth) -> WalkVelocity:
+    """Return how the torso moves over the floor, in its own frame."""
+    w, x, y, z = truth.torso.orientation
+    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    cosine, sine = math.cos(heading), math.sin(heading)
+    vx, vy, _ = truth.velocity
+    return WalkVelocity(cosine * vx + sine * vy, cosine * vy - sine * vx, truth.angular_velocity[2])

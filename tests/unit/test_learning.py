@@ -1,0 +1,176 @@
+"""The environments in which a simulated Nao learns: Gymnasium's own check, and what each promises."""
+
+import math
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from naoserver.body import H25
+from naoserver_sim.learning import ENVIRONMENTS
+from naoserver_sim.learning.reach import ARM, hand_at
+from naoserver_sim.model import build_model
+
+pytestmark = pytest.mark.sim
+
+
+@pytest.fixture
+def make():
+    """Make environments that are closed at the end."""
+    made = []
+
+    def make(name, **options):
+        made.append(gymnasium.make(f"naoserver_sim.learning:Nao/{name}-v0", **options))
+        return made[-1]
+
+    yield make
+    for environment in made:
+        environment.close()
+
+
+def still(environment):
+    return np.zeros(environment.action_space.shape, np.float32)
+
+
+def episode(environment, seed, steps):
+    """Return observations and rewards of an episode of random actions."""
+    rng = np.random.default_rng(7)
+    told = [environment.reset(seed=seed)[0].tobytes()]
+    for _ in range(steps):
+        action = rng.uniform(-0.2, 0.2, environment.action_space.shape).astype(np.float32)
+        observation, reward, *_ = environment.step(action)
+        told += [observation.tobytes(), reward]
+    return told
+
+
+@pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
+def test_gymnasium_finds_nothing_wrong(make, name):
+    assert f"Nao/{name}-v0" in ENVIRONMENTS
+    check_env(make(name).unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
+def test_the_same_seed_is_the_same_episode_bit_by_bit_whatever_was_before(make, name):
+    used, fresh = make(name), make(name)
+    episode(used, 4, 20)
+    assert episode(used, 5, 30) == episode(fresh, 5, 30)
+    assert episode(used, 6, 5) != episode(fresh, 5, 5)
+
+
+def test_an_action_that_is_no_number_or_too_large_is_made_harmless(make):
+    environment = make("Walk", disable_env_checker=True)
+    environment.reset(seed=1)
+    for value in (math.nan, math.inf, 1e30):
+        observation, reward, *_ = environment.step(np.full(11, value, np.float32))
+        assert environment.observation_space.contains(observation)
+        assert math.isfinite(reward)
+
+
+def test_nothing_can_be_done_before_the_first_reset(make):
+    environment = make("Reach", disable_env_checker=True).unwrapped
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        environment.step(np.zeros(5, np.float32))
+
+
+def test_an_unknown_render_mode_is_refused():
+    from naoserver_sim.learning.walk import WalkEnvironment
+
+    with pytest.raises(ValueError, match="rgb_array"):
+        WalkEnvironment(render_mode="human")
+
+
+@pytest.mark.gl
+def test_it_is_rendered_as_a_spectator_sees_it(make):
+    environment = make("Walk", render_mode="rgb_array")
+    environment.reset(seed=1)
+    picture = environment.render()
+    assert picture.shape == (240, 320, 3)
+    assert picture.std() > 5
+
+
+# -- walking -------------------------------------------------------------------------------------------------
+
+
+def test_who_stands_still_is_paid_in_full_where_no_velocity_is_wanted(make):
+    environment = make("Walk")
+    environment.reset(seed=1, options={"velocity": (0.0, 0.0, 0.0)})
+    rewards = [environment.step(still(environment))[1] for _ in range(50)]
+    assert np.mean(rewards) == pytest.approx(1.2, abs=0.02)
+    environment.reset(seed=1, options={"velocity": (0.2, 0.0, 0.0)})
+    rewards = [environment.step(still(environment))[1] for _ in range(50)]
+    assert np.mean(rewards) == pytest.approx(0.2 + math.exp(-4), abs=0.02)
+
+
+def test_a_fall_costs_and_ends_the_episode(make):
+    environment = make("Walk")
+    environment.reset(seed=1)
+    forwards = still(environment)
+    forwards[4] = forwards[9] = -1.0  # both ankles let the shins fall forwards
+    for _ in range(150):
+        _, reward, ended, _, told = environment.step(forwards)
+        if ended:
+            break
+    assert (ended, reward) == (True, -10.0)
+    assert told["torso"][2] < 0.3
+
+
+# -- reaching ------------------------------------------------------------------------------------------------
+
+
+def test_where_the_hand_is_agrees_with_the_physics():
+    model = build_model(skin=False).mj
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(3)
+    offset = np.array(
+        [H25.facts["dimensions"]["hand_offset_x"], 0, -H25.facts["dimensions"]["hand_offset_z"]]
+    )
+    for _ in range(10):
+        angles = rng.uniform(-1.0, 1.0, len(ARM))
+        for name, angle in zip(ARM, angles, strict=True):
+            data.joint(name).qpos[0] = angle
+        mujoco.mj_kinematics(model, data)
+        torso, hand = data.body("torso"), data.body("l_wrist_hand")
+        there = hand.xpos + hand.xmat.reshape(3, 3) @ offset
+        expected = torso.xmat.reshape(3, 3).T @ (there - torso.xpos)
+        assert hand_at(angles.tolist()) == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_hand_is_paid_for_being_where_it_is_wanted(make):
+    environment = make("Reach", noise=False)
+    environment.reset(seed=1)
+    observation, *_ = environment.step(still(environment))
+    hand = tuple(observation[10:13] / 5.0)
+    environment.reset(seed=1, options={"place": hand})
+    _, reward, _, _, told = environment.step(still(environment))
+    assert told["is_success"]
+    assert reward == pytest.approx(1.0, abs=0.01)
+
+
+# -- standing up ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("side", "up"), [("belly", -1.0), ("back", 1.0)])
+def test_it_lies_as_it_was_thrown(make, side, up):
+    environment = make("StandUp")
+    _, told = environment.reset(seed=1, options={"side": side})
+    assert told["torso"][2] < 0.15
+    assert told["up"][0] == pytest.approx(up, abs=0.2)
+    assert set(environment.unwrapped.robot.read().stiffnesses) == {1.0}
+
+
+# -- many at once --------------------------------------------------------------------------------------------
+
+
+def test_several_at_once_are_each_as_by_itself(make):
+    vector = gymnasium.make_vec("naoserver_sim.learning:Nao/Walk-v0", num_envs=2)
+    try:
+        together, _ = vector.reset(seed=[5, 6])
+        for seed, observation in zip((5, 6), together, strict=True):
+            assert (make("Walk").reset(seed=seed)[0] == observation).all()
+        observations, rewards, *_ = vector.step(np.zeros((2, 11), np.float32))
+        assert observations.shape == (2, 46)
+        assert np.isfinite(rewards).all()
+    finally:
+        vector.close()
