@@ -1,0 +1,74 @@
+"""A robot in virtual time behind its safety layer, with the player of its motions: no threads, no network."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from naoserver.assembly import Assembly
+from naoserver.motions.library import load_motions
+from naoserver.motions.player import PERIOD, ActionProgress
+from naoserver.motions.postures import nearest_posture, situation_of, stance_of
+from naoserver.motions.routes import MotionRoute, PostureRoute
+from naoserver.options import ServerOptions
+from zenoh_ice import VirtualClock
+
+MOTIONS: Final = load_motions()
+LONGEST: Final = 120.0
+"""Robot seconds that anything takes."""
+
+
+class MotionRig:
+    """Begin motions and postures, and let the time go on in steps of the player's."""
+
+    def __init__(self, robot: Any, clock: VirtualClock) -> None:
+        self.robot = robot
+        self.clock = clock
+        self.assembly = Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None)
+        self.player = self.assembly.player
+        self.least_upright = 1.0
+        """The least z of what points up in the torso's frame, since the beginning."""
+
+    def let_go(self, seconds: float) -> None:
+        """Let some robot time pass."""
+        for _ in range(round(seconds / PERIOD)):
+            self.clock.advance(PERIOD)
+            self.player.tick()
+            self.least_upright = min(self.least_upright, situation_of(self.robot).up[2])
+
+    def begin(self, motion: str, pace: float = 1.0) -> None:
+        """Begin a motion."""
+        route = MotionRoute(MOTIONS[motion], MOTIONS.values())
+        self.player.begin("motion", motion, route, pace=pace)
+
+    def play(self, motion: str, pace: float = 1.0) -> ActionProgress:
+        """Play a motion to its end."""
+        self.begin(motion, pace)
+        self._finish()
+        return self.player.progress("motion")
+
+    def go(self, posture: str, fraction: float = 1.0) -> ActionProgress:
+        """Go to a posture."""
+        self.player.begin("posture", posture, PostureRoute(posture, MOTIONS.values(), fraction))
+        self._finish()
+        return self.player.progress("posture")
+
+    @property
+    def stance(self) -> str:
+        """On what the robot rests."""
+        return stance_of(situation_of(self.robot))
+
+    @property
+    def posture(self) -> str:
+        """The posture in which the robot is."""
+        return nearest_posture(situation_of(self.robot))
+
+    def commands(self) -> dict[str, float]:
+        """Return the setpoint of each joint."""
+        names = (joint.name for joint in self.robot.joints)
+        return dict(zip(names, self.robot.read().commands, strict=True))
+
+    def _finish(self) -> None:
+        end = self.clock.now() + LONGEST
+        while self.player.busy:
+            assert self.clock.now() < end, "it does not end"
+            self.let_go(PERIOD)

@@ -1,0 +1,155 @@
+"""Playing motions: whose the joints are meanwhile, and what stops it."""
+
+import pytest
+
+from interfaces.nao import ActionStatus
+from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.fake import FakeRobot
+from naoserver.motions.postures import POSTURES
+from naoserver.motions.routes import RouteError
+from tests.support.motion_rig import MOTIONS, MotionRig
+from zenoh_ice import VirtualClock
+
+
+@pytest.fixture
+def rig():
+    clock = VirtualClock()
+    return MotionRig(FakeRobot(clock=clock), clock)
+
+
+def lies(rig, pitch):
+    """Let the robot feel that it lies: on its belly with a positive pitch."""
+    inertial = rig.robot.senses.read().inertial
+    rig.robot.senses.feel(inertial=type(inertial)(inertial.acceleration, (0.0, 0.0, 0.0), 0.0, pitch))
+
+
+def test_a_motion_takes_its_time_and_ends_where_its_file_says(rig):
+    begun = rig.clock.now()
+    assert rig.play("wave").status is ActionStatus.Done
+    assert rig.clock.now() - begun == pytest.approx(MOTIONS["wave"].duration, abs=0.5)
+    assert rig.commands()["RShoulderPitch"] == pytest.approx(1.44)
+
+
+def test_the_setpoints_keep_to_the_path(rig):
+    rig.begin("wave")
+    begin, start, worst = rig.commands(), rig.clock.now(), 0.0
+    while rig.clock.now() - start < MOTIONS["wave"].duration:
+        rig.let_go(0.02)
+        wanted = MOTIONS["wave"].at(rig.clock.now() - start, begin)
+        worst = max(worst, *(abs(rig.commands()[joint] - angle) for joint, angle in wanted.items()))
+    assert worst < 0.06
+
+
+def test_a_pace_makes_it_faster(rig):
+    begun = rig.clock.now()
+    rig.play("wave", pace=2.0)
+    assert rig.clock.now() - begun == pytest.approx(MOTIONS["wave"].duration / 2, abs=0.5)
+
+
+def test_others_may_not_move_its_joints_but_those_that_it_leaves_alone(rig):
+    rig.begin("wave")
+    rig.let_go(0.5)
+    with pytest.raises(InvalidCommand, match="RElbowRoll is moved by the motion wave"):
+        rig.assembly.body.move({"RElbowRoll": 0.5}, {})
+    rig.assembly.body.move({"LElbowRoll": -0.5}, {})
+    rig.player.stop()
+    rig.assembly.body.move({"RElbowRoll": 0.5}, {})
+
+
+def test_a_stop_holds_the_joints_where_they_are(rig):
+    rig.begin("wave")
+    rig.let_go(1.2)
+    rig.player.stop()
+    held = rig.commands()
+    rig.let_go(2.0)
+    assert rig.commands() == held
+    assert rig.player.progress("motion").status is ActionStatus.Stopped
+
+
+def test_an_emergency_stop_ends_it_and_refuses_the_next(rig):
+    rig.begin("wave")
+    rig.let_go(1.2)
+    rig.assembly.gate.stop("a test")
+    held = rig.commands()
+    rig.let_go(2.0)
+    assert rig.commands() == held
+    assert rig.player.progress("motion").status is ActionStatus.Stopped
+    with pytest.raises(CommandRefused):
+        rig.begin("wave")
+
+
+def test_a_lease_that_somebody_else_takes_ends_it(rig):
+    rig.begin("wave")
+    rig.let_go(0.5)
+    rig.assembly.gate.acquire("somebody", "Somebody", 10.0)
+    rig.let_go(0.1)
+    progress = rig.player.progress("motion")
+    assert (progress.status, "Somebody" in progress.message) == (ActionStatus.Stopped, True)
+
+
+def test_a_new_action_ends_the_one_before_but_a_refused_one_does_not(rig):
+    rig.begin("wave")
+    rig.let_go(0.5)
+    with pytest.raises(RouteError, match="stand_up_from_belly begins lying on its belly"):
+        rig.begin("stand_up_from_belly")
+    assert rig.player.progress("motion").name == "wave"
+    rig.go("Crouch")
+    assert rig.player.progress("motion").status is ActionStatus.Stopped
+    assert rig.player.progress("posture").status is ActionStatus.Done
+
+
+def test_a_motion_begins_in_its_posture_wherever_the_joints_are(rig):
+    rig.go("StandZero")
+    assert rig.play("kick").status is ActionStatus.Done
+    assert rig.posture == "StandInit"
+
+
+def test_limp_motors_become_stiff_first(rig):
+    rig.robot.command_stiffnesses(dict.fromkeys(rig.commands(), 0.0), 0.0)
+    rig.let_go(0.1)
+    assert rig.play("wave").status is ActionStatus.Done
+    stiff = dict(zip(rig.commands(), rig.robot.read().stiffnesses, strict=True))
+    assert stiff["RElbowRoll"] == 1.0
+    assert stiff["LKneePitch"] == 0.0, "the motion does not move it"
+
+
+def test_a_motor_that_goes_limp_ends_it(rig):
+    rig.begin("dance")
+    rig.let_go(1.0)
+    rig.robot.command_stiffnesses({"LKneePitch": 0.0}, 0.0)
+    rig.let_go(0.1)
+    progress = rig.player.progress("motion")
+    assert (progress.status, progress.message) == (ActionStatus.Failed, "LKneePitch has gone limp")
+
+
+def test_a_fall_ends_what_is_danced(rig):
+    rig.begin("dance")
+    rig.let_go(1.0)
+    lies(rig, 1.5)
+    rig.let_go(0.1)
+    progress = rig.player.progress("motion")
+    assert (progress.status, progress.message) == (ActionStatus.Failed, "the robot has fallen")
+
+
+@pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero", "Crouch"])
+def test_a_standing_robot_goes_straight_to_a_standing_posture(rig, posture):
+    assert rig.go(posture).status is ActionStatus.Done
+    assert rig.posture == posture
+    assert rig.commands() == pytest.approx(dict(POSTURES[posture]), abs=1e-6)
+
+
+def test_a_slower_way_takes_longer(rig):
+    begun = rig.clock.now()
+    rig.go("Crouch")
+    fast = rig.clock.now() - begun
+    rig.go("Stand")
+    begun = rig.clock.now()
+    rig.go("Crouch", fraction=0.5)
+    assert rig.clock.now() - begun > 1.5 * fast
+
+
+def test_getting_up_is_given_up_when_it_never_succeeds(rig):
+    lies(rig, 1.5)
+    progress = rig.go("Stand")
+    assert progress.status is ActionStatus.Failed
+    assert "still lying on its belly" in progress.message
