@@ -57,6 +57,7 @@ class Gate:
         self._lock = threading.Lock()
         self._stops: list[Callable[[], None]] = []
         self._stop_reason: str | None = None
+        self._out_of_reach = ""
         self._lease: _Lease | None = None
 
     def on_stop(self, stop: Callable[[], None]) -> None:
@@ -70,11 +71,15 @@ class Gate:
         """
         with self._lock:
             holder = self._other_holder(client) if self._stop_reason is None else ""
-            if self._stop_reason is None and not holder:
+            if self._stop_reason is None and not holder and not self._out_of_reach:
                 return
-            why = f"held by {holder}" if holder else f"stopped: {self._stop_reason}"
+            if self._out_of_reach:
+                why, what = f"out of reach: {self._out_of_reach}", "wait until it is found again"
+            elif holder:
+                why, what = f"held by {holder}", "wait until the lease is given back"
+            else:
+                why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
         self._events.add(Severity.Warning, _SOURCE, f"refused a command: the robot is {why}", "refused")
-        what = "wait until the lease is given back" if holder else "reset the emergency stop first"
         raise CommandRefused(f"the robot is {why}; {what}", holder)
 
     def stop(self, reason: str) -> None:
@@ -103,6 +108,16 @@ class Gate:
             was_stopped, self._stop_reason = self._stop_reason is not None, None
         if was_stopped:
             self._events.add(Severity.Info, _SOURCE, "the emergency stop was reset", "reset")
+
+    def lose(self, why: str) -> None:
+        """Refuse every command until `find`, because no command reaches the robot."""
+        with self._lock:
+            self._out_of_reach = why or "it is lost"
+
+    def find(self) -> None:
+        """Let commands through again: they reach the robot."""
+        with self._lock:
+            self._out_of_reach = ""
 
     def acquire(self, client: str, holder: str, seconds: float) -> None:
         """Hold the robot for a client, called `holder`, or renew.

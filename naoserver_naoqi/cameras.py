@@ -1,0 +1,230 @@
+"""The cameras: ALVideoDevice, subscribed once each, and released whatever happens."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from naoserver.body import H25
+from naoserver.errors import HardwareFailure
+from naoserver.robot import CameraFacts, Frame
+from naoserver_naoqi.connection import Connection
+from naoserver_naoqi.link import CallFailed, Link, call
+
+__all__ = ["NAME", "RESOLUTIONS", "NaoqiCameras", "Stamps", "frame_of"]
+
+_logger = logging.getLogger(__name__)
+
+NAME: Final = "naoserver-naoqi"
+"""Under which the subscriptions are made: what an earlier server left behind goes by it."""
+RESOLUTIONS: Final = {(320, 240): 1, (640, 480): 2, (1280, 960): 3, (2560, 1920): 4, (1920, 1080): 6}
+"""NAOqi's number of each image size."""
+_RGB: Final = 11
+_PATIENCE: Final = 0.9
+"""Seconds within which a picture has to come: a capture blocks at most 1 s."""
+_AGAIN: Final = 0.004
+"""Seconds before it is asked again for a picture that is not there yet."""
+_SAME: Final = 1.5
+"""Periods for which it is asked again for a picture that is newer than the last."""
+_BEFORE_NAO6: Final = (1280, 960)
+"""Largest picture of a NAO4 or NAO5."""
+_FAREWELL: Final = 1.0
+
+
+class Stamps:
+    """Turn the robot's time stamps into this machine's steady time.
+
+    The clocks tell different times; the picture that came fastest of the last ones tells by how much. So a
+    time errs by what that picture took on its way.
+    """
+
+    def __init__(self, kept: int = 100) -> None:
+        self._offsets: deque[float] = deque(maxlen=kept)
+
+    def steady(self, stamp: float, arrival: float) -> float:
+        """Return when a picture was taken, by its stamp and when it arrived, all in s."""
+        self._offsets.append(arrival - stamp)
+        return stamp + min(self._offsets)
+
+
+@dataclass(frozen=True, slots=True)
+class _Subscription:
+    link: Link
+    handle: str
+    size: tuple[int, int]
+    period: float
+
+
+class _Camera:
+    """One camera: at most one subscription, of the newest size that was asked for."""
+
+    def __init__(self, index: int, facts: CameraFacts) -> None:
+        self.index = index
+        self.facts = facts
+        self.lock = threading.Lock()
+        self.subscription: _Subscription | None = None
+        self.stamps = Stamps()
+        self.newest = 0.0
+
+
+class NaoqiCameras:
+    """Take pictures with the cameras of a robot."""
+
+    def __init__(self, connection: Connection, now: Callable[[], float]) -> None:
+        self._connection = connection
+        self._now = now
+        self._cameras = {
+            facts.name: _Camera(index, facts) for index, facts in enumerate(H25.cameras)
+        }  # fmt: skip
+        self._closed = False
+
+    @property
+    def facts(self) -> tuple[CameraFacts, ...]:
+        """What the cameras can do; of a NAO6 until the robot has been asked."""
+        return tuple(camera.facts for camera in self._cameras.values())
+
+    def open(self, link: Link) -> None:
+        """Release what an earlier server left subscribed, and find out which cameras these are."""
+        try:
+            call(link, "ALVideoDevice.unsubscribeAllInstances", NAME)
+        except CallFailed as error:
+            _logger.debug("nothing to release: %s", error)
+        large = _is_nao6(link)
+        for camera in self._cameras.values():
+            camera.subscription = None
+            camera.facts = _facts(link, camera.index, H25.cameras[camera.index], large=large)
+
+    def capture(self, name: str, width: int, height: int) -> Frame:
+        """Take a picture; blocks at most 1 s. Raises HardwareFailure."""
+        camera = self._cameras.get(name)
+        if camera is None:
+            raise HardwareFailure(f"there is no camera {name!r}")
+        deadline = time.monotonic() + _PATIENCE
+        if not camera.lock.acquire(timeout=_PATIENCE):
+            raise HardwareFailure(f"{name} is busy")
+        try:
+            if self._closed:
+                raise HardwareFailure(f"{name}: the robot is closed")
+            subscription = self._subscribe(camera, (width, height))
+            return self._newest(camera, subscription, deadline)
+        finally:
+            camera.lock.release()
+
+    def close(self) -> None:
+        """Release every camera."""
+        self._closed = True
+        for camera in self._cameras.values():
+            with camera.lock:
+                try:
+                    _release(camera)
+                except HardwareFailure as error:
+                    _logger.warning("%s was not released: %s", camera.facts.name, error)
+
+    def _newest(self, camera: _Camera, subscription: _Subscription, deadline: float) -> Frame:
+        """Return the newest picture, if possible newer than the last that was returned."""
+        content = time.monotonic() + _SAME * subscription.period
+        while True:
+            try:
+                image = call(
+                    subscription.link,
+                    "ALVideoDevice.getImageRemote",
+                    subscription.handle,
+                    timeout=max(0.05, deadline - time.monotonic()),
+                )
+            except CallFailed:
+                camera.subscription = None  # somebody ended it: the next capture subscribes anew
+                raise
+            arrival = self._now()
+            if image is not None:
+                stamp = _stamp(image)
+                if stamp != camera.newest or time.monotonic() > content:
+                    camera.newest = stamp
+                    taken = camera.stamps.steady(stamp, arrival)
+                    return frame_of(image, camera.facts.name, subscription.size, taken)
+            if time.monotonic() + _AGAIN > deadline:
+                raise HardwareFailure(f"{camera.facts.name} gives no picture")
+            time.sleep(_AGAIN)
+
+    def _subscribe(self, camera: _Camera, size: tuple[int, int]) -> _Subscription:
+        link = self._connection.require()
+        subscription = camera.subscription
+        if subscription is not None and subscription.size == size and subscription.link is link:
+            return subscription
+        if size not in camera.facts.sizes:
+            raise HardwareFailure(f"{camera.facts.name} has no size {size[0]}x{size[1]}")
+        if subscription is not None and subscription.link is link:
+            _release(camera)
+        rate = dict(zip(camera.facts.sizes, camera.facts.rates, strict=True))[size]
+        handle = call(
+            link,
+            "ALVideoDevice.subscribeCamera",
+            NAME,
+            camera.index,
+            RESOLUTIONS[size],
+            _RGB,
+            round(rate),
+            timeout=_PATIENCE,
+        )
+        if not handle:
+            message = f"{camera.facts.name}: the robot gives no subscription for {size[0]}x{size[1]}"
+            raise HardwareFailure(f"{message}; other programs may hold too many")
+        camera.subscription = _Subscription(link, str(handle), size, 1.0 / rate)
+        return camera.subscription
+
+
+def frame_of(image: Any, camera: str, size: tuple[int, int], taken: float) -> Frame:  # noqa: ANN401
+    """Return the frame that getImageRemote's answer is. Raises HardwareFailure when it is none."""
+    try:
+        width, height, layers, pixels = int(image[0]), int(image[1]), int(image[2]), image[6]
+        array = np.frombuffer(pixels, dtype=np.uint8).reshape(height, width, 3)
+    except (IndexError, TypeError, ValueError) as error:
+        raise HardwareFailure(f"{camera}: what came is no picture: {error}") from None
+    if (width, height) != size or layers != 3:
+        message = f"{camera}: a picture of {width}x{height} with {layers} layers came"
+        raise HardwareFailure(f"{message}, not {size[0]}x{size[1]} with 3")
+    return Frame(camera, taken, width, height, array)
+
+
+def _stamp(image: Any) -> float:  # noqa: ANN401
+    try:
+        return float(image[4]) + float(image[5]) / 1e6
+    except (IndexError, TypeError, ValueError) as error:
+        raise HardwareFailure(f"a picture without a time came: {error}") from None
+
+
+def _release(camera: _Camera) -> None:
+    subscription, camera.subscription = camera.subscription, None
+    if subscription is not None and not subscription.link.lost.is_set():
+        call(subscription.link, "ALVideoDevice.unsubscribe", subscription.handle, timeout=_FAREWELL)
+
+
+def _is_nao6(link: Link) -> bool:
+    try:
+        version = str(call(link, "ALMemory.getData", "RobotConfig/Head/BaseVersion"))
+    except CallFailed:
+        return False
+    return version.upper().replace("VERSION_", "V").startswith("V6")
+
+
+def _facts(link: Link, index: int, facts: CameraFacts, *, large: bool) -> CameraFacts:
+    """Return what a camera can do: the robot knows its field of view, its generation the sizes."""
+    try:
+        fov = float(call(link, "ALVideoDevice.getHorizontalFOV", index))
+    except (CallFailed, TypeError, ValueError):
+        fov = 0.0
+    if not 0.0 < fov < math.pi:
+        fov = facts.horizontal_fov
+    modes = {
+        size: rate
+        for size, rate in zip(facts.sizes, facts.rates, strict=True)
+        if size in RESOLUTIONS and (large or size <= _BEFORE_NAO6)
+    }
+    return replace(facts, horizontal_fov=fov, sizes=tuple(modes), rates=tuple(modes.values()))

@@ -1,0 +1,79 @@
+"""The command `naoserver-naoqi`: serve a real robot."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import Annotated, Final
+
+import typer
+
+from naoserver.options import ServerOptions
+from naoserver.server import serve
+from naoserver_naoqi.address import AddressError, RobotAddress
+from naoserver_naoqi.care import End, Life, Start, Wishes
+from naoserver_naoqi.libqi import connect
+from naoserver_naoqi.robot import NaoqiRobot
+from zenoh_ice import initialize
+from zenoh_ice.command import with_settings
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+_LOGIN_VARIABLE: Final = "VISUALHFSM_NAOQI_PASSWORD"
+_EPILOG: Final = """Examples:
+
+naoserver-naoqi --robot tcp://nao.local                    as the robot stands; it stays so at the end
+
+naoserver-naoqi --robot tcp://192.168.1.20:9559 --start stand --end rest
+
+VISUALHFSM_NAOQI_PASSWORD=... naoserver-naoqi --robot tcps://192.168.1.20:9503 --user nao"""
+
+
+@app.command(epilog=_EPILOG)
+@with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
+def naoserver_naoqi(
+    *,
+    settings: Settings,
+    robot: Annotated[
+        str,
+        typer.Option(
+            metavar="URL", help="Where NAOqi listens: tcp://HOST[:9559], or tcps://HOST[:9503] with a login."
+        ),
+    ],
+    user: Annotated[str, typer.Option(help="Who logs in, at tcps://.")] = "nao",
+    password: Annotated[
+        str,
+        typer.Option(envvar=_LOGIN_VARIABLE, help="The password; others see what stands on a command line."),
+    ] = "",
+    start: Annotated[
+        Start, typer.Option(help="What the robot does first: nothing, hold its joints, or stand up.")
+    ] = Start.LEAVE,
+    end: Annotated[
+        End, typer.Option(help="What it does at the end: nothing, crouch and go limp, or go limp at once.")
+    ] = End.LEAVE,
+    life: Annotated[
+        Life, typer.Option(help="What becomes of Autonomous Life; suspend brings it back at the end.")
+    ] = Life.DISABLE,
+) -> None:
+    """Serve a Nao over NAOqi: the same servants as of the simulated robot.
+
+    Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
+    """
+    address = parse_address(robot, user, password)
+    nao = NaoqiRobot(lambda timeout: connect(address, timeout), Wishes(start, end, life))
+    with initialize(settings) as communicator, closing(nao):
+        nao.start()
+        adapter = communicator.createObjectAdapter("NaoServer")
+        with serve(nao, adapter, ServerOptions()) as server:
+            nao.report_to(server.events, server.assembly.gate)
+            adapter.activate()
+            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.listen)}, robot {address}")
+            communicator.waitForShutdown()
+
+
+def parse_address(robot: str, user: str, password: str) -> RobotAddress:
+    """Return the address that the options give; the login only where one is wanted."""
+    try:
+        return RobotAddress.parse(robot, user if password else "", password)
+    except AddressError as error:
+        raise typer.BadParameter(str(error), param_hint="--robot") from None

@@ -1,0 +1,149 @@
+"""Keep the connection to a robot: look after it at a fixed rate, tell when it is lost, and find it again."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any, Final
+
+from interfaces.nao import Severity
+from naoserver.errors import RobotError
+from naoserver_naoqi.link import CallFailed, CallTimeout, Link, LinkLost
+from naoserver_naoqi.reporter import Reporter
+from zenoh_ice import Clock
+
+__all__ = ["PERIOD", "SILENCE", "Connection"]
+
+_logger = logging.getLogger(__name__)
+
+PERIOD: Final = 0.02
+"""Seconds between two looks at the robot: NAOqi's own cycle."""
+SILENCE: Final = 0.7
+"""Seconds without an answer after which the robot counts as lost: it is told within 1 s."""
+_CONNECTING: Final = 2.0
+_FIRST_CONNECTING: Final = 5.0
+_RETRY: Final = 0.5
+_END: Final = 5.0
+
+
+class Connection:
+    """The connection to one robot, from `start` to `close`.
+
+    `connect` makes a link within some seconds, or raises LinkLost. Each of `on_open` prepares a new link, and
+    may refuse it by a RobotError; each of `on_tick` looks at the robot every PERIOD; each of `on_found` and
+    `on_lost` is told when there is a link and when there is none any more. `start` calls the first two before
+    it returns. Everything else runs on one thread, so that they never overlap.
+    """
+
+    def __init__(self, connect: Callable[[float], Link], clock: Clock, reporter: Reporter) -> None:
+        self.on_open: Final[list[Callable[[Link], None]]] = []
+        self.on_tick: Final[list[Callable[[Link], None]]] = []
+        self.on_found: Final[list[Callable[[], None]]] = []
+        self.on_lost: Final[list[Callable[[str], None]]] = []
+        self._connect = connect
+        self._clock = clock
+        self._reporter = reporter
+        self._link: Link | None = None
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="NAOqi", daemon=True)
+
+    @property
+    def link(self) -> Link | None:
+        """The link to the robot; None while it is lost."""
+        link = self._link
+        return None if link is None or link.lost.is_set() else link
+
+    def require(self) -> Link:
+        """Return the link to the robot. Raises LinkLost."""
+        link = self.link
+        if link is None:
+            raise LinkLost("the robot is not connected")
+        return link
+
+    def call(self, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
+        """Return what NAOqi answers within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
+        return self.require().begin(operation, *arguments).result(timeout)
+
+    def start(self) -> None:
+        """Connect, and look after the robot from then on. Raises RobotError when it cannot be reached."""
+        self._link = self._open(_FIRST_CONNECTING)
+        try:
+            self._tick(self._link)
+        except RobotError:
+            self._link.close()
+            raise
+        self._thread.start()
+
+    def close(self) -> None:
+        """Hang up, and end the thread; does nothing the second time."""
+        self._closing.set()
+        if self._thread.ident is not None:
+            self._thread.join(_END)
+            if self._thread.is_alive():
+                _logger.error("the thread of the connection did not end within %g s", _END)
+        link, self._link = self._link, None
+        if link is not None:
+            link.close()
+
+    def _open(self, timeout: float) -> Link:
+        link = self._connect(timeout)
+        try:
+            for prepare in self.on_open:
+                prepare(link)
+        except BaseException:
+            link.close()
+            raise
+        return link
+
+    def _tick(self, link: Link) -> None:
+        for look in self.on_tick:
+            look(link)
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            link = self._link
+            if link is None:
+                self._closing.wait(_RETRY)
+                self._find()
+            elif (why := self._look_after(link)) and not self._closing.is_set():
+                self._lose(link, why)
+
+    def _look_after(self, link: Link) -> str:
+        """Look at the robot until it is lost; return why it is."""
+        due = self._clock.now()
+        while not self._closing.is_set():
+            try:
+                self._tick(link)
+                self._reporter.tell_once("tick", "")
+            except (LinkLost, CallTimeout) as error:
+                return str(error)
+            except CallFailed as error:
+                self._reporter.tell_once("tick", str(error))
+            except Exception:
+                _logger.exception("looking at the robot failed")
+            if link.lost.is_set():
+                return "the connection broke"
+            now = self._clock.now()
+            due = max(due + PERIOD, now)
+            self._clock.wait(self._closing, due - now)
+        return ""
+
+    def _lose(self, link: Link, why: str) -> None:
+        self._link = None
+        self._reporter.tell(Severity.Error, f"lost the robot: {why}; trying to find it again", "lost")
+        for told in self.on_lost:
+            told(why)
+        link.close()
+
+    def _find(self) -> None:
+        try:
+            link = self._open(_CONNECTING)
+        except RobotError as error:
+            self._reporter.tell_once("finding", f"the robot is still lost: {error}")
+            return
+        self._link = link
+        self._reporter.tell_once("finding", "")
+        self._reporter.tell(Severity.Info, "found the robot again", "found")
+        for told in self.on_found:
+            told()

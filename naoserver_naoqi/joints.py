@@ -1,0 +1,141 @@
+"""The joints: commands of positions, velocities and stiffnesses become calls of ALMotion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from naoserver.body import H25
+from naoserver_naoqi.connection import Connection
+from naoserver_naoqi.errands import Errands
+from naoserver_naoqi.lane import Lane
+from naoserver_naoqi.link import Link, Reply
+from naoserver_naoqi.reporter import Reporter
+from naoserver_naoqi.state import NaoqiState
+
+__all__ = ["NaoqiJoints", "Order", "calls_of"]
+
+_SLOWEST: Final = 0.002
+"""Least fraction of a joint's full speed that is asked for."""
+_FEW: Final = 4
+"""Speeds that are sent as they are; more are rounded to steps, since each takes a call of its own."""
+_STEP: Final = math.log(1.1)
+_HOLD: Final = 0.1
+_JOINTS: Final = {joint.name: joint for joint in H25.joints}
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What a joint is to do: go to a target at a fraction of its full speed; without one, stay."""
+
+    target: float | None = None
+    fraction: float = 0.0
+
+
+class NaoqiJoints:
+    """Command the joints of a robot, without blocking; a robot that is lost gets no commands."""
+
+    def __init__(
+        self, connection: Connection, state: NaoqiState, errands: Errands, reporter: Reporter
+    ) -> None:
+        self._state = state
+        self._errands = errands
+        self.orders: Final[Lane[str, Order]] = Lane("joints", connection, reporter, _send_orders)
+        """What joints are to do."""
+        self._stiffnesses: Lane[str, tuple[float, float]] = Lane(
+            "stiffness", connection, reporter, self._send_stiffnesses
+        )
+
+    def start(self) -> None:
+        """Start to send."""
+        self.orders.start()
+        self._stiffnesses.start()
+
+    def close(self) -> None:
+        """Send what waits, and end the threads."""
+        self.orders.close()
+        self._stiffnesses.close()
+
+    def forget(self) -> None:
+        """Drop what was not sent yet: the robot is lost."""
+        self.orders.forget()
+        self._stiffnesses.forget()
+
+    def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints to `targets`, each at most at its speed."""
+        self.orders.post(
+            {
+                joint: Order(target, max_speeds[joint] / _JOINTS[joint].max_velocity)
+                for joint, target in targets.items()
+                if self._state.send(joint, target, max_speeds[joint])
+            }
+        )
+
+    def command_velocities(self, velocities: Mapping[str, float]) -> None:
+        """Move the setpoints of some joints at `velocities`, to their limits; 0 holds."""
+        orders = {}
+        for joint, velocity in velocities.items():
+            if velocity == 0.0:
+                self._state.hold(joint)
+                orders[joint] = Order()
+                continue
+            facts, speed = _JOINTS[joint], abs(velocity)
+            limit = facts.upper if velocity > 0.0 else facts.lower
+            if self._state.send(joint, limit, speed):
+                orders[joint] = Order(limit, speed / facts.max_velocity)
+        self.orders.post(orders)
+
+    def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
+        """Change how strongly some motors hold within some seconds."""
+        self._stiffnesses.post({joint: (value, seconds) for joint, value in stiffnesses.items()})
+
+    def _send_stiffnesses(self, link: Link, wanted: Mapping[str, tuple[float, float]]) -> list[Reply]:
+        at_once = {joint: value for joint, (value, seconds) in wanted.items() if seconds <= 0.0}
+        slowly = {joint: change for joint, change in wanted.items() if change[1] > 0.0}
+        if slowly:  # it answers when the last motor is there: the next change does not wait for that
+            self._errands.run("ALMotion.stiffnessInterpolation", list(slowly), *_columns(slowly.values()))
+        if not at_once:
+            return []
+        return [link.begin("ALMotion.setStiffnesses", list(at_once), list(at_once.values()))]
+
+
+def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[float], float]]:
+    """Return the calls that carry out orders: method, joints, values and the fraction of full speed.
+
+    setAngles takes one fraction for all its joints, so there is a call for each. Rounded are fractions down,
+    by less than a tenth, and only when there are many.
+    """
+    groups: dict[float, dict[str, float]] = {}
+    held = [joint for joint, order in orders.items() if order.target is None]
+    fractions = {
+        joint: min(1.0, max(_SLOWEST, order.fraction)) for joint, order in orders.items() if joint not in held
+    }
+    if len(set(fractions.values())) > _FEW:
+        fractions = {joint: _rounded(fraction) for joint, fraction in fractions.items()}
+    for joint, fraction in fractions.items():
+        target = orders[joint].target
+        assert target is not None
+        groups.setdefault(fraction, {})[joint] = target
+    calls = [
+        ("ALMotion.setAngles", list(targets), list(targets.values()), fraction)
+        for fraction, targets in groups.items()
+    ]
+    if held:
+        # Beside where they are commanded to be now, which the robot alone knows at this moment.
+        calls.append(("ALMotion.changeAngles", held, [0.0] * len(held), _HOLD))
+    return calls
+
+
+def _rounded(fraction: float) -> float:
+    return max(_SLOWEST, math.exp(math.floor(math.log(fraction) / _STEP + 1e-9) * _STEP))
+
+
+def _send_orders(link: Link, orders: Mapping[str, Order]) -> list[Reply]:
+    return [link.begin(method, *arguments) for method, *arguments in calls_of(orders)]
+
+
+def _columns(changes: Iterable[tuple[float, float]]) -> tuple[list[list[float]], list[list[float]]]:
+    values, seconds = zip(*changes, strict=True)
+    return [[value] for value in values], [[each] for each in seconds]

@@ -1,0 +1,170 @@
+"""The connection over libqi: the one module that imports `qi`."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, Final
+
+import qi
+
+from naoserver_naoqi.address import RobotAddress
+from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply
+
+__all__ = ["LibqiLink", "connect"]
+
+_FINDING: Final = 2.0
+"""Seconds that the robot gets to tell where a service is."""
+_GONE: Final = (
+    "socket is not connected",
+    "session is not connected",
+    "session closed",
+    "socket disconnected",
+)
+"""Parts of what libqi says of calls that found no connection."""
+_SLICE: Final = 0.2
+"""Seconds for which libqi waits at a time: Ctrl-C is not heard meanwhile."""
+_application_lock = threading.Lock()
+
+
+def connect(address: RobotAddress, timeout: float) -> LibqiLink:
+    """Connect to a robot within some seconds. Raises LinkLost, which says why it could not."""
+    _start_libqi()
+    session = qi.Session()
+    if address.user:
+        session.setClientAuthenticatorFactory(_Login(address.user, address.password))
+    future = session.connect(address.url, _async=True)
+    state = future.wait(round(timeout * 1000))
+    if state == qi.FutureState.FinishedWithValue:
+        return LibqiLink(session)
+    if future.isRunning():
+        future.cancel()
+        why = f"no answer within {timeout:g} s"
+    else:
+        why = str(future.error()) if future.hasError() else "it was broken off"
+    session.close()
+    raise LinkLost(f"cannot connect to {address}: {why}; is the robot on, and the address right?")
+
+
+class LibqiLink:
+    """A session of libqi. Implements Link."""
+
+    def __init__(self, session: qi.Session) -> None:
+        self._session = session
+        self._lost = threading.Event()
+        self._services: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self._watch = session.disconnected.connect(self._on_disconnected)
+        if not session.isConnected():
+            self._lost.set()
+
+    @property
+    def lost(self) -> threading.Event:
+        """Set as soon as the connection is known to be gone."""
+        return self._lost
+
+    def begin(self, operation: str, *arguments: object) -> Reply:
+        """Begin a call; whatever goes wrong is told by the reply."""
+        service, _, method = operation.partition(".")
+        try:
+            return _FutureReply(operation, getattr(self._service(service), method)(*arguments, _async=True))
+        except AttributeError:
+            return _Failure(CallFailed(f"{operation}: this robot has no such method"))
+        except (CallFailed, CallTimeout, LinkLost) as error:
+            return _Failure(error)
+        except RuntimeError as error:
+            return _Failure(_failure(operation, str(error)))
+
+    def close(self) -> None:
+        """Hang up."""
+        with self._lock:
+            session, self._session = self._session, None
+            self._services = {}
+        self._lost.set()
+        if session is not None:
+            session.disconnected.disconnect(self._watch)
+            session.close()
+
+    def _service(self, name: str) -> Any:  # noqa: ANN401 - libqi tells no types
+        service = self._services.get(name)
+        if service is not None:
+            return service
+        with self._lock:
+            session = self._session
+        if session is None:
+            raise LinkLost(f"{name}: the connection is closed")
+        found = _FutureReply(name, session.service(name, _async=True)).result(_FINDING)
+        with self._lock:
+            if self._session is not None:
+                self._services[name] = found
+        return found
+
+    def _on_disconnected(self, _reason: str) -> None:
+        self._lost.set()
+
+
+class _FutureReply:
+    """The answer that a future of libqi is to bring. Implements Reply."""
+
+    __slots__ = ("_future", "_operation")
+
+    def __init__(self, operation: str, future: qi.Future) -> None:
+        self._operation = operation
+        self._future = future
+
+    @property
+    def done(self) -> bool:
+        return not self._future.isRunning()
+
+    def result(self, timeout: float) -> Any:  # noqa: ANN401 - whatever NAOqi answers
+        left = timeout
+        while (state := self._future.wait(round(min(left, _SLICE) * 1000))) == qi.FutureState.Running:
+            left -= _SLICE
+            if left <= 0.0:
+                break
+        if state == qi.FutureState.FinishedWithValue:
+            return self._future.value()
+        if state == qi.FutureState.Running:
+            raise CallTimeout(f"{self._operation}: no answer within {timeout:g} s")
+        raise _failure(self._operation, str(self._future.error()) if self._future.hasError() else "cancelled")
+
+
+class _Failure:
+    """A call that could not be begun. Implements Reply."""
+
+    __slots__ = ("_error",)
+    done: Final = True
+
+    def __init__(self, error: Exception) -> None:
+        self._error = error
+
+    def result(self, timeout: float) -> Any:  # noqa: ANN401, ARG002
+        raise self._error
+
+
+class _Login:
+    """Tells libqi who logs in, by the methods that it calls."""
+
+    def __init__(self, user: str, password: str) -> None:
+        self._data = {"user": user, "token": password}
+
+    def newAuthenticator(self) -> _Login:
+        return self
+
+    def initialAuthData(self) -> dict[str, str]:
+        return self._data
+
+
+def _failure(operation: str, message: str) -> CallFailed | LinkLost:
+    message = message.strip().partition("\n")[0] or "it failed and says nothing"
+    if any(part in message.lower() for part in _GONE):
+        return LinkLost(message)
+    told = message.startswith(operation.replace(".", "::"))
+    return CallFailed(message if told else f"{operation}: {message}")
+
+
+def _start_libqi() -> None:
+    """Start libqi's threads once in a process; they end with it. Without this, it aborts at the end."""
+    with _application_lock:
+        qi.logging.setLevel(qi.logging.ERROR)  # its messages go to standard output
+        if qi._app is None:
+            qi.Application(["naoserver-naoqi", "--qi-log-level=1"], raw=True)

@@ -1,0 +1,171 @@
+"""What is read of ALMemory: the keys of joints and senses, as a robot spells them, and their units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from naoserver.body import H25
+from naoserver.capabilities import (
+    BatteryReading,
+    FootReading,
+    InertialReading,
+    SenseReading,
+    SonarReading,
+    Vector,
+)
+
+__all__ = ["FARTHEST", "Measurements", "MemoryLayout"]
+
+FARTHEST: Final = 2.55
+"""In m: what the sonar tells beyond it means that nothing is near."""
+_GRAVITY: Final = 9.81
+_DEVICES: Final = "Device/SubDeviceList/"
+_AXES: Final = "XYZ"
+_EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
+_COMFORTABLE: Final = 25.0
+"""Degrees Celsius of a motor that tells none."""
+_PRESSED: Final = 0.5
+_JOINT_PARTS: Final = (
+    "Position/Sensor/Value",
+    "Position/Actuator/Value",
+    "Hardness/Actuator/Value",
+    "Temperature/Sensor/Value",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Measurements:
+    """What the robot measured at one moment, in SI units and radians; joints in the order of H25."""
+
+    positions: tuple[float, ...]
+    commands: tuple[float, ...]
+    stiffnesses: tuple[float, ...]
+    temperatures: tuple[float, ...]
+    senses: SenseReading
+
+
+class MemoryLayout:
+    """The keys to ask for, and how to read the answer.
+
+    `known` are all keys that the robot has. Of several spellings the first that it knows is taken: the
+    inertial unit's changed with NAO5. What it does not have reads as at rest: nothing pressed, nothing near.
+    Raises KeyError, naming it, for a joint that has no position.
+    """
+
+    def __init__(self, known: Collection[str]) -> None:
+        self.keys: Final[list[str]] = []
+        known = frozenset(known)
+        self._known = known
+        self._joints = [
+            self._table(part, required=part is _JOINT_PARTS[0]) for part in _JOINT_PARTS
+        ]  # fmt: skip
+        unit = f"{_DEVICES}InertialSensor/"
+        self._acceleration = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _ACC) for a in _AXES]
+        self._angular_velocity = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _GYR) for a in _AXES]
+        self._roll, self._pitch = (self._add([f"{unit}Angle{axis}/Sensor/Value"]) for axis in "XY")
+        self._feet = [
+            [self._add([f"{_DEVICES}{foot}/FSR/{edge}/Sensor/Value"]) for edge in _EDGES]
+            for foot in ("LFoot", "RFoot")
+        ]
+        self._sonar = [self._add([f"{_DEVICES}US/{side}/Sensor/Value"]) for side in ("Left", "Right")]
+        self._touch = [(name, self._add([_touch_key(name)])) for name in H25.touch_sensors]
+        battery = f"{_DEVICES}Battery/"
+        self._charge, self._current, self._temperature = (
+            self._add([f"{battery}{part}/Sensor/Value"]) for part in ("Charge", "Current", "Temperature")
+        )
+        self._plugged = self._add(["BatteryPowerPluggedChanged"])
+
+    def read(self, values: Sequence[Any], time: float) -> Measurements:
+        """Return what the answer to `keys` says, measured at `time` in s.
+
+        Raises ValueError when it is no such answer.
+        """
+        if len(values) != len(self.keys):
+            raise ValueError(f"{len(values)} values came for {len(self.keys)} keys")
+        numbers = np.array([_number(value) for value in values], dtype=float)
+
+        def at(index: int | None, otherwise: float = 0.0) -> float:
+            value = otherwise if index is None else float(numbers[index])
+            return value if value == value else otherwise  # noqa: PLR0124 - NaN: there was none
+
+        positions, commands, stiffnesses, temperatures = self._joints
+        measured = tuple(at(index) for index in positions)
+        left, right = (FootReading(*(max(0.0, _GRAVITY * at(i)) for i in foot)) for foot in self._feet)
+        charge, current = at(self._charge), at(self._current)
+        return Measurements(
+            positions=measured,
+            commands=tuple(at(i, q) for i, q in zip(commands, measured, strict=True)),
+            stiffnesses=tuple(min(1.0, max(0.0, at(index))) for index in stiffnesses),
+            temperatures=tuple(at(index, _COMFORTABLE) for index in temperatures),
+            senses=SenseReading(
+                time=time,
+                inertial=InertialReading(
+                    acceleration=_vector(at, self._acceleration, rest=_GRAVITY),
+                    angular_velocity=_vector(at, self._angular_velocity, rest=0.0),
+                    roll=at(self._roll),
+                    pitch=at(self._pitch),
+                ),
+                left_foot=left,
+                right_foot=right,
+                sonar=SonarReading(*(_distance(at(index)) for index in self._sonar)),
+                touched=frozenset(name for name, index in self._touch if at(index) > _PRESSED),
+                battery=BatteryReading(
+                    charge=charge,
+                    current=current,
+                    temperature=at(self._temperature),
+                    plugged=bool(at(self._plugged, float(current > 0.0))),
+                ),
+            ),
+        )
+
+    def _add(self, spellings: Sequence[str] | Iterator[str]) -> int | None:
+        """Ask for the first key that the robot knows; return its place in the answer, None without one."""
+        for key in spellings:
+            if key in self._known:
+                self.keys.append(key)
+                return len(self.keys) - 1
+        return None
+
+    def _table(self, part: str, *, required: bool) -> list[int | None]:
+        """Ask for a value of each joint; one that shares a motor may have its leader's."""
+        leaders = {pair.follower: pair.leader for pair in H25.couplings}
+        places = []
+        for joint in H25.joint_names:
+            place = self._add(f"{_DEVICES}{name}/{part}" for name in (joint, leaders.get(joint, joint)))
+            if place is None and required:
+                raise KeyError(joint)
+            places.append(place)
+        return places
+
+
+_ACC: Final = ("Accelerometer", "Acc")
+_GYR: Final = ("Gyroscope", "Gyr")
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, (int, float)) else float("nan")
+
+
+def _vector(at: Callable[[int | None, float], float], places: Sequence[int | None], rest: float) -> Vector:
+    x, y, z = places
+    return at(x, 0.0), at(y, 0.0), at(z, rest)
+
+
+def _distance(told: float) -> float:
+    """Return a distance in m; NAOqi tells 0 before the first echo, and something far without one."""
+    return told if 0.0 < told <= FARTHEST else float("inf")
+
+
+def _touch_key(name: str) -> str:
+    """Return the key of a touch sensor, as `H25.touch_sensors` calls it."""
+    if name == "ChestButton":
+        return f"{_DEVICES}ChestBoard/Button/Sensor/Value"
+    if name.startswith("Head"):
+        return f"{_DEVICES}Head/Touch/{name.removeprefix('Head')}/Sensor/Value"
+    if name[1:].startswith("Hand"):
+        return f"{_DEVICES}{name[:5]}/Touch/{name[5:]}/Sensor/Value"
+    return f"{_DEVICES}{name[:5]}/Bumper/{name.removeprefix(name[:5] + 'Bumper')}/Sensor/Value"

@@ -1,0 +1,164 @@
+"""What the robot measures: one call a cycle, kept as snapshots that never block."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from typing import Final
+
+from naoserver.body import H25
+from naoserver.capabilities import SenseReading
+from naoserver.errors import HardwareFailure
+from naoserver.robot import BodyState, JointReading
+from naoserver_naoqi.connection import SILENCE
+from naoserver_naoqi.link import CallFailed, Link, call
+from naoserver_naoqi.memory_keys import FARTHEST, Measurements, MemoryLayout
+from naoserver_naoqi.setpoints import Setpoints
+from zenoh_ice import Clock
+
+__all__ = ["FALLEN_TILT", "NaoqiSenses", "NaoqiState"]
+
+FALLEN_TILT: Final = math.radians(60)
+"""Tilt of the torso from which on the robot has fallen."""
+_WINDOW: Final = 4
+"""Measurements over which velocities are taken: NAOqi's cycle and ours drift through each other."""
+_NO_TORQUES: Final = (0.0,) * len(H25.joints)
+_LISTING: Final = 5.0
+"""Seconds that the robot gets to list its keys, of which there are some thousand."""
+
+
+class NaoqiState:
+    """The newest measurements of a robot, and where its setpoints are."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._layout: MemoryLayout | None = None
+        self._setpoints = Setpoints(H25.joints)
+        self._lock = threading.Lock()  # of setpoints; held for microseconds
+        self._history: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=_WINDOW)
+        self._newest: tuple[float, Measurements, tuple[float, ...]] | None = None  # replaced as a whole
+        self._frozen: float | None = None
+
+    def open(self, link: Link) -> None:
+        """Find out which keys the robot has. Raises HardwareFailure when it is no Nao H25."""
+        known = call(link, "ALMemory.getDataListName", timeout=_LISTING)
+        try:
+            self._layout = MemoryLayout(known)
+        except KeyError as error:
+            kind = _kind(link)
+            message = f"the robot, a {kind}, has no joint {error.args[0]}; only the Nao H25 can be served"
+            raise HardwareFailure(message) from None
+        self._history.clear()
+        self._frozen = None
+
+    def tick(self, link: Link) -> None:
+        """Measure. Raises CallFailed, CallTimeout or LinkLost."""
+        layout = self._layout
+        assert layout is not None
+        begun = self._clock.now()
+        values = call(link, "ALMemory.getListData", layout.keys, timeout=SILENCE)
+        time = (begun + self._clock.now()) / 2
+        try:
+            measured = layout.read(values, time)
+        except (TypeError, ValueError) as error:
+            raise CallFailed(f"ALMemory.getListData: {error}") from None
+        self._history.append((time, measured.positions))
+        first, positions = self._history[0]
+        elapsed = time - first
+        velocities = tuple(
+            (now - before) / elapsed if elapsed > 0.0 else 0.0
+            for now, before in zip(measured.positions, positions, strict=True)
+        )
+        with self._lock:
+            self._setpoints.report(measured.commands, measured.positions, measured.stiffnesses, time)
+        self._newest = (time, measured, velocities)
+
+    def freeze(self) -> None:
+        """Keep setpoints where they are from now on: the robot is lost."""
+        self._frozen = self._clock.now()
+
+    def joints(self) -> JointReading:
+        """Return the newest reading of the joints; the setpoints are those of this moment."""
+        time, measured, velocities = self._require()
+        return JointReading(
+            time=time,
+            positions=measured.positions,
+            velocities=velocities,
+            commands=self.commands(),
+            torques=_NO_TORQUES,
+            stiffnesses=measured.stiffnesses,
+            temperatures=measured.temperatures,
+        )
+
+    def commands(self) -> tuple[float, ...]:
+        """Return the setpoint of every joint now."""
+        with self._lock:
+            return self._setpoints.at(self._now())
+
+    def send(self, joint: str, target: float, speed: float) -> bool:
+        """Let a setpoint go to a target at a speed from now on; returns whether that changes anything."""
+        with self._lock:
+            now = self._now()
+            if not self._setpoints.moving(joint, now) and self._setpoints.value(joint, now) == target:
+                return False
+            self._setpoints.send(joint, target, speed, now)
+            return True
+
+    def hold(self, joint: str) -> None:
+        """Let a setpoint stay where it is now."""
+        with self._lock:
+            self._setpoints.hold(joint, self._now())
+
+    def senses(self) -> SenseReading:
+        """Return the newest reading of the senses."""
+        return self._require()[1].senses
+
+    def body(self) -> BodyState:
+        """Return how the body is, by the inertial unit."""
+        inertial = self.senses().inertial
+        cosine = math.cos(inertial.roll) * math.cos(inertial.pitch)
+        tilt = math.acos(min(1.0, max(-1.0, cosine)))
+        return BodyState(torso_tilt=tilt, fallen=tilt > FALLEN_TILT, real_time_factor=1.0, lag=0.0)
+
+    def _now(self) -> float:
+        return self._clock.now() if self._frozen is None else self._frozen
+
+    def _require(self) -> tuple[float, Measurements, tuple[float, ...]]:
+        newest = self._newest
+        if newest is None:
+            raise HardwareFailure("the robot has not been asked yet: start it first")
+        return newest
+
+
+class NaoqiSenses:
+    """The senses of the robot. Implements Senses."""
+
+    def __init__(self, state: NaoqiState) -> None:
+        self._state = state
+
+    @property
+    def touch_names(self) -> tuple[str, ...]:
+        """The touch sensors of an H25."""
+        return H25.touch_sensors
+
+    @property
+    def sonar_range(self) -> tuple[float, float]:
+        """Nearest and farthest distance that the sonar tells in m."""
+        return 0.25, FARTHEST
+
+    @property
+    def sonar_cone(self) -> float:
+        """Full angle of the sonar's cone in rad."""
+        return math.radians(60.0)
+
+    def read(self) -> SenseReading:
+        """Return the newest snapshot."""
+        return self._state.senses()
+
+
+def _kind(link: Link) -> str:
+    try:
+        return str(call(link, "ALMemory.getData", "RobotConfig/Body/Type"))[:40]
+    except HardwareFailure:
+        return "robot of unknown kind"

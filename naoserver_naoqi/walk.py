@@ -1,0 +1,168 @@
+"""The walk: ALMotion's own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from dataclasses import astuple
+from typing import Any, Final
+
+from naoserver.body import H25
+from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver_naoqi.connection import PERIOD, Connection
+from naoserver_naoqi.errands import Question
+from naoserver_naoqi.lane import Lane
+from naoserver_naoqi.link import CallFailed, Link, Reply, call
+from naoserver_naoqi.reporter import Reporter
+from naoserver_naoqi.state import NaoqiState
+from zenoh_ice import Clock
+
+__all__ = ["NaoqiWalker", "limits_of"]
+
+_STILL: Final = WalkVelocity()
+_RESTING_PERIOD: Final = 0.2
+"""Seconds between two questions for the odometry while it stands."""
+_ENDED: Final = 0.3
+"""Seconds for which NAOqi has to say that it does not walk before that is believed."""
+_STEP: Final = 0.42
+"""Seconds of a step at the highest frequency."""
+_FEET: Final = 0.1
+"""Distance of the feet in m, which MaxStepY counts from."""
+_USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349}
+_LEGS: Final = tuple(joint for joint in H25.joint_names if joint[1:].startswith(("Hip", "Knee", "Ankle")))
+_LIMP: Final = 0.05
+_CONFIG: Final = "ALMotion.getMoveConfig"
+_POSITION: Final = "ALMotion.getRobotPosition"
+
+
+class NaoqiWalker:
+    """The walk of a robot. Implements Walker.
+
+    NAOqi walks on until it is told to stop, also when this process is gone: the connection's loss ends the
+    walk only when the robot is found again.
+    """
+
+    def __init__(self, connection: Connection, state: NaoqiState, clock: Clock, reporter: Reporter) -> None:
+        self._connection = connection
+        self._state = state
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._lane: Lane[str, WalkVelocity] = Lane("walk", connection, reporter, _send)
+        self._limits = limits_of(_USUAL)
+        self._commanded = _STILL
+        self._walking = False
+        self._sent = 0.0  # when the newest command was given
+        self._still_since: float | None = None
+        self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
+        self.questions: Final = (
+            Question(reporter, clock.now, self._period, self._take_position, _POSITION, True),
+            Question(reporter, clock.now, self._period, self._take_active, "ALMotion.moveIsActive"),
+        )
+        """What is to be asked at every cycle."""
+
+    @property
+    def limits(self) -> WalkVelocity:
+        """The highest velocity of each kind, as NAOqi is configured."""
+        return self._limits
+
+    @property
+    def walking(self) -> bool:
+        """Whether it moves the legs, by NAOqi's word."""
+        return self._walking
+
+    def open(self, link: Link) -> None:
+        """End a walk that goes on since before, and find out how fast the robot walks."""
+        call(link, "ALMotion.stopMove")
+        try:
+            config = {str(name): float(value) for name, value in call(link, _CONFIG, "Default")}
+        except (CallFailed, TypeError, ValueError):
+            config = {}
+        self._limits = limits_of({**_USUAL, **config})
+
+    def start(self) -> None:
+        """Start to send."""
+        self._lane.start()
+
+    def close(self) -> None:
+        """End the walk, and the thread."""
+        if self._walking or self._commanded != _STILL:
+            self.command(_STILL)
+        self._lane.close()
+
+    def command(self, velocity: WalkVelocity) -> None:
+        """Walk at a velocity until the next command; all 0 ends the walk."""
+        with self._lock:
+            if velocity != _STILL:
+                self._check()
+                if velocity == self._commanded:
+                    return  # NAOqi keeps it up by itself
+            elif self._commanded == _STILL and not self._walking:
+                return
+            self._commanded = velocity
+            self._sent, self._still_since = self._clock.now(), None
+            self._walking = self._walking or velocity != _STILL
+            self._lane.post({"velocity": velocity})
+
+    def commanded(self) -> WalkVelocity:
+        """Return the newest command; all 0 once it has ended, also by a fall."""
+        return self._commanded
+
+    def odometry(self) -> Odometry:
+        """Return where the robot believes to be, by its joints."""
+        return self._odometry
+
+    def lose(self) -> None:
+        """Take the walk for ended: the robot is lost, and stopped when it is found again."""
+        with self._lock:
+            self._lane.forget()
+            self._commanded, self._walking = _STILL, False
+
+    def _check(self) -> None:
+        if self._state.body().fallen:
+            raise InvalidCommand("velocity", "the robot has fallen: let it stand up first")
+        stiffnesses = dict(zip(H25.joint_names, self._state.joints().stiffnesses, strict=True))
+        limp = [joint for joint in _LEGS if stiffnesses[joint] < _LIMP]
+        if limp:
+            message = f"{limp[0]} is limp: make the legs stiff, and let the robot stand, first"
+            raise InvalidCommand("velocity", message)
+
+    def _period(self) -> float:
+        return PERIOD if self._walking else _RESTING_PERIOD
+
+    def _take_position(self, answer: Any, asked: float) -> None:  # noqa: ANN401
+        try:
+            x, y, heading = (float(value) for value in answer)
+        except (TypeError, ValueError):
+            raise HardwareFailure(f"{_POSITION}: {str(answer)[:60]!r} is no place") from None
+        self._odometry = Odometry(asked, x, y, heading)
+
+    def _take_active(self, answer: Any, asked: float) -> None:  # noqa: ANN401
+        with self._lock:
+            if answer:
+                self._walking, self._still_since = True, None
+            elif self._walking and asked > self._sent and self._lane.idle:
+                if self._still_since is None:
+                    self._still_since = asked
+                elif asked - self._still_since >= _ENDED:
+                    self._commanded, self._walking = _STILL, False
+
+
+def limits_of(config: Mapping[str, float]) -> WalkVelocity:
+    """Return the highest velocities of a configuration of NAOqi's gait.
+
+    It takes a step of MaxStepX forwards each time; to the side every other step brings it on, and the feet
+    cannot come nearer to each other than they stand.
+    """
+    return WalkVelocity(
+        forward=config["MaxStepX"] / _STEP,
+        left=(config["MaxStepY"] - _FEET) / (2.0 * _STEP),
+        turn=config["MaxStepTheta"] / _STEP,
+    )
+
+
+def _send(link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
+    velocity = commands["velocity"]
+    if velocity == _STILL:
+        return [link.begin("ALMotion.stopMove")]
+    return [link.begin("ALMotion.move", *astuple(velocity))]
