@@ -42,6 +42,8 @@ def survey(communicator: Communicator) -> dict[str, str]:
 
     Raises ZenohIceError when a server does not answer.
     """
+    # Whoever waits for what nobody serves waits until all have told what they serve.
+    communicator.presence.wait_for(Target(communicator.realm, "Nobody"), None, communicator.settings.timeout)
     served = {
         identity: communicator.presence.interfaces(Target(communicator.realm, identity))
         for identity in communicator.identities()

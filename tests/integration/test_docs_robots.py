@@ -18,6 +18,7 @@ from tests.support.robots_page import PAGE, robots_page
 @pytest.mark.sim
 def test_the_table_of_robots_is_current() -> None:
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
+    pytest.importorskip("qi", reason="the real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     assert PAGE.read_text() == robots_page(), "write it anew: python -m tests.support.robots_page"
 
 
