@@ -15,6 +15,7 @@ from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
 from naoserver.motions.postures import STANCES, Situation, Stance, stance_of
 from naoserver.motions.routes import Route
+from naoserver.robot import JointReading
 
 __all__ = ["PERIOD", "ActionProgress", "MotionPlayer"]
 
@@ -165,18 +166,19 @@ class MotionPlayer:
         assert begin is not None
         time = self._robot_time() - action.since
         if time >= leg.duration / action.pace + _SETTLING:
-            self._check(leg)
+            self._check(leg, self._body.read())
             self._begin_leg(action, action.route.next_leg(self._situation(), self._commands()))
             if action.leg is None:
                 self._finish(ActionStatus.Done)
             return
         if time < 0.0:
             return  # the motors become stiff
+        reading = self._body.read()
         part = min(1.0, max(0.0, time * action.pace / leg.duration))
         self._progress[action.kind] = replace(self.progress(action.kind), progress=part)
-        self._check(leg)
+        self._check(leg, reading)
         wanted = leg.at((time + _AHEAD) * action.pace, begin)
-        commands = self._commands()
+        commands = dict(zip(H25.joint_names, reading.commands, strict=True))
         speeds = {joint: abs(angle - commands[joint]) / _AHEAD for joint, angle in wanted.items()}
         self._body.move(wanted, speeds, client=action.client, owner=action.owner)
 
@@ -209,12 +211,12 @@ class MotionPlayer:
         part = 1.0 if status is ActionStatus.Done else before.progress
         self._progress[action.kind] = replace(before, status=status, message=message, progress=part)
 
-    def _check(self, leg: Motion) -> None:
+    def _check(self, leg: Motion, reading: JointReading) -> None:
         """Raise RobotError when a motor has gone limp, or the body lies in a leg from feet to feet."""
         ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
         if ends and ends <= _UPRIGHT and stance_of(self._situation()) not in _UPRIGHT:
             raise RobotError("the robot has fallen")
-        for joint, stiffness in zip(H25.joint_names, self._body.read().stiffnesses, strict=True):
+        for joint, stiffness in zip(H25.joint_names, reading.stiffnesses, strict=True):
             if joint in leg.keys and stiffness <= _LIMP:
                 raise RobotError(f"{joint} has gone limp")
 

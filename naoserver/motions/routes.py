@@ -6,7 +6,7 @@ stands then. So a getting up that failed is tried again, and a fall on the way i
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -26,8 +26,8 @@ _SHORTEST: Final = 0.4
 _PEAK: Final = 1.875  # of the smooth interpolation: highest by mean speed
 _SAME: Final = 0.02
 """Angle in rad within which a joint's setpoint needs no leg of its own."""
-_MOST_LEGS: Final = 8
-"""Legs after which a route is given up: getting up fails again and again."""
+_TRIES: Final = 3
+"""How often a motion out of a stance is tried."""
 
 
 class RouteError(RobotError):
@@ -49,7 +49,7 @@ class PostureRoute:
         self._posture = posture
         self._fraction = fraction
         self._motions = tuple(motions)
-        self._legs = 0
+        self._tries: Counter[Stance] = Counter()
         self._arrived = False
 
     def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
@@ -61,18 +61,19 @@ class PostureRoute:
             self._arrived = True
             return within_stance(self._posture, self._motions, situation, commands, self._fraction)
         self._arrived = False
-        self._legs += 1
-        if self._legs > _MOST_LEGS:
-            raise RouteError(f"it is still {stance} after {_MOST_LEGS} motions")
+        if self._tries[stance] == _TRIES:
+            raise RouteError(f"it is still {stance} after {_TRIES} motions")
         if stance in _SIDES:
+            self._tries[stance] += 1
             # The arms of that posture tip the body onto its belly or its back: what comes, comes.
-            leg = change_posture(_OFF_THE_SIDE[self._legs % 2], commands, self._fraction)
+            leg = change_posture(_OFF_THE_SIDE[self._tries[stance] % 2], commands, self._fraction)
             return replace(leg, end="")
         bridge = self._first_bridge(stance, wanted)
         if bridge is None:
             raise RouteError(f"it is {stance}, and knows no way from there to {self._posture}")
         if stance in _UPRIGHT and not _is_near(commands, bridge.start):
             return within_stance(bridge.start, self._motions, situation, commands, self._fraction)
+        self._tries[stance] += 1
         return bridge
 
     def _first_bridge(self, begin: Stance, end: Stance) -> Motion | None:

@@ -25,15 +25,12 @@ class MotionRig:
         self.clock = clock
         self.assembly = Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None)
         self.player = self.assembly.player
-        self.least_upright = 1.0
-        """The least z of what points up in the torso's frame, since the beginning."""
 
     def let_go(self, seconds: float) -> None:
         """Let some robot time pass."""
         for _ in range(round(seconds / PERIOD)):
             self.clock.advance(PERIOD)
             self.player.tick()
-            self.least_upright = min(self.least_upright, situation_of(self.robot).up[2])
 
     def begin(self, motion: str, pace: float = 1.0) -> None:
         """Begin a motion."""

@@ -146,10 +146,3 @@ def test_a_slower_way_takes_longer(rig):
     begun = rig.clock.now()
     rig.go("Crouch", fraction=0.5)
     assert rig.clock.now() - begun > 1.5 * fast
-
-
-def test_getting_up_is_given_up_when_it_never_succeeds(rig):
-    lies(rig, 1.5)
-    progress = rig.go("Stand")
-    assert progress.status is ActionStatus.Failed
-    assert "still lying on its belly" in progress.message

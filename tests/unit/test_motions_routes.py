@@ -1,0 +1,112 @@
+"""Ways from posture to posture: which motions they are made of."""
+
+import math
+
+import pytest
+
+from naoserver.body import H25
+from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
+from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError
+from tests.support.motion_rig import MOTIONS
+
+UP = {
+    Stance.STANDING: (0.0, 0.0, 1.0), Stance.SITTING: (0.0, 0.0, 1.0), Stance.BELLY: (-1.0, 0.0, 0.0),
+    Stance.BACK: (1.0, 0.0, 0.0), Stance.LEFT_SIDE: (0.0, -1.0, 0.0), Stance.RIGHT_SIDE: (0.0, 1.0, 0.0),
+}  # fmt: skip
+"""What points up in the torso's frame."""
+
+
+def situation(posture, up=None):
+    return Situation(dict(POSTURES[posture]), up or UP[STANCES[posture]])
+
+
+def legs(begin, end):
+    """Return the names of the legs when each ends as it should."""
+    route, here, names = PostureRoute(end, MOTIONS.values()), begin, []
+    while (leg := route.next_leg(situation(here), POSTURES[here])) is not None:
+        names.append(leg.name)
+        here = leg.end
+    assert here == end
+    return names
+
+
+@pytest.mark.parametrize("posture", POSTURES)
+def test_each_posture_is_known_when_the_body_is_in_it(posture):
+    assert nearest_posture(situation(posture)) == posture
+    assert stance_of(situation(posture)) is STANCES[posture]
+
+
+def test_a_head_that_looks_around_makes_no_other_posture():
+    here = situation("Crouch")
+    turned = Situation({**here.joints, "HeadYaw": 1.5, "RHand": 1.0}, here.up)
+    assert nearest_posture(turned) == "Crouch"
+
+
+def test_raised_arms_are_no_posture_but_the_body_still_stands():
+    here = situation("StandInit")
+    raised = Situation({**here.joints, "LShoulderPitch": -1.5}, here.up)
+    assert (nearest_posture(raised), stance_of(raised)) == ("", Stance.STANDING)
+
+
+@pytest.mark.parametrize("degrees", [-55, 0, 55])
+def test_a_body_that_leans_does_not_lie(degrees):
+    lean = math.radians(degrees)
+    here = situation("StandInit", (math.sin(lean), 0.0, math.cos(lean)))
+    assert stance_of(here) is Stance.STANDING
+
+
+@pytest.mark.parametrize("begin", POSTURES)
+@pytest.mark.parametrize("end", POSTURES)
+def test_there_is_a_way_from_every_posture_to_every_other(begin, end):
+    assert len(legs(begin, end)) <= 8
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "names"),
+    [
+        ("StandZero", "Crouch", ["to Crouch"]),
+        ("LyingBelly", "Stand", ["stand_up_from_belly", "to Stand"]),
+        ("LyingBack", "StandInit", ["stand_up_from_back", "to StandInit"]),
+        ("StandZero", "Sit", ["to StandInit", "sit_down", "to Sit"]),
+        ("SitRelax", "Sit", ["sit_upright"]),
+        ("Sit", "LyingBack", ["lean_back", "lie_back", "to LyingBack"]),
+    ],
+)
+def test_a_way_takes_few_motions(begin, end, names):
+    assert legs(begin, end) == names
+
+
+@pytest.mark.parametrize("side", [Stance.LEFT_SIDE, Stance.RIGHT_SIDE])
+def test_from_its_side_the_body_first_turns(side):
+    leg = PostureRoute("Stand", MOTIONS.values()).next_leg(
+        situation("StandInit", UP[side]), POSTURES["StandInit"]
+    )
+    assert leg is not None
+    assert leg.end == ""
+
+
+def test_what_fails_again_and_again_is_given_up():
+    route, here = PostureRoute("Stand", MOTIONS.values()), situation("LyingBelly")
+    for _ in range(3):
+        assert route.next_leg(here, POSTURES["LyingBelly"]).name == "stand_up_from_belly"
+    with pytest.raises(RouteError, match="still lying on its belly after 3 motions"):
+        route.next_leg(here, POSTURES["LyingBelly"])
+
+
+def test_a_motion_that_begins_elsewhere_is_refused():
+    route = MotionRoute(MOTIONS["kick"])
+    with pytest.raises(
+        RouteError, match="kick begins standing, in StandInit, but the robot is lying on its back"
+    ):
+        route.next_leg(situation("LyingBack"), POSTURES["LyingBack"])
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=lambda motion: motion.name)
+def test_a_motion_of_our_own_ends_in_the_posture_that_it_names(motion):
+    assert motion.description
+    if motion.end:
+        end = motion.at(motion.duration, dict.fromkeys(H25.joint_names, 0.0))
+        wrong = {
+            joint: angle for joint, angle in end.items() if abs(angle - POSTURES[motion.end][joint]) > 1e-3
+        }
+        assert not wrong or motion.name in ("roll_over",)
