@@ -24,6 +24,7 @@ class Faults:
         self._lock = threading.Lock()
         self._delays: dict[str, float] = {}  # replaced as a whole
         self._errors: dict[str, str] = {}
+        self._forgotten: frozenset[str] = frozenset()
         self.blind = False
         """Whether the cameras give no picture."""
 
@@ -51,10 +52,20 @@ class Faults:
             errors = {**self._errors, pattern: message}
             self._errors = {key: value for key, value in errors.items() if value}
 
+    def forget(self, pattern: str) -> None:
+        """Let ALMemory know nothing under keys that match."""
+        with self._lock:
+            self._forgotten |= {pattern}
+
+    def knows(self, key: str) -> bool:
+        """Return whether ALMemory may know something under a key."""
+        return not any(fnmatchcase(key, pattern) for pattern in self._forgotten)
+
     def clear(self) -> None:
         """Let everything go well again."""
         with self._lock:
             self._delays, self._errors, self.blind = {}, {}, False
+            self._forgotten = frozenset()
 
 
 class FaultsService:
@@ -73,6 +84,10 @@ class FaultsService:
     def fail(self, pattern: object, message: object) -> None:
         """Let calls fail with a message; an empty one ends it."""
         self._faults.fail(text(pattern, "pattern"), text(message, "message"))
+
+    def forget(self, pattern: object) -> None:
+        """Let ALMemory know nothing under keys that match, as other robots and versions do not."""
+        self._faults.forget(text(pattern, "pattern"))
 
     def blind(self, yes: object) -> None:
         """Let the cameras give no picture."""

@@ -10,6 +10,7 @@ import qi
 
 from naoserver.errors import InvalidCommand
 from naoserver.qi_service.access import Access
+from naoserver.qi_service.faults import Faults
 from naoserver.qi_service.memory_keys import Moment, keys_of
 from naoserver.qi_service.sonar import Sonar
 from naoserver.qi_service.values import text, texts
@@ -34,9 +35,10 @@ class Subscriber:
 class ALMemory:
     """Keep what clients and services insert, and look up everything else when it is asked for."""
 
-    def __init__(self, access: Access, sonar: Sonar) -> None:
+    def __init__(self, access: Access, sonar: Sonar, faults: Faults | None = None) -> None:
         self._access = access
         self._looks = keys_of(access, sonar)
+        self._faults = faults or Faults()
         self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
         self._subscribers: dict[str, Subscriber] = {}
@@ -82,7 +84,7 @@ class ALMemory:
     def getDataListName(self) -> list[str]:
         """Return every key."""
         with self._lock:
-            return sorted({*self._looks, *self._inserted})
+            return sorted(filter(self._faults.knows, {*self._looks, *self._inserted}))
 
     def getDataList(self, filter: object) -> list[str]:
         """Return the keys that contain a text."""
@@ -115,6 +117,8 @@ class ALMemory:
 
     def _look(self, key: str, moment: Moment) -> tuple[bool, object]:
         look = self._looks.get(key)
+        if not self._faults.knows(key):
+            return False, None
         if look is not None:
             return True, look(moment)
         return key in self._inserted, self._inserted.get(key)

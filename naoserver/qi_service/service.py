@@ -39,7 +39,7 @@ class NaoqiService:
         self._calls = Calls(access.robot.clock, self._faults)
         robot = access.robot
         sonar = Sonar(robot.senses)
-        memory = ALMemory(access, sonar)
+        memory = ALMemory(access, sonar, self._faults)
         motion = JointMotion(access.body, robot.clock)
         postures = Postures(access)
         self._walking = Walking(access)

@@ -193,6 +193,15 @@ def test_calls_that_fail(session, motion):
     angle(motion)
 
 
+def test_keys_that_are_not_there(session):
+    memory = session.service("ALMemory")
+    session.service("Faults").forget("Device/SubDeviceList/Head*")
+    assert memory.getListData([HEAD_YAW]) == [None]
+    assert HEAD_YAW not in memory.getDataListName()
+    session.service("Faults").clear()
+    assert memory.getListData([HEAD_YAW]) != [None]
+
+
 def test_calls_that_are_late(session, motion):
     session.service("Faults").slow("ALMotion::getAngles", LIMIT)
     future = motion.getAngles("HeadYaw", True, _async=True)
