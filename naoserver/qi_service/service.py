@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from naoserver.qi_service.access import Access
+from naoserver.qi_service.behaviors import ALBehaviorManager
 from naoserver.qi_service.calls import Calls
 from naoserver.qi_service.faults import Faults, FaultsService
 from naoserver.qi_service.joint_motion import JointMotion
@@ -47,6 +48,7 @@ class NaoqiService:
         services: dict[str, object] = {
             "ALAnimatedSpeech": ALAnimatedSpeech(speech),
             "ALAutonomousLife": ALAutonomousLife(memory),
+            "ALBehaviorManager": ALBehaviorManager(access),
             "ALBattery": ALBattery(robot.senses),
             "ALLeds": ALLeds(robot.lights),
             "ALMemory": memory,

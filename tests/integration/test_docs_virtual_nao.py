@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("qi")
 
+from naoserver.qi_service.behaviors import ALBehaviorManager
 from naoserver.qi_service.faults import FaultsService
 from naoserver.qi_service.leds import ALLeds
 from naoserver.qi_service.life import ALAutonomousLife, ALBattery, ALSystem
@@ -24,7 +25,17 @@ from tests.support.processes import ComponentProcess, module
 
 PAGE = (DOCS / "virtual-nao.md").read_text("utf-8")
 SERVICES = (
-    *(ALAutonomousLife, ALBattery, ALLeds, ALMemory, ALMotion, ALRobotPosture, ALSonar, ALSystem),
+    *(
+        ALAutonomousLife,
+        ALBattery,
+        ALBehaviorManager,
+        ALLeds,
+        ALMemory,
+        ALMotion,
+        ALRobotPosture,
+        ALSonar,
+        ALSystem,
+    ),
     *(ALTextToSpeech, ALVideoDevice),
 )
 

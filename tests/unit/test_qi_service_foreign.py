@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
+from naoserver.qi_service.behaviors import ALBehaviorManager
 from naoserver.qi_service.faults import Faults
 from naoserver.qi_service.leds import ALLeds
 from naoserver.qi_service.life import ALAutonomousLife
@@ -64,6 +65,7 @@ def operations():
         memory,
         ALVideoDevice(rig.robot, Faults()),
         ALRobotPosture(rig.postures),
+        ALBehaviorManager(rig.access),
         ALLeds(rig.robot.lights),
         ALTextToSpeech(rig.robot.voice, memory),
         ALAutonomousLife(memory),

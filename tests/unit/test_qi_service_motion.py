@@ -9,6 +9,7 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver.qi_service.behaviors import ALBehaviorManager
 from naoserver.qi_service.posture import ALRobotPosture
 from tests.support.limits import LIMIT
 from tests.support.qi_service import Rig
@@ -230,6 +231,35 @@ def test_a_posture_ends_the_walk_first(rig):
     rig.advance(1.0)
     assert rig.complete(ALRobotPosture(rig.postures).goToPosture, "StandZero", 0.8) < 10.0
     assert ALRobotPosture(rig.postures).getPosture() == "StandZero"
+
+
+# -- behaviors -------------------------------------------------------------------------------------------
+
+
+def test_a_behavior_runs_to_its_end(rig):
+    behaviors = ALBehaviorManager(rig.access)
+    call = rig.begin(behaviors.runBehavior, "wave")
+    assert behaviors.getRunningBehaviors() == ["wave"]
+    with pytest.raises(InvalidCommand, match="moved by the motion wave"):
+        rig.motion.setAngles("RShoulderPitch", 0.0, 0.1)
+    rig.advance(20.0)
+    call.join()
+    assert call.error is None
+    assert behaviors.getRunningBehaviors() == []
+
+
+def test_a_behavior_can_be_stopped(rig):
+    behaviors = ALBehaviorManager(rig.access)
+    behaviors.startBehavior("wave")
+    rig.advance(0.5)
+    behaviors.stopBehavior("wave")
+    assert not behaviors.isBehaviorRunning("wave")
+    rig.motion.setAngles("RShoulderPitch", 0.0, 0.1)
+
+
+def test_a_behavior_that_is_not_there(rig):
+    with pytest.raises(InvalidCommand, match=r"no behavior 'fly'; there are .*wave"):
+        ALBehaviorManager(rig.access).startBehavior("fly")
 
 
 def test_a_robot_without_a_walk_says_so(rig):
