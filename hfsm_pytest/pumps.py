@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
 from naoserver.assembly import Assembly
-from naoserver.guarded_device import GuardedDevice
+from naoserver.motions.player import PERIOD
 from naoserver.options import ServerOptions
 from naoserver.servants.camera import CameraI
-from naoserver.servants.streaming import StreamsState
-from zenoh_ice import Object
+from naoserver.servants.streaming import StateSource, StreamsState
+from naoserver.watchdog import Watched
+from zenoh_ice import Object, Publisher
 
 from .clock import TaskClock
 
@@ -54,11 +55,11 @@ class Pump:
 
 
 class Watchdog:
-    """Look after the devices whenever the safety layer has asked for it."""
+    """Look after what moves whenever the safety layer has asked for it."""
 
     def __init__(self, clock: TaskClock) -> None:
         self._clock: Final = clock
-        self.devices: list[GuardedDevice] = []
+        self.watched: list[Watched] = []
         self._next = math.inf
 
     def look_within(self, seconds: float) -> None:
@@ -72,29 +73,32 @@ class Watchdog:
         if self._clock.now() < self._next - 1e-9:
             return  # an earlier look has been asked for meanwhile, and has asked for the next
         self._next = math.inf
-        for device in self.devices:
-            due = device.watch()
+        for watched in self.watched:
+            due = watched.watch()
             if due is not None:
                 self.look_within(due)
 
 
 def make_pumps(clock: TaskClock, assembly: Assembly, options: ServerOptions) -> list[Pump]:
-    """Return the pumps of everything that a robot streams."""
-    by_device: dict[GuardedDevice, list[StreamsState]] = {}
+    """Return the pumps of everything that a robot streams, and that of its motions."""
+    by_device: dict[StateSource, list[StreamsState]] = {}
     for servant in assembly.streams:
         by_device.setdefault(servant.device, []).append(servant)
     pumps = [_state_pump(clock, 1.0 / options.state_rate, *item) for item in by_device.items()]
     pumps.extend(_camera_pump(clock, camera) for camera in assembly.cameras)
+    time = _publisher(assembly.clock, "getTime")
     pumps.append(
-        _plain_pump(clock, 1.0 / options.clock_rate, assembly.clock, "getTime", assembly.clock.publish)
+        Pump(clock, lambda: 1.0 / options.clock_rate, lambda: time.listening, assembly.clock.publish)
     )
-    pumps.append(
-        _plain_pump(clock, 1.0 / options.health_rate, assembly.health, "getHealth", assembly.health.publish)
-    )
+    pumps.append(_report_pump(clock, 1.0 / options.health_rate, assembly))
+    player = assembly.player
+    motions = Pump(clock, lambda: PERIOD, lambda: player.busy, player.tick)
+    player.on_begin = motions.wake
+    pumps.append(motions)
     return pumps
 
 
-def _state_pump(clock: TaskClock, period: float, device: GuardedDevice, servants: list[StreamsState]) -> Pump:
+def _state_pump(clock: TaskClock, period: float, device: StateSource, servants: list[StreamsState]) -> Pump:
     def publish() -> None:
         reading = device.read()
         for servant in servants:
@@ -108,8 +112,16 @@ def _camera_pump(clock: TaskClock, camera: CameraI) -> Pump:
     return Pump(clock, lambda: camera.period, lambda: camera.wanted, camera.publish)
 
 
-def _plain_pump(
-    clock: TaskClock, period: float, servant: Object, operation: str, publish: Callable[[], None]
-) -> Pump:
-    publisher = servant.ice_publisher(servant.ice_interface.all_operations[operation])
-    return Pump(clock, lambda: period, lambda: publisher.listening, publish)
+def _report_pump(clock: TaskClock, period: float, assembly: Assembly) -> Pump:
+    health = _publisher(assembly.servants["Health"], "getHealth")
+    safety = _publisher(assembly.servants["Safety"], "getSafetyState")
+
+    def publish() -> None:
+        for report in assembly.reports:
+            report()
+
+    return Pump(clock, lambda: period, lambda: health.listening or safety.listening, publish)
+
+
+def _publisher(servant: Object, operation: str) -> Publisher[Any]:
+    return servant.ice_publisher(servant.ice_interface.all_operations[operation])

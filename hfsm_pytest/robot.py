@@ -116,7 +116,7 @@ class RobotUnderTest:
         served = options or ServerOptions()
         watchdog = Watchdog(clock)
         self._assembly: Final = Assembly(self.device, served, clock.now, watchdog.look_within)
-        watchdog.devices = self._assembly.devices
+        watchdog.watched = self._assembly.watched
         for identity, servant in self._assembly.servants.items():
             communicator.serve(identity, servant)
         pumps = make_pumps(clock, self._assembly, served)
@@ -180,8 +180,8 @@ class RobotUnderTest:
 
     def close(self) -> None:
         """Stop all motion and free what the robot holds."""
-        for device in self._assembly.devices:
-            device.close()
+        for watched in self._assembly.watched:
+            watched.close()
         self.device.close()
 
 

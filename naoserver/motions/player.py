@@ -90,6 +90,8 @@ class MotionPlayer:
         self._action: _Action | None = None
         self._progress: dict[str, ActionProgress] = {}
         self._closed = False
+        self.on_begin: Callable[[], None] = _nothing
+        """What is told that an action begins to move."""
 
     @property
     def busy(self) -> bool:
@@ -121,6 +123,8 @@ class MotionPlayer:
             status = ActionStatus.Moving if first else ActionStatus.Done
             self._progress[kind] = ActionProgress(name, status, count=self.progress(kind).count + 1)
             self._action = action if first else None
+        if self.busy:
+            self.on_begin()
 
     def stop(self, kind: str = "", message: str = "stopped") -> None:
         """Stop the action that moves, of a kind or any, and hold its joints where they are."""
@@ -222,6 +226,10 @@ class MotionPlayer:
 
     def _commands(self) -> dict[str, float]:
         return dict(zip(H25.joint_names, self._body.read().commands, strict=True))
+
+
+def _nothing() -> None:
+    pass
 
 
 def _joints(leg: Motion | None) -> frozenset[str]:

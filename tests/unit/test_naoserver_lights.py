@@ -31,7 +31,7 @@ def test_it_starts_with_the_lights_of_the_start_and_returns_to_them(lights):
 
 def test_a_group_takes_a_color_at_once_and_the_others_keep_theirs(lights):
     lights.set("Chest", RED, 0.0)
-    assert lights.colors() == START | {"Chest": RED}
+    assert lights.colors() == dict(START) | {"Chest": RED}
 
 
 def test_a_fade_goes_evenly_and_stays_at_its_end(lights, clock):

@@ -7,6 +7,7 @@ pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip inst
 from naoserver.assembly import Assembly
 from naoserver.errors import CommandRefused
 from naoserver.options import ServerOptions
+from naoserver.walk_guard import WalkGuard
 from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock
 
@@ -17,7 +18,7 @@ def test_a_robot_that_walks_and_looks_around_stands_after_the_stop():
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False)
     assembly = Assembly(robot, ServerOptions(), clock.now, lambda seconds: None)
-    walk = next(watched for watched in assembly.watched if watched.name == "the walk")
+    walk = next(each for each in assembly.watched if isinstance(each, WalkGuard))
 
     def live(seconds, renew=lambda: None):
         for _ in range(round(seconds / 0.1)):
