@@ -178,8 +178,8 @@ def test_many_clients_at_once(url):
             motion = session.service("ALMotion")
             return [len(motion.getAngles("Body", True)) for _ in range(20)]
 
-    with ThreadPoolExecutor(8) as executor:
-        assert list(executor.map(use, range(8))) == [[26] * 20] * 8
+    with ThreadPoolExecutor(4) as executor:
+        assert list(executor.map(use, range(4))) == [[26] * 20] * 4
 
 
 # -- what tests make go wrong ----------------------------------------------------------------------------

@@ -80,7 +80,7 @@ def operations():
     rig.close()
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(st.lists(FOREIGN, min_size=5, max_size=5))
 def test_anything(operations, values):
     for operation in operations:
