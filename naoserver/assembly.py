@@ -97,7 +97,7 @@ class Assembly:
             self._add_voice(robot.voice)
         self.player: Final = self._add_motions()
         """What plays motions."""
-        self._add_health()
+        self.health: Final = self._add_health()
 
     def drop_client(self, client: str) -> None:
         """Stop what a lost client drives, and take its lease back."""
@@ -210,7 +210,7 @@ class Assembly:
         self.streams.extend((moving, postures))
         return player
 
-    def _add_health(self) -> None:
+    def _add_health(self) -> HealthI:
         health = HealthI(
             self._robot,
             self.events,
@@ -219,6 +219,7 @@ class Assembly:
         )
         self.servants["Health"] = health
         self.reports.append(health.publish)
+        return health
 
     def _guard(self, device: JointDevice, options: SafetyOptions, gate: Gate) -> GuardedDevice:
         own = {joint.name for joint in device.joints}

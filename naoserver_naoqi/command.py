@@ -65,7 +65,7 @@ def naoserver_naoqi(
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
         with serve(nao, adapter, ServerOptions()) as server:
-            nao.report_to(server.events, server.assembly.gate)
+            nao.report_to(server.assembly)
             adapter.activate()
             typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.listen)}, robot {address}")
             communicator.waitForShutdown()

@@ -6,10 +6,9 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from typing import Final
 
+from naoserver.assembly import Assembly
 from naoserver.body import H25
 from naoserver.capabilities import Stage
-from naoserver.event_log import EventLog
-from naoserver.gate import Gate
 from naoserver.robot import BodyState, CameraFacts, Frame, JointDevice, JointFacts, JointReading
 from naoserver_naoqi.cameras import NaoqiCameras
 from naoserver_naoqi.care import Care, Wishes
@@ -131,11 +130,12 @@ class NaoqiRobot:
         """Take a picture; blocks at most 1 s. Raises HardwareFailure."""
         return self._cameras.capture(camera, width, height)
 
-    def report_to(self, events: EventLog, gate: Gate) -> None:
-        """Tell an event log what happens to the robot, and shut a gate while it is lost."""
-        self._reporter.report_to(events)
-        self._connection.on_lost.append(gate.lose)
-        self._connection.on_found.append(gate.find)
+    def report_to(self, assembly: Assembly) -> None:
+        """Tell clients what happens to the robot, at once when it is lost; then no command gets through."""
+        gate, health = assembly.gate, assembly.health
+        self._reporter.report_to(assembly.events)
+        self._connection.on_lost.extend((gate.lose, lambda _why: health.tell()))
+        self._connection.on_found.extend((gate.find, health.tell))
 
     def start(self) -> None:
         """Connect, and bring the robot into the state in which it is to be served. Raises RobotError."""

@@ -39,6 +39,10 @@ class HealthI(Health):
         state = self._state()
         if state is not None:
             self._condition.look(state)
+        self.tell()
+
+    def tell(self) -> None:
+        """Send a report to whoever listens, now: something happened that cannot wait for the next one."""
         if self.getHealthPublisher.listening:
             report = self._report()
             self.getHealthPublisher.publish(report, time=report.time)
