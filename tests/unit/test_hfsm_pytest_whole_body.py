@@ -1,0 +1,62 @@
+"""Walk, motions and emergency stop of a robot under test: in virtual time, without threads."""
+
+from __future__ import annotations
+
+import pytest
+
+from hfsm_pytest import MakeBehavior
+from hfsm_runtime import Automaton, Component, Proxy, State
+from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
+from interfaces.nao import ActionStatus, HealthPrx, PosturesPrx, SafetyPrx
+
+
+class Whole(Component):
+    Walk = Proxy("Motors", MotorsPrx)
+    Odometry = Proxy("Encoders", EncodersPrx)
+    Postures = Proxy("Postures", PosturesPrx)
+    Safety = Proxy("Safety", SafetyPrx)
+    Health = Proxy("Health", HealthPrx)
+
+    def automaton(self) -> Automaton:
+        return Automaton(id=1, name="nothing", states=(State(id=1, name="idle", initial=True),))
+
+
+@pytest.fixture
+def b(behavior: MakeBehavior):
+    return behavior(Whole, robot="fake")
+
+
+def test_a_posture_is_reached_and_told(b) -> None:
+    b.component.Postures.getPostureState.latest()
+    b.component.Postures.goToPosture("Crouch", 1.0)
+    b.advance(0.2)
+    assert b.component.Postures.getPostureState.latest().value.status == ActionStatus.Moving
+    b.advance(10.0)
+    assert b.component.Postures.getPostureState().status == ActionStatus.Done
+    assert b.component.Postures.getPosture() == "Crouch"
+
+
+def test_it_walks_for_as_long_as_that_is_renewed(b) -> None:
+    for _ in range(10):
+        b.component.Walk.setV(0.1)
+        b.advance(0.2)
+    walked = b.component.Odometry.getEncodersData().robotx
+    assert walked > 0.1
+    b.advance(5.0)
+    stopped = b.component.Odometry.getEncodersData().robotx
+    b.advance(5.0)
+    assert b.component.Odometry.getEncodersData().robotx == stopped
+
+
+def test_an_emergency_stop_ends_all_of_it_and_is_told(b) -> None:
+    b.component.Safety.getSafetyState.latest()
+    b.component.Health.getHealth.latest()
+    b.component.Postures.goToPosture("Crouch", 0.2)
+    b.advance(0.5)
+    b.component.Safety.emergencyStop("enough")
+    b.advance(1.0)
+    assert b.component.Postures.getPostureState().status == ActionStatus.Stopped
+    assert b.component.Safety.getSafetyState.latest().value.reason == "enough"
+    assert "emergency stop: enough" in [e.message for e in b.component.Health.getHealth.latest().value.events]
+    with pytest.raises(CommandRefusedException, match="enough"):
+        b.component.Walk.setV(0.1)
