@@ -166,7 +166,7 @@ def test_it_lies_as_it_was_thrown(make, side, up):
 def test_several_at_once_are_each_as_by_itself(make):
     vector = gymnasium.make_vec("naoserver_sim.learning:Nao/Walk-v0", num_envs=2)
     try:
-        together, _ = vector.reset(seed=[5, 6])
+        together, _ = vector.reset(seed=5)  # and 6
         for seed, observation in zip((5, 6), together, strict=True):
             assert (make("Walk").reset(seed=seed)[0] == observation).all()
         observations, rewards, *_ = vector.step(np.zeros((2, 11), np.float32))

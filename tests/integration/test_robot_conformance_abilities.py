@@ -1,0 +1,430 @@
+"""What every robot answers about walk, senses, lights, voice, motions, postures and safety, and how exactly."""
+
+import math
+
+import pytest
+
+from interfaces.jderobot import (
+    CommandRefusedException,
+    EncodersPrx,
+    InvalidValueException,
+    MotorsPrx,
+    Pose3DMotorsPrx,
+)
+from interfaces.nao import (
+    ActionStatus,
+    BatteryPrx,
+    FootPressurePrx,
+    GroundTruthPrx,
+    HealthPrx,
+    InertialUnitPrx,
+    JointsPrx,
+    LedColor,
+    LedsPrx,
+    MotionsPrx,
+    PoseHeadPrx,
+    PosturesPrx,
+    SafetyPrx,
+    ScenePrx,
+    SonarPrx,
+    SpeechPrx,
+    TouchPrx,
+    Vector3,
+)
+from naoserver.body import H25
+from naoserver.hinges import HINGES
+from naoserver.motions.postures import POSTURES
+from tests.support.conformance import ROBOTS
+from tests.support.limits import LIMIT
+from tests.support.robot_server import eventually, wait_for
+from zenoh_ice import ObjectNotExistException
+
+SPEED = 0.08
+"""Forward velocity in m/s that every robot walks at: NAOqi's walk reaches 0.095 m/s."""
+SPEED_TOLERANCE = 0.25
+"""Part of a velocity by which what is reached, by odometry over some steps, may miss it."""
+GRAVITY = 9.81
+GRAVITY_TOLERANCE = 0.3
+"""In m/s2, at rest."""
+TILT_TOLERANCE = 0.12
+"""In rad, of a torso that stands: its posture leans forwards a little."""
+WEIGHT = GRAVITY * sum(link.mass for link in H25.links)
+WEIGHT_TOLERANCE = 0.1
+"""Part of the weight by which what the soles feel may miss it."""
+RATE_TOLERANCE = 0.1
+"""In rad/s, at rest."""
+POSTURE_TOLERANCE = 0.1
+"""In rad, of a joint that carries the body in a posture."""
+COLOR_TOLERANCE = 0.01
+"""NAOqi has 256 shades."""
+
+COMMON = {
+    *(f"{hinge.name}{kind}" for hinge in HINGES for kind in ("Motors", "Encoders")),
+    *("Battery", "Body", "Camera", "CameraBottom", "Clock", "Encoders", "FootPressure", "Head", "Health"),
+    *("InertialUnit", "Leds", "Motions", "Motors", "NeckSpeed", "Postures", "Safety", "Sonar", "Speech"),
+    "Touch",
+}
+BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors", "Encoders")}
+SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}
+RED = LedColor(red=1.0, green=0.0, blue=0.0)
+
+
+@pytest.fixture(params=ROBOTS)
+def nao(request):
+    """A robot that is served, and a client's session."""
+    with request.param() as nao:
+        yield nao
+
+
+@pytest.fixture
+def body(nao):
+    return nao.proxy(JointsPrx, "Body")
+
+
+def joint(state, name):
+    return state.positions[H25.joint_names.index(name)]
+
+
+def ended(state):
+    return state.status not in (ActionStatus.Idle, ActionStatus.Moving)
+
+
+def test_it_serves_what_such_a_robot_has(nao):
+    expected = set(COMMON)
+    if nao.robot.mechanisms:
+        expected |= BALLS
+    if nao.robot.stage is not None:
+        expected |= SIMULATION
+    assert nao.server.assembly.servants.keys() == expected
+
+
+# -- the walk ------------------------------------------------------------------------------------------------
+
+
+def test_velocities_are_in_si_units_both_ways_and_limited(nao):
+    motors = nao.proxy(MotorsPrx, "Motors")
+    assert (motors.setV(SPEED), motors.setW(-0.2), motors.setL(0.04)) == (0, 0, 0)
+    assert (motors.getV(), motors.getW(), motors.getL()) == pytest.approx((SPEED, -0.2, 0.04), abs=1e-4)
+    limits = nao.robot.walker.limits
+    assert (motors.setV(-9.0), motors.setW(9.0), motors.setL(-9.0)) == (1, 1, 1)
+    reached = (motors.getV(), motors.getW(), motors.getL())
+    assert reached == pytest.approx((-limits.forward, limits.turn, -limits.left), abs=1e-3)
+    assert (motors.setV(0.0), motors.setW(0.0), motors.setL(0.0)) == (0, 0, 0)
+
+
+def test_it_walks_as_fast_as_it_is_told_and_straight(nao):
+    motors, encoders = nao.proxy(MotorsPrx, "Motors"), nao.proxy(EncodersPrx, "Encoders")
+    start = encoders.getEncodersData()
+    seen = []
+
+    def far(data):
+        assert motors.setV(SPEED) == 0  # it holds for half a second
+        return data.robotx - start.robotx > 0.2
+
+    for sample in encoders.getEncodersData.samples(timeout=LIMIT):
+        seen.append((sample.time, sample.value.robotx - start.robotx))
+        if far(sample.value):
+            break
+    motors.setV(0.0)
+    (begin, near), (end, there) = next(point for point in seen if point[1] > 0.06), seen[-1]
+    assert (there - near) / (end - begin) == pytest.approx(SPEED, rel=SPEED_TOLERANCE)
+    after = encoders.getEncodersData()
+    assert abs(after.roboty - start.roboty) < 0.05
+    assert abs(after.robottheta - start.robottheta) < 0.15
+
+
+def test_it_turns_to_the_left_where_it_stands(nao):
+    motors, encoders = nao.proxy(MotorsPrx, "Motors"), nao.proxy(EncodersPrx, "Encoders")
+    start = encoders.getEncodersData()
+
+    def turned(data):
+        assert motors.setW(0.5) == 0
+        return data.robottheta - start.robottheta > 0.3
+
+    there = wait_for(encoders.getEncodersData, turned)
+    motors.setW(0.0)
+    assert math.hypot(there.robotx - start.robotx, there.roboty - start.roboty) < 0.08
+    assert math.atan2(there.robotsin, there.robotcos) == pytest.approx(there.robottheta, abs=1e-5)
+
+
+def test_while_it_walks_the_head_is_free_and_the_legs_are_not_and_it_stops_by_itself(nao, body):
+    motors, health = nao.proxy(MotorsPrx, "Motors"), nao.proxy(HealthPrx, "Health")
+    timeouts = health.getHealth().velocityTimeouts
+    motors.setV(SPEED)
+    with pytest.raises(InvalidValueException, match="the walk") as refusal:
+        body.setJointPositions({"LKneePitch": 0.5}, 0.2)
+    assert refusal.value.field == "LKneePitch"
+    body.setJointPositions({"HeadYaw": 0.3}, 1.0)
+    eventually(lambda: motors.getV() == 0.0)
+    assert health.getHealth().velocityTimeouts == timeouts + 1
+    wait_for(body.getJointState, lambda state: abs(joint(state, "HeadYaw") - 0.3) < 0.05)
+
+    def free():
+        try:
+            return bool(body.setJointPositions({"LKneePitch": 0.6}, 0.2))
+        except InvalidValueException:
+            return False
+
+    eventually(free)
+
+
+# -- the senses ----------------------------------------------------------------------------------------------
+
+
+def test_the_inertial_unit_feels_a_robot_that_stands(nao):
+    unit = nao.proxy(InertialUnitPrx, "InertialUnit")
+    first = unit.getInertialReading.wait(timeout=LIMIT)
+    second = unit.getInertialReading.wait(after=first, timeout=LIMIT)
+    assert second.value.time > first.value.time
+
+    def at_rest(reading):
+        force, rate = reading.acceleration, reading.angularVelocity
+        return (
+            abs(math.hypot(force.x, force.y, force.z) - GRAVITY) < GRAVITY_TOLERANCE
+            and math.hypot(rate.x, rate.y, rate.z) < RATE_TOLERANCE
+            and max(abs(reading.roll), abs(reading.pitch)) < TILT_TOLERANCE
+        )
+
+    wait_for(unit.getInertialReading, at_rest)
+
+
+def test_the_feet_carry_the_weight_between_them(nao):
+    feet = nao.proxy(FootPressurePrx, "FootPressure")
+
+    def carries(reading):
+        left, right = reading.left, reading.right
+        return left.total + right.total == pytest.approx(WEIGHT, rel=WEIGHT_TOLERANCE)
+
+    reading = wait_for(feet.getFeetReading, carries)
+    for foot in (reading.left, reading.right):
+        parts = (foot.frontLeft, foot.frontRight, foot.rearLeft, foot.rearRight)
+        assert min(parts) >= 0.0
+        assert sum(parts) == pytest.approx(foot.total)
+        assert foot.total > 0.2 * WEIGHT
+        assert -0.05 < foot.centerX < 0.11
+        assert abs(foot.centerY) < 0.06
+
+
+def test_the_sonar_tells_distances_within_its_limits_or_none(nao):
+    sonar = nao.proxy(SonarPrx, "Sonar")
+    limits = sonar.getSonarLimits()
+    assert 0.0 < limits.nearest < limits.farthest < 10.0
+    assert math.radians(20) < limits.cone < math.radians(90)
+    reading = sonar.getSonarReading.wait(timeout=LIMIT).value
+    for distance in (reading.left, reading.right):
+        assert distance == math.inf or limits.nearest <= distance <= limits.farthest
+
+
+def test_nothing_touches_it_and_the_sensors_have_names(nao):
+    touch = nao.proxy(TouchPrx, "Touch")
+    assert touch.getTouchNames() == list(H25.touch_sensors)
+    wait_for(touch.getTouchReading, lambda reading: reading.touched == [])
+
+
+def test_the_battery_is_told(nao):
+    reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=LIMIT).value
+    assert 0.0 <= reading.charge <= 1.0
+    assert -20.0 < reading.current < 20.0
+    assert 0.0 < reading.temperature < 60.0
+    assert not reading.plugged
+
+
+def test_the_motors_are_warm_and_stiff(body):
+    state = body.getJointState()
+    assert len(state.temperatures) == len(state.stiffnesses) == 26
+    assert set(state.stiffnesses) == {1.0}
+    assert all(10.0 < temperature < 60.0 for temperature in state.temperatures)
+
+
+# -- lights and voice ----------------------------------------------------------------------------------------
+
+
+def test_lights_fade_to_a_color_and_back_to_what_they_began_with(nao):
+    leds = nao.proxy(LedsPrx, "Leds")
+    names = leds.getLedNames()
+    assert {"LeftEye", "RightEye", "LeftEar", "RightEar", "Head", "Chest", "LeftFoot", "RightFoot"} == set(
+        names
+    )
+    leds.reset()
+    before = leds.getLeds().colors
+    leds.setLed("LeftEye", RED, 0.2)
+
+    def shows(color):
+        def does(state):
+            now = state.colors["LeftEye"]
+            far = max(abs(now.red - color.red), abs(now.green - color.green), abs(now.blue - color.blue))
+            return far < COLOR_TOLERANCE
+
+        return does
+
+    wait_for(leds.getLeds, shows(RED))
+    leds.reset()
+    wait_for(leds.getLeds, shows(before["LeftEye"]))
+
+
+def test_a_light_that_is_not_there_is_refused_by_name(nao):
+    leds = nao.proxy(LedsPrx, "Leds")
+    with pytest.raises(InvalidValueException) as refusal:
+        leds.setLed("Tail", RED, 0.0)
+    assert refusal.value.field == "name"
+
+
+def test_a_text_is_begun_told_and_ended(nao):
+    speech = nao.proxy(SpeechPrx, "Speech")
+    count = speech.getSpeech().count
+    speech.say("Good morning, everybody.")
+    said = wait_for(speech.getSpeech, lambda state: state.speaking)
+    assert (said.text, said.count) == ("Good morning, everybody.", count + 1)
+    wait_for(speech.getSpeech, lambda state: not state.speaking)
+    speech.say("This takes long to be said. " * 40)
+    wait_for(speech.getSpeech, lambda state: state.speaking)
+    speech.stop()
+    wait_for(speech.getSpeech, lambda state: not state.speaking)
+    with pytest.raises(InvalidValueException) as refusal:
+        speech.say(" ")
+    assert refusal.value.field == "text"
+
+
+# -- postures and motions ------------------------------------------------------------------------------------
+
+
+def test_it_goes_into_a_posture_and_tells_so(nao, body):
+    postures = nao.proxy(PosturesPrx, "Postures")
+    assert set(postures.getPostures()) >= POSTURES.keys()
+    assert postures.getPosture() == "StandInit"
+    count = postures.getPostureState().count
+    postures.goToPosture("Crouch", 1.0)
+    state = wait_for(postures.getPostureState, ended)
+    assert (state.status, state.name, state.count) == (ActionStatus.Done, "Crouch", count + 1), state.message
+    eventually(lambda: postures.getPosture() == "Crouch")
+    knee = POSTURES["Crouch"]["LKneePitch"]
+    wait_for(body.getJointState, lambda state: abs(joint(state, "LKneePitch") - knee) < POSTURE_TOLERANCE)
+
+
+def test_a_posture_is_refused_where_there_is_none_and_stops_on_the_way(nao, body):
+    postures = nao.proxy(PosturesPrx, "Postures")
+    for name, fraction, field in (
+        ("Handstand", 0.5, "name"),
+        ("Crouch", 0.0, "fraction"),
+        ("Crouch", 1.5, "fraction"),
+    ):
+        with pytest.raises(InvalidValueException) as refusal:
+            postures.goToPosture(name, fraction)
+        assert refusal.value.field == field
+    postures.goToPosture("Crouch", 0.1)
+    wait_for(
+        body.getJointState,
+        lambda state: abs(joint(state, "LKneePitch") - POSTURES["StandInit"]["LKneePitch"]) > 0.1,
+    )
+    postures.stop()
+    assert wait_for(postures.getPostureState, ended).status in (ActionStatus.Stopped, ActionStatus.Failed)
+    assert postures.getPosture() != "Crouch"
+
+
+def test_it_waves_and_owns_its_arm_meanwhile(nao, body):
+    motions = nao.proxy(MotionsPrx, "Motions")
+    facts = {motion.name: motion for motion in motions.getMotions()}
+    assert facts.keys() >= {"dance", "kick", "sit_down", "stand_up_from_back", "stand_up_from_belly", "wave"}
+    motions.play("wave", 2.0)
+    wait_for(
+        motions.getMotionState, lambda state: state.status == ActionStatus.Moving and state.progress > 0.1
+    )
+    with pytest.raises(InvalidValueException, match="wave"):
+        body.setJointPositions(dict.fromkeys(H25.joint_names, 0.0), 0.1)
+    state = wait_for(motions.getMotionState, ended)
+    assert (state.status, state.name, state.progress) == (ActionStatus.Done, "wave", 1.0), state.message
+    assert body.setJointPositions({"RShoulderPitch": 1.4}, 0.3)
+
+
+def test_a_motion_stops_and_holds(nao, body):
+    motions = nao.proxy(MotionsPrx, "Motions")
+    with pytest.raises(InvalidValueException) as refusal:
+        motions.play("somersault", 1.0)
+    assert refusal.value.field == "name"
+    motions.play("wave", 0.5)
+    wait_for(motions.getMotionState, lambda state: state.progress > 0.05)
+    motions.stop()
+    assert wait_for(motions.getMotionState, ended).status == ActionStatus.Stopped
+    wait_for(body.getJointState, lambda state: max(map(abs, state.velocities)) < 0.1)
+
+
+# -- safety --------------------------------------------------------------------------------------------------
+
+
+def commands(nao):
+    """Every way to command the robot."""
+    head, body = nao.proxy(PoseHeadPrx, "Head"), nao.proxy(JointsPrx, "Body")
+    elbow, motors = nao.proxy(Pose3DMotorsPrx, "LeftElbowMotors"), nao.proxy(MotorsPrx, "Motors")
+    motions, postures = nao.proxy(MotionsPrx, "Motions"), nao.proxy(PosturesPrx, "Postures")
+    return (
+        lambda: head.setPose(0.1, 0.0, 0.2),
+        lambda: head.setSpeed(0.1, 0.0),
+        lambda: body.setJointPositions({"HeadYaw": 0.1}, 0.2),
+        lambda: body.setStiffnesses({"HeadYaw": 0.9}, 0.0),
+        lambda: elbow.setPose3DMotorsData(elbow.getPose3DMotorsData()),
+        lambda: motors.setV(SPEED),
+        lambda: motions.play("wave", 1.0),
+        lambda: postures.goToPosture("Crouch", 0.5),
+    )
+
+
+def test_an_emergency_stop_ends_all_motion_and_latches(nao, body):
+    safety, head = nao.proxy(SafetyPrx, "Safety"), nao.proxy(PoseHeadPrx, "Head")
+    head.setPose(1.5, 0.0, 0.1)
+    wait_for(head.getPose, lambda pose: pose.pan > 0.1)
+    safety.emergencyStop("enough")
+    for command in commands(nao):
+        with pytest.raises(CommandRefusedException):
+            command()
+    held = wait_for(body.getJointState, lambda state: max(map(abs, state.velocities)) < 0.1)
+    assert joint(held, "HeadYaw") < 1.0
+    state = safety.getSafetyState()
+    assert (state.stopped, state.reason) == (True, "enough")
+    safety.resetEmergencyStop()
+    assert head.setPose(0.0, 0.0, 0.5).pan == 0.0
+    wait_for(head.getPose, lambda pose: abs(pose.pan) < 0.05)
+
+
+def test_who_holds_the_lease_commands_and_nobody_else(nao):
+    with nao.client() as other:
+        other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
+        for command in commands(nao):
+            with pytest.raises(CommandRefusedException) as refusal:
+                command()
+            assert refusal.value.holder == "Ann"
+        other.proxy(PoseHeadPrx, "Head").setPose(0.1, 0.0, 0.2)
+        other.proxy(SafetyPrx, "Safety").releaseLease()
+        nao.proxy(PoseHeadPrx, "Head").setPose(0.0, 0.0, 0.2)
+
+
+# -- what only a simulation has ------------------------------------------------------------------------------
+
+
+def test_ground_truth_and_scene_are_there_in_a_simulation_and_nowhere_else(nao):
+    if nao.robot.stage is None:
+        for interface, identity in ((GroundTruthPrx, "GroundTruth"), (ScenePrx, "Scene")):
+            with pytest.raises(ObjectNotExistException):
+                nao.proxy(interface, identity)
+        return
+    truth, scene = nao.proxy(GroundTruthPrx, "GroundTruth"), nao.proxy(ScenePrx, "Scene")
+    assert truth.getGroundTruth().torso.position.z == pytest.approx(0.32, abs=0.02)
+    scene.placeObject("BallRed", Vector3(x=0.8, y=0.1, z=0.4))
+    wait_for(truth.getGroundTruth, lambda seen: abs(seen.objects["BallRed"].position.y - 0.1) < 0.02)
+    scene.pressSensor("HeadFront", 5.0)
+    wait_for(nao.proxy(TouchPrx, "Touch").getTouchReading, lambda reading: reading.touched == ["HeadFront"])
+
+
+def test_streams_go_on_in_time(nao):
+    """Each stream tells the robot's time, which goes on, and no older state after a newer one."""
+    for interface, identity, operation in (
+        (JointsPrx, "Body", "getJointState"),
+        (EncodersPrx, "Encoders", "getEncodersData"),
+        (FootPressurePrx, "FootPressure", "getFeetReading"),
+        (InertialUnitPrx, "InertialUnit", "getInertialReading"),
+    ):
+        times = []
+        for sample in getattr(nao.proxy(interface, identity), operation).samples(timeout=LIMIT):
+            times.append(sample.time)
+            if len(set(times)) == 3:
+                break
+        assert times == sorted(times), identity

@@ -1,0 +1,65 @@
+"""The robots that the suite of conformance runs on, and how exactly they have to agree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, closing, contextmanager
+from typing import Final
+
+import pytest
+
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.server import serve
+from tests.support.processes import free_endpoint
+from tests.support.robot_server import RobotClient, served_to_client
+from zenoh_ice import initialize
+
+__all__ = ["ROBOTS", "Served"]
+
+Served = Callable[[], AbstractContextManager[RobotClient]]
+
+
+@contextmanager
+def fake() -> Iterator[RobotClient]:
+    """Serve the robot without physics."""
+    with served_to_client(FakeRobot()) as nao:
+        yield nao
+
+
+@contextmanager
+def simulated() -> Iterator[RobotClient]:
+    """Serve the simulated robot."""
+    pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
+    from naoserver_sim.robot import SimulatedRobot
+
+    with served_to_client(SimulatedRobot()) as nao:
+        yield nao
+
+
+@contextmanager
+def naoqi() -> Iterator[RobotClient]:
+    """Serve a robot over NAOqi: the robot without physics, behind what makes it a NAOqi, over libqi."""
+    pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+    from naoserver.qi_service import serve_as_naoqi
+    from naoserver_naoqi.address import RobotAddress
+    from naoserver_naoqi.libqi import connect
+    from naoserver_naoqi.robot import NaoqiRobot
+
+    behind = FakeRobot()
+    with (
+        closing(behind),
+        initialize(realm="behind", listen=[free_endpoint()], connect=[], clock="wall") as communicator,
+        serve(behind, communicator.createObjectAdapter("Behind"), ServerOptions()) as server,
+        serve_as_naoqi(behind, server.assembly, "tcp://127.0.0.1:0") as service,
+    ):
+        address = RobotAddress.parse(service.url)
+        with served_to_client(NaoqiRobot(lambda timeout: connect(address, timeout))) as nao:
+            yield nao
+
+
+ROBOTS: Final = (
+    pytest.param(fake, id="fake"),
+    pytest.param(simulated, id="simulated", marks=pytest.mark.sim),
+    pytest.param(naoqi, id="naoqi"),
+)
