@@ -1,0 +1,34 @@
+"""The same seed is the same simulation, bit by bit: noise, walk, senses and all."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tests.support.limits import LIMIT
+from tests.support.processes import REPOSITORY
+from tests.support.simulation_trace import trace
+
+pytestmark = pytest.mark.sim
+
+
+def test_the_same_seed_is_the_same_trace_also_in_another_process():
+    elsewhere = subprocess.run(
+        [sys.executable, "-m", "tests.support.simulation_trace", "3"],
+        cwd=REPOSITORY,
+        env={**os.environ, "PYTHONHASHSEED": "17"},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        check=True,
+    )
+    assert trace(3) == trace(3) == elsewhere.stdout.strip()
+
+
+def test_another_seed_is_another_trace():
+    assert trace(4, seconds=0.2) != trace(5, seconds=0.2)
+
+
+def test_how_often_somebody_looks_changes_nothing():
+    assert trace(3, period=0.01) == trace(3, period=0.1)
