@@ -17,6 +17,8 @@ from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing import history
 from visualhfsm.web.services import Services
 
+INTERACTION_DELAY = 100
+"""Milliseconds after which CodeMirror's list takes keys for sure; those of the first 75 are the text's."""
 CAMERA = """
   <config>
     <iceinterface>
@@ -162,6 +164,7 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         # Beside the call, the asynchronous one; the first answer reads all that the code imports.
         expect(options).to_have_count(2)
         expect(shown.page.locator(".cm-completionInfo")).to_contain_text("newest image")
+        shown.page.wait_for_timeout(INTERACTION_DELAY)
         shown.press("Enter")
         expect(code).to_contain_text("self.eye.getImageData")
         shown.type("(")
