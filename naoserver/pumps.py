@@ -116,7 +116,10 @@ class WallPump(Pump):
 
 
 class StatePump(Pump):
-    """Stream the state of joints, walk and senses: one reading a device and round, shared by its servants."""
+    """Stream the state of joints, walk and senses: one reading a device and round, shared by its servants.
+
+    A reading that a device has given before, by its time, is not sent again.
+    """
 
     def __init__(self, clock: Clock, rate: float, wall_rate: float, servants: Sequence[StreamsState]) -> None:
         super().__init__("state")
@@ -124,6 +127,7 @@ class StatePump(Pump):
         self._period = 1.0 / rate
         self._shortest = 1.0 / wall_rate
         self._groups: dict[StateSource, list[StreamsState]] = {}
+        self._sent: dict[StateSource, float] = {}
         for servant in servants:
             self._groups.setdefault(servant.device, []).append(servant)
 
@@ -135,6 +139,9 @@ class StatePump(Pump):
             if listened_to:
                 listening = True
                 reading = device.read()
+                if reading.time == self._sent.get(device):
+                    continue
+                self._sent[device] = reading.time
                 for servant in listened_to:
                     servant.publish(reading)
         if not listening:

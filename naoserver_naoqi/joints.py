@@ -65,31 +65,34 @@ class NaoqiJoints:
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
         """Move the setpoints of some joints to `targets`, each at most at its speed."""
-        self.orders.post(
-            {
-                joint: Order(target, max_speeds[joint] / _JOINTS[joint].max_velocity)
-                for joint, target in targets.items()
-                if self._state.send(joint, target, max_speeds[joint])
-            }
-        )
+        self._send({joint: (target, max_speeds[joint]) for joint, target in targets.items()})
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         """Move the setpoints of some joints at `velocities`, to their limits; 0 holds."""
-        orders = {}
-        for joint, velocity in velocities.items():
-            if velocity == 0.0:
-                self._state.hold(joint)
-                orders[joint] = Order()
-                continue
-            facts, speed = _JOINTS[joint], abs(velocity)
-            limit = facts.upper if velocity > 0.0 else facts.lower
-            if self._state.send(joint, limit, speed):
-                orders[joint] = Order(limit, speed / facts.max_velocity)
-        self.orders.post(orders)
+        held = [joint for joint, velocity in velocities.items() if velocity == 0.0]
+        if held:
+            self._state.hold(held)
+            self.orders.post(dict.fromkeys(held, Order()))
+        self._send(
+            {
+                joint: (_JOINTS[joint].upper if velocity > 0.0 else _JOINTS[joint].lower, abs(velocity))
+                for joint, velocity in velocities.items()
+                if velocity != 0.0
+            }
+        )
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
         """Change how strongly some motors hold within some seconds."""
         self._stiffnesses.post({joint: (value, seconds) for joint, value in stiffnesses.items()})
+
+    def _send(self, ways: Mapping[str, tuple[float, float]]) -> None:
+        """Send joints to targets at speeds."""
+        orders = {}
+        for joint in self._state.send(ways):
+            target, speed = ways[joint]
+            orders[joint] = Order(target, speed / _JOINTS[joint].max_velocity)
+        if orders:
+            self.orders.post(orders)
 
     def _send_stiffnesses(self, link: Link, wanted: Mapping[str, tuple[float, float]]) -> list[Reply]:
         at_once = {joint: value for joint, (value, seconds) in wanted.items() if seconds <= 0.0}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from naoserver.body import H25
@@ -96,19 +97,25 @@ class NaoqiState:
         with self._lock:
             return self._setpoints.at(self._now())
 
-    def send(self, joint: str, target: float, speed: float) -> bool:
-        """Let a setpoint go to a target at a speed from now on; returns whether that changes anything."""
+    def send(self, ways: Mapping[str, tuple[float, float]]) -> list[str]:
+        """Let setpoints go to targets at speeds from now on, by joint; returns which of them that changes."""
         with self._lock:
             now = self._now()
-            if not self._setpoints.moving(joint, now) and self._setpoints.value(joint, now) == target:
-                return False
-            self._setpoints.send(joint, target, speed, now)
-            return True
+            changed = [
+                joint
+                for joint, (target, _) in ways.items()
+                if self._setpoints.moving(joint, now) or self._setpoints.value(joint, now) != target
+            ]
+            for joint in changed:
+                self._setpoints.send(joint, *ways[joint], now)
+        return changed
 
-    def hold(self, joint: str) -> None:
-        """Let a setpoint stay where it is now."""
+    def hold(self, joints: Iterable[str]) -> None:
+        """Let setpoints stay where they are now."""
         with self._lock:
-            self._setpoints.hold(joint, self._now())
+            now = self._now()
+            for joint in joints:
+                self._setpoints.hold(joint, now)
 
     def senses(self) -> SenseReading:
         """Return the newest reading of the senses."""
