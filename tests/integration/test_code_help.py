@@ -283,6 +283,23 @@ def test_of_many_questions_only_the_newest_is_asked(typing: Type) -> None:
     typing(go)
 
 
+def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        def ask() -> asyncio.Task[Any]:
+            return asyncio.create_task(person.helper.lint(person.source, WALK, "steps += 1\n" * 2000))
+
+        asked = [ask() for _ in range(8)]
+        ended, _ = await asyncio.wait(asked[1:-1], timeout=LIMIT, return_when=asyncio.ALL_COMPLETED)
+        assert {task.result() for task in ended} == {None}, "what was not looked at is not without faults"
+        assert not asked[0].done()
+        asked[-1].cancel()  # one that waits gives up
+        newest = ask()
+        assert await asked[0] == []
+        assert await newest == []
+
+    typing(go)
+
+
 def test_the_interfaces_are_described(typing: Type) -> None:
     async def go(person: Typing) -> None:
         found = {each["scoped"]: each for each in await person.helper.interfaces()}
@@ -291,6 +308,15 @@ def test_the_interfaces_are_described(typing: Type) -> None:
         assert operations["setPose"]["signature"] == "(self, pan: float, tilt: float, fraction: float)"
         assert "getImageData" in {each["name"] for each in found["jderobot::Camera"]["operations"]}
         assert "setPoseAsync" not in operations
+
+    typing(go)
+
+
+def test_every_window_that_asks_gets_the_interfaces(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        first, *others = await asyncio.gather(*(person.helper.interfaces() for _ in range(4)))
+        assert first
+        assert others == [first] * 3
 
     typing(go)
 

@@ -330,15 +330,22 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
         async def interfaces(self) -> object:
             return await asyncio.to_thread(gate.wait, LIMIT)
 
+    class Steered(NoLive):
+        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+            return action
+
     limits = Limits(concurrent_operations=2)
+    services = Services(SlowHelp(), live=Steered())
     with (
-        editor(root, limits=limits, make_services=lambda _: Services(SlowHelp())) as running,
+        editor(root, limits=limits, make_services=lambda _: services) as running,
         running.window() as window,
     ):
         waiting = [window.send("interfaces") for _ in range(2)]
         with pytest.raises(Refused) as refused:
             window.ask("interfaces")
         assert refused.value.kind == "busy"
+        # Help that comes slowly to who types must not keep a run out, or a stop.
+        assert window.ask("control", component="", action="stop") == "stop"
         gate.set()
         assert [window.answer(number) for number in reversed(waiting)] == [True, True]
 

@@ -19,6 +19,7 @@ from visualhfsm.editing.places import Place
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.line_process import LineProcess, NoAnswerError
 from visualhfsm.web.services import ServiceError, Source
+from visualhfsm.web.tasks import retrieve
 
 from .worker import Question, Wanted
 
@@ -36,13 +37,14 @@ _LARGEST: Final = 200_000
 class CodeHelper:
     """Implements `visualhfsm.web.services.CodeHelp` with two processes, so that no check delays completion.
 
-    Of several questions of a kind that come while one is being answered only the newest is asked; the others
-    get nothing.
+    Of several questions of a kind that come while one is being answered only the newest waits; the others get
+    nothing, at once.
     """
 
     def __init__(self, patience: float = _PATIENCE) -> None:
         self._patience = patience
-        self._desks = {kind: _Desk() for kind in ("complete", "explain", "signature", "lint", "interfaces")}
+        self._desks = {wanted: _Desk() for wanted in ("complete", "explain", "signature", "lint")}
+        self._interfaces: asyncio.Task[Any] | None = None
         self._reading = LineProcess(f"{__package__}.worker")
         self._checking = LineProcess(f"{__package__}.worker")
         self._warm: set[LineProcess] = set()
@@ -62,12 +64,15 @@ class CodeHelper:
         return await self._ask("signature", source, place, code, (line, column))
 
     async def lint(self, source: Source, place: Place, code: str) -> Any:  # noqa: ANN401
-        """Return what is wrong with a piece of code as it is being typed."""
-        return await self._ask("lint", source, place, code) or []
+        """Return what is wrong with a piece of code as it is being typed, None when it was not looked at."""
+        return await self._ask("lint", source, place, code)
 
     async def interfaces(self) -> Any:  # noqa: ANN401
         """Return the interfaces that a document may declare, with operations and documentation."""
-        return await self._answer(Question("interfaces"))
+        if self._interfaces is None or self._interfaces.done():
+            self._interfaces = asyncio.create_task(self._answer(Question("interfaces")))
+            self._interfaces.add_done_callback(retrieve)
+        return await asyncio.shield(self._interfaces)
 
     async def close(self) -> None:
         """End the processes."""
@@ -90,20 +95,23 @@ class CodeHelper:
         except VisualHfsmError as error:
             raise ServiceError(str(error)) from error
         path = source.path or Path.cwd() / _UNTITLED
-        return await self._answer(Question(wanted, document, str(path), place, code, *at))
+        desk = self._desks[wanted]
+        if not await desk.enter():
+            return None
+        try:
+            return await self._answer(Question(wanted, document, str(path), place, code, *at))
+        finally:
+            desk.leave()
 
     async def _answer(self, question: Question) -> Any:  # noqa: ANN401
         process = self._checking if question.wanted == "lint" else self._reading
-        async with self._desks[question.wanted].turn() as is_newest:
-            if not is_newest:
-                return None
-            patience = self._patience * (1 if process in self._warm else _FIRST)
-            try:
-                line = await asyncio.to_thread(process.ask, msgspec.json.encode(question), patience)
-            except NoAnswerError as error:
-                self._warm.discard(process)
-                raise ServiceError(f"no help with this code: {error}") from error
-            self._warm.add(process)
+        patience = self._patience * (1 if process in self._warm else _FIRST)
+        try:
+            line = await asyncio.to_thread(process.ask, msgspec.json.encode(question), patience)
+        except NoAnswerError as error:
+            self._warm.discard(process)
+            raise ServiceError(f"no help with this code: {error}") from error
+        self._warm.add(process)
         return msgspec.json.decode(line)
 
     def _context_of(self, document: Document, place: Place) -> str:
@@ -114,29 +122,35 @@ class CodeHelper:
 
 
 class _Desk:
-    """Where questions of one kind wait; only the newest of them gets its turn."""
+    """Where questions of one kind are asked one at a time; a newer one sends away the one that waits."""
 
     def __init__(self) -> None:
-        self._lock = asyncio.Lock()
-        self._newest = 0
+        self._busy = False
+        self._waiting: asyncio.Future[bool] | None = None
 
-    def turn(self) -> _Turn:
-        """Return a turn; the number tells whether a newer one has come while it waited."""
-        self._newest += 1
-        return _Turn(self, self._newest)
+    async def enter(self) -> bool:
+        """Wait for the turn; return whether it came, after which `leave` must be called."""
+        if self._waiting is not None and not self._waiting.done():
+            self._waiting.set_result(False)
+        if not self._busy:
+            self._busy = True
+            return True
+        waiting: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+        self._waiting = waiting
+        try:
+            return await waiting
+        except asyncio.CancelledError:
+            if not waiting.cancelled() and waiting.result():  # the turn came in the same moment
+                self.leave()
+            raise
 
-
-class _Turn:
-    def __init__(self, desk: _Desk, number: int) -> None:
-        self._desk = desk
-        self._number = number
-
-    async def __aenter__(self) -> bool:
-        await self._desk._lock.acquire()
-        return self._number == self._desk._newest
-
-    async def __aexit__(self, *_: object) -> None:
-        self._desk._lock.release()
+    def leave(self) -> None:
+        """Give the turn to the question that waits, if any."""
+        waiting, self._waiting = self._waiting, None
+        if waiting is None or waiting.done():
+            self._busy = False
+        else:
+            waiting.set_result(True)
 
 
 def _around(document: Document, place: Place) -> Document:

@@ -1,8 +1,9 @@
 """One websocket of a window: requests come in, answers and pushes go out.
 
-Requests that change documents are done in the order in which they come; those that only ask (`CONCURRENT`) do
-not hold up the others. A window that sends too much is read more slowly, and one that reads too slowly gets
-fewer pushes: neither is felt by the other windows.
+Requests that change documents are done in the order in which they come; the others (`CONCURRENT`) hold up
+nobody, and those for help with code (`CODE_HELP`) are counted by themselves, so that they never keep a run
+or a stop out. A window that sends too much is read more slowly, and one that reads too slowly gets fewer
+pushes: neither is felt by the other windows.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .limits import Limits, TokenBucket
-from .operations import CONCURRENT, Operations
+from .operations import CODE_HELP, CONCURRENT, Operations
 from .outbox import Outbox
 from .protocol import Answer, ErrorAnswer, Request, decode_request, encode, request_id
 from .refusals import kind_of
@@ -52,6 +53,7 @@ class _Conversation:
         self._operations = operations
         self._limits = limits
         self._under_way: set[asyncio.Task[None]] = set()
+        self._helping: set[asyncio.Task[None]] = set()
 
     async def hold(self) -> None:
         """Read and write until one of both ends, then end everything under way."""
@@ -60,9 +62,10 @@ class _Conversation:
         except WebSocketDisconnect:
             pass
         finally:
-            for task in self._under_way:
+            under_way = self._under_way | self._helping
+            for task in under_way:
                 task.cancel()
-            await asyncio.gather(*self._under_way, return_exceptions=True)
+            await asyncio.gather(*under_way, return_exceptions=True)
 
     async def _write(self) -> None:
         while True:
@@ -91,15 +94,20 @@ class _Conversation:
             refusal = ErrorAnswer(re=request_id(text), error=f"no request: {reason}", kind="malformed")
             self._outbox.answer(encode(refusal))
             return
-        if not isinstance(request, CONCURRENT):
+        if isinstance(request, CONCURRENT):
+            self._begin(request, self._helping if isinstance(request, CODE_HELP) else self._under_way)
+        else:
             await self._answer(request)
-        elif len(self._under_way) >= self._limits.concurrent_operations:
+
+    def _begin(self, request: Request, under_way: set[asyncio.Task[None]]) -> None:
+        """Answer a request beside those that are under way, unless they are too many."""
+        if len(under_way) >= self._limits.concurrent_operations:
             busy = ErrorAnswer(re=request.id, error="too many requests are under way", kind="busy")
             self._outbox.answer(encode(busy))
-        else:
-            task = asyncio.create_task(self._answer(request), name=type(request).__name__)
-            self._under_way.add(task)
-            task.add_done_callback(self._under_way.discard)
+            return
+        task = asyncio.create_task(self._answer(request), name=type(request).__name__)
+        under_way.add(task)
+        task.add_done_callback(under_way.discard)
 
     async def _answer(self, request: Request) -> None:
         try:

@@ -22,24 +22,23 @@ from .uploads import Upload
 from .window import Window
 from .workspace import Workspace
 
-__all__ = ["CONCURRENT", "Operations"]
+__all__ = ["CODE_HELP", "CONCURRENT", "Operations"]
+
+CODE_HELP = p.Complete | p.Explain | p.Interfaces | p.Lint | p.Signature
+"""Requests that come by themselves while somebody types."""
 
 CONCURRENT: Final = (
-    p.Complete
+    CODE_HELP
     | p.Control
     | p.Diff
-    | p.Explain
     | p.Export
     | p.Generate
     | p.Imported
-    | p.Interfaces
-    | p.Lint
     | p.ListFiles
     | p.Locate
     | p.Recording
     | p.Run
     | p.Search
-    | p.Signature
     | p.StopRun
 )
 """Requests that change no document: the connection goes on to the next one meanwhile."""
@@ -59,18 +58,7 @@ _FileRequest = (
     | p.Resolve
 )
 _EditRequest = p.Do | p.Undo | p.Redo | p.Seal | p.Copy | p.Cut | p.Paste | p.Extract | p.Inline
-_ReadRequest = (
-    p.Search
-    | p.Diff
-    | p.Export
-    | p.Imported
-    | p.Locate
-    | p.Complete
-    | p.Explain
-    | p.Signature
-    | p.Lint
-    | p.Interfaces
-)
+_ReadRequest = p.Search | p.Diff | p.Export | p.Imported | p.Locate | CODE_HELP
 
 
 class Operations:

@@ -89,7 +89,7 @@ class CodeHelp(Protocol):
         ...
 
     async def lint(self, source: Source, place: Place, code: str) -> object:
-        """Return what is wrong with a piece of code as it is being typed."""
+        """Return what is wrong with a piece of code as it is being typed, None when it was not looked at."""
         ...
 
     async def interfaces(self) -> object:
