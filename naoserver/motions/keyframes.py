@@ -41,8 +41,8 @@ class Key:
 
     time: float
     """In s, above 0."""
-    angle: float
-    """In rad; of a hand from 0 to 1."""
+    angle: float | None
+    """In rad; of a hand from 0 to 1; None where it was when the motion began."""
     interpolation: Interpolation = Interpolation.SMOOTH
 
 
@@ -75,9 +75,13 @@ class Motion:
 
     def _angle(self, joint: str, time: float, begin: float) -> float:
         keys, place = self.keys[joint], bisect_left(self._times[joint], time)
+        since, before = (keys[place - 1].time, _known(keys[place - 1], begin)) if place else (0.0, begin)
         if place == len(keys):
-            return keys[-1].angle
+            return before
         after = keys[place]
-        since, before = (keys[place - 1].time, keys[place - 1].angle) if place else (0.0, begin)
         part = max(0.0, time - since) / (after.time - since)
-        return before + (after.angle - before) * after.interpolation.ease(part)
+        return before + (_known(after, begin) - before) * after.interpolation.ease(part)
+
+
+def _known(key: Key, begin: float) -> float:
+    return begin if key.angle is None else key.angle

@@ -8,6 +8,7 @@
     time = 0.8                # seconds after the beginning, or `after`: seconds after the frame before
     posture = "StandInit"     # every joint that is not given is as in this posture
     interpolation = "linear"  # how the joints come here: "smooth" (from rest to rest) unless said
+    hold = ["HeadPitch"]      # joints that stay where they are up to here
     RShoulderPitch = -1.2     # angles in rad; of a hand from 0, closed, to 1, open
     ElbowRoll = -0.5          # a name without L or R stands for both sides: the left angle and its mirror
 
@@ -39,7 +40,7 @@ _LARGEST_FILE: Final = 1_000_000
 _SAME_MOTOR: Final = "HipYawPitch"
 _FRAME: Final = re.compile(r"\s*\[\[\s*frame\s*\]\]")
 _TIMES: Final = ("time", "after")
-_NOT_JOINTS: Final = frozenset((*_TIMES, "posture", "interpolation"))
+_NOT_JOINTS: Final = frozenset((*_TIMES, "posture", "interpolation", "hold"))
 
 
 class MotionError(RobotError):
@@ -112,7 +113,18 @@ class _Reading:
             raise self._error(message, "interpolation", number)
         for joint, angle in self._angles(frame, number).items():
             keys.setdefault(joint, []).append(Key(time, angle, Interpolation(interpolation)))
+        for joint in self._held(frame, number):
+            of = keys.setdefault(joint, [])
+            if of and of[-1].time == time:
+                raise self._error(f"{joint} is given and held", "hold", number)
+            of.append(Key(time, of[-1].angle if of else None))
         return time
+
+    def _held(self, frame: Mapping[str, Any], number: int) -> list[str]:
+        names = frame.get("hold", [])
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise self._error("hold is a list of the names of joints", "hold", number)
+        return [joint for name in names for joint, _ in self._sides(name, 0.0, number)]
 
     def _angles(self, frame: Mapping[str, Any], number: int) -> dict[str, float]:
         angles: dict[str, float] = {}
@@ -155,6 +167,8 @@ class _Reading:
         for joint, of in keys.items():
             begin = [Key(0.0, start[joint])] if joint in start else []
             for before, after in pairwise(begin + of):
+                if before.angle is None or after.angle is None:
+                    continue
                 mean = abs(after.angle - before.angle) / (after.time - before.time)
                 speed, fastest = mean * after.interpolation.peak, self._joints[joint].max_velocity
                 if speed > fastest:
