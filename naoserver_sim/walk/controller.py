@@ -26,7 +26,7 @@ class WalkOptions:
     """How far the feet stand before the torso's frame in m."""
     lean: float = 0.05
     """Pitch of the torso in rad."""
-    pitch_gain: float = 0.05
+    pitch_gain: float = 0.03
     """Radians of the carrying ankle's pitch for a rad/s of the torso's."""
     roll_gain: float = 0.05
     """Radians of the carrying ankle's roll for a rad/s of the torso's."""

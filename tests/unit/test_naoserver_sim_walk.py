@@ -212,6 +212,15 @@ def test_where_the_walk_has_left_the_legs_they_stay_until_commanded(rig):
     assert rig.commands()["LKneePitch"] == pytest.approx(left + 0.05)
 
 
+def test_it_walks_on_after_a_push(rig):
+    rig.walker.command(WalkVelocity(forward=0.15))
+    rig.go(2.0)
+    rig.robot.stage.push((0.0, 8.0, 0.0), 0.1)
+    rig.go(4.0)
+    assert rig.walker.walking
+    assert rig.robot.state().torso_tilt < 0.2
+
+
 def test_a_fall_ends_the_walk_and_one_that_lies_does_not_begin(rig):
     rig.walker.command(WalkVelocity(forward=0.2))
     rig.go(2.0)
