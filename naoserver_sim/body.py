@@ -142,11 +142,12 @@ def _add_contact_shapes(links: Mapping[str, mujoco.MjsBody], body: Body) -> None
             ends += [p + half * a for p, a in zip(shape["pos"], shape["axis"], strict=True)]
             _add_contact(link, mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, 0, 0], fromto=ends)
     height = body.facts["dimensions"]["foot_height"]
+    shapes = {shape["link"]: shape for shape in body.facts["self_collision_shapes"]["shapes"]}
     for side in ("left", "right"):
         outline = body.facts["sole"][side]
         low = [min(point[axis] for point in outline) for axis in (0, 1)]
         high = [max(point[axis] for point in outline) for axis in (0, 1)]
-        thickness = 0.012
+        thickness = shapes[f"{side[0]}_foot"]["size"][2] / 2
         _add_contact(
             links[f"{side[0]}_foot"],
             mujoco.mjtGeom.mjGEOM_BOX,

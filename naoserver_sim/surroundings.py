@@ -35,8 +35,8 @@ _CARRIER_MASS: Final = 0.001
 
 _SOFT: Final = (0.005, 1.0)
 """Time constant in s and damping ratio of a contact."""
-_BALL_FRICTION: Final = (0.8, 0.01, 0.0008)
-"""Of a ball of foam: along the floor, and in m about its normal and of rolling."""
+_BALL_FRICTION: Final = (0.8, 0.01, 0.0025)
+"""Of a ball of foam on a carpet: along the floor, and in m about its normal and of rolling."""
 
 
 def add_surroundings(spec: mujoco.MjSpec, world: World) -> None:

@@ -151,6 +151,15 @@ class TestField:
         grass = np.median(middle)
         assert ((middle - grass) / (245 - grass)).sum() / scale == pytest.approx(0.05, abs=0.005)
 
+    def test_ball_rolls_to_a_stop_as_on_a_carpet(self):
+        model = build_model(H25, load_world("soccer"), skin=False)
+        data = mujoco.MjData(model.mj)
+        ball = model.loose["Ball"]
+        data.qpos[ball.qpos : ball.qpos + 3] = -3.0, 2.0, 0.05
+        data.qvel[ball.dof], data.qvel[ball.dof + 4] = 1.0, 1.0 / 0.05
+        mujoco.mj_step(model.mj, data, nstep=400)
+        assert data.qvel[ball.dof] == pytest.approx(1.0 - 0.35, abs=0.05)
+
     def test_ball_does_not_leave_through_the_net(self):
         model = build_model(H25, load_world("soccer"), skin=False)
         data = mujoco.MjData(model.mj)
