@@ -164,7 +164,7 @@ class SimulatedRobot(SimulatedDevice):
             body=body,
         )
         simulator.watchers.append(self._senses)
-        self._walker = SimulatedWalker(model, data, controller, simulator, self._senses.record)
+        self._walker = SimulatedWalker(model, data, controller, simulator, self._senses.record, noise=noise)
         simulator.parts.append(self._walker)
         self._stage = SimulatedStage(
             model, data, controller, simulator, press=self._senses.press, moved=(self._walker.abandon,)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import astuple
 from enum import Enum, auto
 from typing import Final
@@ -15,6 +16,7 @@ from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.control import SetpointController
 from naoserver_sim.model import Model
+from naoserver_sim.senses.encoders import encoded
 from naoserver_sim.senses.record import SensorRecord
 from naoserver_sim.simulator import Simulator
 from naoserver_sim.walk.arms import ArmSwing
@@ -62,7 +64,8 @@ class SimulatedWalker:
     """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
 
     Implements `naoserver.capabilities.Walker` and `naoserver_sim.simulator.Part`. The methods of the first
-    may be called from any thread; `tick` belongs to the thread of the physics.
+    may be called from any thread; `tick` belongs to the thread of the physics. With `noise` the odometry has
+    the angles of the legs as their encoders tell them.
     """
 
     def __init__(
@@ -72,11 +75,14 @@ class SimulatedWalker:
         setpoints: SetpointController,
         simulator: Simulator,
         sensors: SensorRecord,
+        *,
+        noise: bool = False,
     ) -> None:
         self._data = data
         self._setpoints = setpoints
         self._simulator = simulator
         self._sensors = sensors
+        self._noise = noise
         names = [joint.name for joint in model.robot.joints]
         joints = [names.index(name) for name in LEG_JOINTS]
         motors = [names.index(name) for name in LEG_MOTORS]
@@ -138,7 +144,9 @@ class SimulatedWalker:
         self._attitude = Attitude(sensors.turning(), *sensors.tilt())
         self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
-        joints = self._data.qpos[self._joints].tolist()
+        joints: Sequence[float] = self._data.qpos[self._joints].tolist()
+        if self._noise:
+            joints = encoded(joints)
         self._odometer.tick(seconds, joints, self._attitude, self._loads, resting=resting)
         if resting and self._velocity == _STILL:
             return
