@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import tempfile
 import threading
 from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
@@ -186,6 +187,15 @@ SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial=
 <state id="wait"><transition event="call" target="go"/></state><final id="go"/><datamodel/></scxml>"""
 
 
+def test_what_cannot_be_looked_at_is_not_listed(root: Path, window: Window) -> None:
+    (root / "nowhere.xml").symlink_to(root / "gone.xml")
+    (root / "closed").mkdir(mode=0)
+    assert {"robot.xml", "closed"} == {each["name"] for each in window.ask("listFiles")["entries"]}
+    if os.geteuid() != 0:  # who may read everything
+        with pytest.raises(Refused, match="cannot be listed"):
+            window.ask("listFiles", directory="closed")
+
+
 def test_scxml_becomes_a_new_document(root: Path, window: Window) -> None:
     (root / "chart.scxml").write_text(SCXML)
     (root / "other.xml").write_text(SCXML)
@@ -330,24 +340,46 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
         async def interfaces(self) -> object:
             return await asyncio.to_thread(gate.wait, LIMIT)
 
-    class Steered(NoLive):
-        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
-            return action
-
     limits = Limits(concurrent_operations=2)
-    services = Services(SlowHelp(), live=Steered())
     with (
-        editor(root, limits=limits, make_services=lambda _: services) as running,
+        editor(root, limits=limits, make_services=lambda _: Services(SlowHelp())) as running,
         running.window() as window,
     ):
         waiting = [window.send("interfaces") for _ in range(2)]
         with pytest.raises(Refused) as refused:
             window.ask("interfaces")
         assert refused.value.kind == "busy"
-        # Help that comes slowly to who types must not keep a run out, or a stop.
-        assert window.ask("control", component="", action="stop") == "stop"
         gate.set()
         assert [window.answer(number) for number in reversed(waiting)] == [True, True]
+
+
+def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None:
+    gate = threading.Event()
+
+    class SlowHelp(NoCodeHelp):
+        async def interfaces(self) -> object:
+            return await asyncio.to_thread(gate.wait, LIMIT)
+
+    class Steered(NoLive):
+        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+            if action == "explain":
+                await asyncio.to_thread(gate.wait, LIMIT)
+            return action
+
+    limits = Limits(concurrent_operations=1)
+    services = Services(SlowHelp(), live=Steered())
+    with (
+        editor(root, limits=limits, make_services=lambda _: services) as running,
+        running.window() as window,
+    ):
+        helping = window.send("interfaces")
+        assert window.ask("control", component="", action="reload") == "reload"
+        explaining = window.send("control", component="", action="explain")
+        with pytest.raises(Refused, match="under way"):
+            window.ask("control", component="", action="reload")
+        assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
+        gate.set()
+        assert [window.answer(helping), window.answer(explaining)] == [True, "explain"]
 
 
 # ------------------------------------------------------------------------------------------ imports
@@ -466,7 +498,8 @@ def test_a_run_tells_its_output_before_its_end(served: Editor) -> None:
         assert sum(push["dropped"] for push in output) == 1000
     with served.window() as later:
         assert [push["status"] for push in later.pushes if push["push"] == "run"] == ["ended"]
-        assert [len(push["lines"]) for push in later.pushes if push["push"] == "output"] == [2000]
+        (told,) = [push for push in later.pushes if push["push"] == "output"]
+        assert (len(told["lines"]), told["whole"]) == (2000, True)
 
 
 def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list[Services]) -> None:

@@ -66,6 +66,17 @@ def test_output_comes_first_and_loses_its_oldest_lines() -> None:
     assert ended == b"ended"
 
 
+def test_the_whole_output_takes_the_place_of_what_waits() -> None:
+    def fill(outbox: Outbox) -> None:
+        outbox.output(lines("a", "b", "c", "d", "e", "f"))
+        outbox.output(Output(tab=1, lines=lines("a", "b").lines, whole=True))
+        outbox.output(lines("c"))
+
+    (told,) = map(json.loads, waiting(fill))
+    assert [line["text"] for line in told["lines"]] == ["a", "b", "c"]
+    assert (told["dropped"], told["whole"]) == (0, True)
+
+
 def test_what_is_forgotten_is_not_sent() -> None:
     def fill(outbox: Outbox) -> None:
         outbox.push(("document", 1), lambda: b"one")

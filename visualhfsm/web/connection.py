@@ -1,9 +1,9 @@
 """One websocket of a window: requests come in, answers and pushes go out.
 
 Requests that change documents are done in the order in which they come; the others (`CONCURRENT`) hold up
-nobody, and those for help with code (`CODE_HELP`) are counted by themselves, so that they never keep a run
-or a stop out. A window that sends too much is read more slowly, and one that reads too slowly gets fewer
-pushes: neither is felt by the other windows.
+nobody. Help with code (`CODE_HELP`) is counted by itself, so that it never keeps a run out, and so is the
+operator's stop, which nothing must keep out. A window that sends too much is read more slowly, and one that
+reads too slowly gets fewer pushes: neither is felt by the other windows.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .limits import Limits, TokenBucket
-from .operations import CODE_HELP, CONCURRENT, Operations
+from .operations import CODE_HELP, CONCURRENT, Operations, is_emergency_stop
 from .outbox import Outbox
 from .protocol import Answer, ErrorAnswer, Request, decode_request, encode, request_id
 from .refusals import kind_of
@@ -54,6 +54,7 @@ class _Conversation:
         self._limits = limits
         self._under_way: set[asyncio.Task[None]] = set()
         self._helping: set[asyncio.Task[None]] = set()
+        self._stopping: set[asyncio.Task[None]] = set()
 
     async def hold(self) -> None:
         """Read and write until one of both ends, then end everything under way."""
@@ -62,7 +63,7 @@ class _Conversation:
         except WebSocketDisconnect:
             pass
         finally:
-            under_way = self._under_way | self._helping
+            under_way = self._under_way | self._helping | self._stopping
             for task in under_way:
                 task.cancel()
             await asyncio.gather(*under_way, return_exceptions=True)
@@ -94,8 +95,12 @@ class _Conversation:
             refusal = ErrorAnswer(re=request_id(text), error=f"no request: {reason}", kind="malformed")
             self._outbox.answer(encode(refusal))
             return
-        if isinstance(request, CONCURRENT):
-            self._begin(request, self._helping if isinstance(request, CODE_HELP) else self._under_way)
+        if isinstance(request, CODE_HELP):
+            self._begin(request, self._helping)
+        elif is_emergency_stop(request):
+            self._begin(request, self._stopping)
+        elif isinstance(request, CONCURRENT):
+            self._begin(request, self._under_way)
         else:
             await self._answer(request)
 

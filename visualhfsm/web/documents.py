@@ -148,10 +148,13 @@ class Documents:
 
         def entries() -> list[dict[str, Any]]:
             found = []
-            for path in directory.iterdir():
+            for path in _content_of(directory):
                 if path.name.startswith(".") or not root.contains(path):
                     continue
-                status = path.stat()
+                try:
+                    status = path.stat()
+                except OSError:  # a link that leads nowhere, or what was deleted just now
+                    continue
                 kind = _kind_of(path, status.st_mode)
                 if kind:
                     found.append(
@@ -172,6 +175,14 @@ class Documents:
             "parent": None if is_root else root.name(directory.parent).removeprefix("."),
             "entries": await self._workspace.workers.do(entries),
         }
+
+
+def _content_of(directory: Path) -> list[Path]:
+    """Return what lies in a directory; raises MissingError when that cannot be read."""
+    try:
+        return list(directory.iterdir())
+    except OSError as error:
+        raise MissingError(f"{directory.name} cannot be listed: {error.strerror}") from error
 
 
 def _stem(name: str) -> str:

@@ -26,7 +26,7 @@ class Limits:
     """Websockets open at a time: several windows, each with cameras and the scene."""
 
     concurrent_operations: int = 16
-    """Requests of one connection that are under way at a time, and as many that ask for help with code."""
+    """Requests of one connection that are under way at a time; help with code and stops are counted apart."""
 
     tabs: int = 32
     """Documents open at a time."""

@@ -22,7 +22,7 @@ from .uploads import Upload
 from .window import Window
 from .workspace import Workspace
 
-__all__ = ["CODE_HELP", "CONCURRENT", "Operations"]
+__all__ = ["CODE_HELP", "CONCURRENT", "Operations", "is_emergency_stop"]
 
 CODE_HELP = p.Complete | p.Explain | p.Interfaces | p.Lint | p.Signature
 """Requests that come by themselves while somebody types."""
@@ -59,6 +59,11 @@ _FileRequest = (
 )
 _EditRequest = p.Do | p.Undo | p.Redo | p.Seal | p.Copy | p.Cut | p.Paste | p.Extract | p.Inline
 _ReadRequest = p.Search | p.Diff | p.Export | p.Imported | p.Locate | CODE_HELP
+
+
+def is_emergency_stop(request: p.Request) -> bool:
+    """Whether a request is the operator's red button."""
+    return isinstance(request, p.Control) and request.action == "emergencyStop"
 
 
 class Operations:

@@ -26,6 +26,7 @@ class Outbox:
         self._pushes: dict[Hashable, MakePush] = {}
         self._output: dict[int, deque[OutputLine]] = {}
         self._dropped: dict[int, int] = {}
+        self._whole: set[int] = set()
         self._output_lines = output_lines
         self._filled = asyncio.Event()
 
@@ -40,7 +41,11 @@ class Outbox:
         self._filled.set()
 
     def output(self, push: Output) -> None:
-        """Send lines of output."""
+        """Send lines of output; those that are the whole take the place of those that wait."""
+        if push.whole:
+            self._whole.add(push.tab)
+            self._output.pop(push.tab, None)
+            self._dropped.pop(push.tab, None)
         lines = self._output.setdefault(push.tab, deque())
         lines.extend(push.lines)
         excess = max(0, len(lines) - self._output_lines)
@@ -64,9 +69,11 @@ class Outbox:
         pushes, self._pushes = self._pushes, {}
         output, self._output = self._output, {}
         dropped, self._dropped = self._dropped, {}
+        whole, self._whole = self._whole, set()
         # Output first: what a component wrote comes before the news that it ended.
         messages = [
-            encode(Output(tab=tab, lines=list(lines), dropped=dropped[tab])) for tab, lines in output.items()
+            encode(Output(tab=tab, lines=list(lines), dropped=dropped[tab], whole=tab in whole))
+            for tab, lines in output.items()
         ]
         messages.extend(message for make in pushes.values() if (message := make()) is not None)
         return messages + answers

@@ -161,8 +161,7 @@ class Workspace:
             for push in (tab.problems, tab.outside, tab.run):
                 if push is not None:
                     window.push(push)
-            if tab.output:
-                window.push(Output(tab=tab.id, lines=list(tab.output)))
+            window.push(Output(tab=tab.id, lines=list(tab.output), whole=True))
 
     async def leave(self, window: Window) -> None:
         """Forget a window; what nobody else follows is followed no longer."""

@@ -121,11 +121,15 @@ class OutputLine(msgspec.Struct, kw_only=True, rename="camel"):
 
 
 class Output(_Push):
-    """Lines that a component wrote; `dropped` older ones were too many for this window."""
+    """Lines that a component wrote; `dropped` older ones were too many for this window.
+
+    `whole` says that these are all that are kept, in the place of those that the window has.
+    """
 
     tab: int
     lines: list[OutputLine]
     dropped: int = 0
+    whole: bool = False
 
 
 class RunPush(_Push, tag="run"):
