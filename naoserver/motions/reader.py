@@ -124,7 +124,7 @@ class _Reading:
         names = frame.get("hold", [])
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise self._error("hold is a list of the names of joints", "hold", number)
-        return [joint for name in names for joint, _ in self._sides(name, 0.0, number)]
+        return [joint for name in names for joint, _ in self._sides(name, 0.0, number, "hold")]
 
     def _angles(self, frame: Mapping[str, Any], number: int) -> dict[str, float]:
         angles: dict[str, float] = {}
@@ -146,10 +146,12 @@ class _Reading:
                 angles[joint] = angle
         return angles
 
-    def _sides(self, name: str, angle: float, number: int) -> Iterator[tuple[str, float]]:
+    def _sides(self, name: str, angle: float, number: int, key: str = "") -> Iterator[tuple[str, float]]:
         """Return the joints that a name stands for: one, or its pair."""
         if name[1:] == _SAME_MOTOR:
-            raise self._error(f"{name} has one motor with the other side: give {_SAME_MOTOR}", name, number)
+            raise self._error(
+                f"{name} has one motor with the other side: give {_SAME_MOTOR}", key or name, number
+            )
         if name in self._joints:
             yield name, angle
         elif f"L{name}" in self._joints:
@@ -158,7 +160,7 @@ class _Reading:
             if f"R{name}" not in self._followers:
                 yield f"R{name}", angle if same else -angle
         else:
-            raise self._error(f"there is no joint {name!r}", name, number)
+            raise self._error(f"there is no joint {name!r}", key or name, number)
 
     def _check_speeds(
         self, keys: Mapping[str, list[Key]], frames: list[Mapping[str, Any]], start: Mapping[str, float]

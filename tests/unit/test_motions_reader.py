@@ -120,3 +120,17 @@ def test_a_folder_gives_its_motions_by_the_names_of_the_files(tmp_path):
     assert list(load_motions(tmp_path)) == ["nod"]
     with pytest.raises(MotionError, match="no such folder"):
         load_motions(tmp_path / "absent")
+
+
+def test_a_joint_that_is_held_stays_where_it_is_up_to_that_frame():
+    motion = parse(
+        '[[frame]]\nafter = 1.0\nhold = ["HeadYaw"]\n[[frame]]\nafter = 1.0\nHeadYaw = 0.0\n'
+        '[[frame]]\nafter = 1.0\nhold = ["HeadYaw"]\n'
+    )
+    angles = [motion.at(time, {"HeadYaw": 0.5})["HeadYaw"] for time in (0.0, 0.6, 1.0, 1.5, 2.0, 2.5, 3.0)]
+    assert angles == pytest.approx([0.5, 0.5, 0.5, 0.25, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("hold", ['"HeadYaw"', '["Tail"]', "[1]", '["HeadYaw"]\nHeadYaw = 0.1'])
+def test_what_cannot_be_held_is_told_with_its_line(hold):
+    assert refusal(FRAME + f"hold = {hold}\n").startswith("nod.toml:3: ")

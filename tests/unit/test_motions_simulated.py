@@ -1,0 +1,63 @@
+"""The motions in the physics of the simulation, in virtual time."""
+
+import math
+
+import pytest
+
+from interfaces.nao import ActionStatus
+from naoserver.motions.postures import STANCES, Stance, situation_of
+from naoserver_sim.robot import SimulatedRobot
+from tests.support.motion_rig import MotionRig
+from zenoh_ice import VirtualClock
+
+
+@pytest.fixture
+def rig():
+    clock = VirtualClock()
+    rig = MotionRig(SimulatedRobot(clock=clock, skin=False), clock)
+    rig.let_go(0.8)
+    return rig
+
+
+@pytest.mark.parametrize("degrees", [10, 190])
+def test_it_stands_up_wherever_it_has_fallen(rig, degrees):
+    push = math.radians(degrees)
+    rig.robot.stage.push((80.0 * math.cos(push), 80.0 * math.sin(push), 0.0), 0.15)
+    rig.let_go(3.0)
+    assert rig.stance not in (Stance.STANDING, Stance.SITTING)
+    assert max(rig.robot.read().stiffnesses) == 0.0, "it let go in the fall"
+    assert rig.go("Stand").status is ActionStatus.Done
+    assert rig.posture == "Stand"
+    assert min(rig.robot.read().stiffnesses) == 1.0
+
+
+def test_it_goes_into_every_posture_and_is_in_it(rig):
+    for posture in ("StandZero", "Crouch", "Sit", "SitRelax", "LyingBack", "LyingBelly"):
+        progress = rig.go(posture)
+        assert (progress.status, progress.message) == (ActionStatus.Done, "")
+        assert rig.stance is STANCES[posture]
+        assert rig.posture == posture
+
+
+@pytest.mark.parametrize("motion", ["kick", "kick_left", "dance", "wave"])
+def test_it_stays_on_its_feet(rig, motion):
+    rig.begin(motion)
+    least = 1.0
+    while rig.player.busy:
+        rig.let_go(0.1)
+        least = min(least, situation_of(rig.robot).up[2])
+    assert rig.player.progress("motion").status is ActionStatus.Done
+    assert least > math.cos(math.radians(15))
+    assert rig.stance is Stance.STANDING
+
+
+def test_a_kick_swings_one_foot_while_the_other_carries_all(rig):
+    rig.begin("kick")
+    carried = []
+    while rig.player.busy:
+        rig.let_go(0.02)
+        senses = rig.robot.senses.read()
+        carried.append((senses.right_foot.total, senses.left_foot.total))
+    swinging = [left for right, left in carried if right == 0.0]
+    assert len(swinging) > 25, "half a second"
+    assert max(left for _, left in carried) > 40.0
