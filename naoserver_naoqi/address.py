@@ -32,7 +32,10 @@ class RobotAddress:
 
         Raises AddressError, which says what is wrong.
         """
-        parts = urlsplit(text if "://" in text else f"tcp://{text}")
+        try:
+            parts = urlsplit(text if "://" in text else f"tcp://{text}")
+        except ValueError as error:
+            raise AddressError(f"{text!r} is no address: {error}") from None
         if parts.scheme not in _PORTS:
             raise AddressError(f"{text!r} begins neither with tcp:// nor with tcps://")
         if parts.username or parts.password:

@@ -1,0 +1,104 @@
+"""What happens to the robot at start and end, as the operator wishes."""
+
+import pytest
+
+from naoserver.errors import HardwareFailure
+from naoserver_naoqi.care import End, Life, Start, Wishes
+from naoserver_naoqi.link import CallFailed
+from naoserver_naoqi.robot import NaoqiRobot
+from tests.support.scripted_naoqi import ScriptedNaoqi
+
+WAKE, REST, STIFFEN = "ALMotion.wakeUp", "ALMotion.rest", "ALMotion.stiffnessInterpolation"
+LIFE = "ALAutonomousLife.setState"
+
+
+@pytest.fixture
+def naoqi():
+    return ScriptedNaoqi()
+
+
+def test_nothing_moves_unless_it_is_wished(naoqi):
+    with naoqi.robot():
+        pass
+    called = {call[0] for call in naoqi.calls}
+    assert called.isdisjoint({WAKE, REST, STIFFEN, "ALMotion.setStiffnesses", "ALMotion.setAngles"})
+
+
+@pytest.mark.parametrize(
+    ("start", "call"), [(Start.STAND, (WAKE,)), (Start.STIFFEN, (STIFFEN, "Body", 1.0, 1.0))]
+)
+def test_the_start(naoqi, start, call):
+    with naoqi.robot(Wishes(start=start)):
+        assert call in naoqi.calls
+
+
+@pytest.mark.parametrize(("end", "call"), [(End.REST, (REST,)), (End.LIMP, (STIFFEN, "Body", 0.0, 1.0))])
+def test_the_end(naoqi, end, call):
+    with naoqi.robot(Wishes(end=end)):
+        assert call not in naoqi.calls
+    assert call in naoqi.calls
+
+
+def test_autonomous_life_is_switched_off_and_stays_off(naoqi):
+    with naoqi.robot():
+        pass
+    assert naoqi.called(LIFE) == [("disabled",)]
+
+
+def test_autonomous_life_that_is_off_is_left_alone(naoqi):
+    naoqi.answers["ALAutonomousLife.getState"] = "disabled"
+    with naoqi.robot(Wishes(life=Life.SUSPEND)):
+        pass
+    assert naoqi.called(LIFE) == []
+
+
+def test_autonomous_life_comes_back_as_the_last_thing(naoqi):
+    with naoqi.robot(Wishes(end=End.REST, life=Life.SUSPEND)):
+        pass
+    assert naoqi.called(LIFE) == [("disabled",), ("solitary",)]
+    names = [call[0] for call in naoqi.calls]
+    assert names.index(REST) < len(names) - 1 - names[::-1].index(LIFE)
+
+
+def test_autonomous_life_goes_on_where_it_is_wished(naoqi):
+    with naoqi.robot(Wishes(life=Life.LEAVE)):
+        assert naoqi.called("ALAutonomousLife.getState") == []
+
+
+def test_a_robot_without_autonomous_life_is_served(naoqi):
+    def missing():
+        raise CallFailed("Cannot find service 'ALAutonomousLife' in index")
+
+    naoqi.answers["ALAutonomousLife.getState"] = missing
+    with naoqi.robot() as robot:
+        assert robot.read().positions
+
+
+def test_an_end_that_fails_is_told_and_the_rest_is_done(naoqi, caplog):
+    def fail():
+        raise CallFailed("ALMotion::rest: the robot hangs in the air")
+
+    naoqi.answers[REST] = fail
+    with naoqi.robot(Wishes(end=End.REST)) as robot:
+        naoqi.answers["ALVideoDevice.getImageRemote"] = None
+        with pytest.raises(HardwareFailure):
+            robot.capture("Camera", 320, 240)
+    assert "hangs in the air" in caplog.text
+    assert naoqi.called("ALVideoDevice.unsubscribe") == [("handle",)]
+
+
+def test_another_robot_than_a_nao_is_refused_by_what_it_lacks(naoqi):
+    naoqi.memory = {key: value for key, value in naoqi.memory.items() if "HipPitch" not in key}
+    naoqi.memory["RobotConfig/Body/Type"] = "pepper"
+    robot = NaoqiRobot(naoqi.connect)
+    with pytest.raises(HardwareFailure, match="pepper, has no joint LHipPitch; only the Nao H25"):
+        robot.start()
+    robot.close()
+    assert naoqi.links[0].lost.is_set(), "the connection is closed"
+
+
+def test_the_sonar_is_on_while_the_robot_is_served(naoqi):
+    with naoqi.robot():
+        assert len(naoqi.called("ALSonar.subscribe")) == 1
+        assert naoqi.called("ALSonar.unsubscribe") == []
+    assert naoqi.called("ALSonar.unsubscribe") == naoqi.called("ALSonar.subscribe")

@@ -1,0 +1,95 @@
+"""The walk over ALMotion."""
+
+import pytest
+
+from naoserver.capabilities import WalkVelocity
+from naoserver.errors import InvalidCommand
+from naoserver_naoqi.walk import limits_of
+from tests.support.robot_server import eventually
+from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
+
+MOVE, STOP, ACTIVE = "ALMotion.move", "ALMotion.stopMove", "ALMotion.moveIsActive"
+STILL = WalkVelocity()
+
+
+@pytest.fixture
+def naoqi():
+    return ScriptedNaoqi()
+
+
+def test_it_walks_in_si_units(naoqi):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(0.05, -0.01, 0.2))
+        assert naoqi.wait_for_call(MOVE) == (0.05, -0.01, 0.2)
+        assert robot.walker.commanded() == WalkVelocity(0.05, -0.01, 0.2)
+
+
+def test_what_is_renewed_is_sent_once(naoqi):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        for _ in range(5):
+            robot.walker.command(WalkVelocity(forward=0.05))
+        assert len(naoqi.called(MOVE)) == 1
+
+
+def test_it_walks_until_the_robot_says_that_it_stands(naoqi):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(forward=0.05))
+        naoqi.wait_for_call(MOVE)
+        robot.walker.command(STILL)
+        naoqi.wait_for_call(STOP, 2)
+        assert robot.walker.walking
+        naoqi.answers[ACTIVE] = False
+        eventually(lambda: not robot.walker.walking)
+
+
+def test_a_walk_that_the_robot_ended_is_not_commanded_any_more(naoqi):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(turn=0.2))
+        naoqi.wait_for_call(MOVE)
+        naoqi.answers[ACTIVE] = False
+        eventually(lambda: not robot.walker.walking)
+        assert robot.walker.commanded() == STILL
+
+
+def test_a_robot_that_is_closed_stands(naoqi):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(forward=0.05))
+        naoqi.wait_for_call(MOVE)
+    assert [call[0] for call in naoqi.calls if call[0] in (MOVE, STOP)] == [STOP, MOVE, STOP]
+
+
+def test_a_walk_of_before_is_ended_when_the_robot_is_found(naoqi):
+    with naoqi.robot():
+        assert naoqi.called(STOP) == [()]
+
+
+def test_legs_that_are_limp_do_not_walk(naoqi):
+    naoqi.memory[f"{DEVICES}RKneePitch/Hardness/Actuator/Value"] = 0.0
+    with naoqi.robot() as robot, pytest.raises(InvalidCommand, match="RKneePitch is limp"):
+        robot.walker.command(WalkVelocity(forward=0.05))
+
+
+def test_a_robot_that_lies_does_not_walk(naoqi):
+    naoqi.memory[f"{DEVICES}InertialSensor/AngleY/Sensor/Value"] = 1.5
+    with naoqi.robot() as robot:
+        assert robot.state().fallen
+        with pytest.raises(InvalidCommand, match="fallen"):
+            robot.walker.command(WalkVelocity(forward=0.05))
+
+
+def test_the_odometry_is_the_robots(naoqi):
+    naoqi.answers["ALMotion.getRobotPosition"] = lambda _sensors: [1.0, -2.0, 0.5]
+    with naoqi.robot() as robot:
+        eventually(lambda: robot.walker.odometry().x == 1.0)
+        odometry = robot.walker.odometry()
+        assert (odometry.y, odometry.heading) == (-2.0, 0.5)
+
+
+def test_the_limits_follow_from_the_steps():
+    limits = limits_of({"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349})
+    assert (limits.forward, limits.left, limits.turn) == pytest.approx((0.0952, 0.0476, 0.831), abs=1e-3)
