@@ -13,11 +13,12 @@ import pytest
 from codegen.hfsm import write_document
 from tests.support.editing import tree
 from visualhfsm.child import child_environment
+from visualhfsm.editing.changes import Choice
 from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
 from visualhfsm.editing.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.editing.journal import find_abandoned
-from visualhfsm.editing.session import Choice, DocumentSession
+from visualhfsm.editing.session import DocumentSession
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>

@@ -2,76 +2,33 @@
 
 from __future__ import annotations
 
-import gc
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from codegen.hfsm.document import Automaton, Document
+from codegen.hfsm.document import Document
 
+from .changes import Change, Choice, Resolution
 from .commands import Command, decode_command, encode_command
 from .commands.items import DeleteItems
 from .commands.paste import ReplaceDocument
 from .dialects import NATIVE, dialect_of_file
 from .errors import ChangedOutsideError, EditError, OldFormatError
 from .files import FileVersion, read_file, write_file
-from .fragments import MAX_SIZE, copy_states, parse, written
+from .fragments import MAX_SIZE, copy_states, parse_file, written
 from .history import History
 from .journal import Done, Entry, Journal, Redone, Saved, Undone, journal_directory, make_header
 from .merge import Conflict, merge_documents
 
-__all__ = ["Added", "Change", "Choice", "DocumentSession", "Resolution"]
+__all__ = ["DocumentSession"]
 
 _GROWTH: Final = 2048
 """Bytes by which a command may let a document grow beside what it carries itself."""
 _ESCAPED: Final = 6
 """Bytes that one byte of a command may take in a document."""
-
-
-class Choice(StrEnum):
-    """What is to become of a document whose file another program has changed."""
-
-    MINE = "mine"
-    THEIRS = "theirs"
-    MERGE = "merge"
-
-
-@dataclass(frozen=True, slots=True)
-class Added:
-    """What is new in one automaton: ids of states and transitions. An automaton may be new itself."""
-
-    automaton: int
-    states: tuple[int, ...]
-    transitions: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """What became of a document: `before` and `after` share everything that did not change."""
-
-    name: str
-    revision: int
-    before: Document
-    after: Document
-
-    @property
-    def added(self) -> tuple[Added, ...]:
-        """What is new, such as to select it; empty when nothing is."""
-        return tuple(_added(self.before, self.after))
-
-
-@dataclass(frozen=True, slots=True)
-class Resolution:
-    """What became of a document whose file was changed, and where both had changed the same."""
-
-    change: Change | None
-    conflicts: tuple[Conflict, ...] = ()
 
 
 class DocumentSession:
@@ -407,39 +364,3 @@ class DocumentSession:
             except EditError as error:
                 self._journal.cut(place, error)
                 return
-
-
-def parse_file(content: bytes, path: Path) -> Document:
-    """Return the document in a file of any dialect. Raises EditError."""
-    with _without_garbage_collection():
-        return parse(content, f"Cannot open {path.name}", path)
-
-
-@contextmanager
-def _without_garbage_collection() -> Iterator[None]:
-    """Let nobody look for garbage: a parser makes none, and the search would take a third of its time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
-
-
-def _added(before: Document, after: Document) -> Iterator[Added]:
-    former = {automaton.id: automaton for automaton in before.automata}
-    for automaton in after.automata:
-        old = former.get(automaton.id)
-        if old is automaton:
-            continue
-        known = old or Automaton(id=automaton.id)
-        states = {state.id for state in known.states}
-        transitions = {transition.id for transition in known.transitions}
-        added = Added(
-            automaton.id,
-            tuple(state.id for state in automaton.states if state.id not in states),
-            tuple(each.id for each in automaton.transitions if each.id not in transitions),
-        )
-        if old is None or added.states or added.transitions:
-            yield added

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from visualhfsm.editing.changes import Choice
 from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.session import Choice
 
 from .protocol import Outside, Problems
 from .tab import Tab

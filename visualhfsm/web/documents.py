@@ -7,10 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+from visualhfsm.editing.changes import Choice
 from visualhfsm.editing.files import read_file
 from visualhfsm.editing.fragments import parse
 from visualhfsm.editing.scxml import holds_scxml, take_over
-from visualhfsm.editing.session import Choice, DocumentSession
+from visualhfsm.editing.session import DocumentSession
 from visualhfsm.editing.templates import make_template
 
 from .paths import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX

@@ -9,9 +9,9 @@ from codegen.hfsm.document import Document
 from visualhfsm.editing.commands import decode_command
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.files import read_file
+from visualhfsm.editing.fragments import parse_file
 from visualhfsm.editing.imported import imported_views
 from visualhfsm.editing.search import search
-from visualhfsm.editing.session import parse_file
 from visualhfsm.editing.templates import find_templates
 from visualhfsm.editing.views import automaton_view
 

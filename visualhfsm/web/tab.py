@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from codegen.hfsm.document import Document
+from visualhfsm.editing.changes import Change, Choice
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.paste import PasteStates
 from visualhfsm.editing.libraries import extract, inline
-from visualhfsm.editing.session import Change, Choice, DocumentSession
+from visualhfsm.editing.session import DocumentSession
 
 from .protocol import OutputLine, Outside, Problems, RunPush
 from .rendering import Rendering, render
