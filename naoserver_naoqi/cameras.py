@@ -17,6 +17,7 @@ from naoserver.body import H25
 from naoserver.errors import HardwareFailure
 from naoserver.robot import CameraFacts, Frame
 from naoserver_naoqi.connection import Connection
+from naoserver_naoqi.generation import is_nao6
 from naoserver_naoqi.link import CallFailed, Link, call
 
 __all__ = ["NAME", "RESOLUTIONS", "NaoqiCameras", "Stamps", "frame_of"]
@@ -97,7 +98,7 @@ class NaoqiCameras:
             call(link, "ALVideoDevice.unsubscribeAllInstances", NAME)
         except CallFailed as error:
             _logger.debug("nothing to release: %s", error)
-        large = _is_nao6(link)
+        large = is_nao6(link)
         for camera in self._cameras.values():
             camera.subscription = None
             camera.facts = _facts(link, camera.index, H25.cameras[camera.index], large=large)
@@ -204,14 +205,6 @@ def _release(camera: _Camera) -> None:
     subscription, camera.subscription = camera.subscription, None
     if subscription is not None and not subscription.link.lost.is_set():
         call(subscription.link, "ALVideoDevice.unsubscribe", subscription.handle, timeout=_FAREWELL)
-
-
-def _is_nao6(link: Link) -> bool:
-    try:
-        version = str(call(link, "ALMemory.getData", "RobotConfig/Head/BaseVersion"))
-    except CallFailed:
-        return False
-    return version.upper().replace("VERSION_", "V").startswith("V6")
 
 
 def _facts(link: Link, index: int, facts: CameraFacts, *, large: bool) -> CameraFacts:

@@ -13,6 +13,7 @@ from naoserver.capabilities import SenseReading
 from naoserver.errors import HardwareFailure
 from naoserver.robot import BodyState, JointReading
 from naoserver_naoqi.connection import SILENCE
+from naoserver_naoqi.generation import is_nao6
 from naoserver_naoqi.link import CallFailed, Link, call
 from naoserver_naoqi.memory_keys import FARTHEST, Measurements, MemoryLayout
 from naoserver_naoqi.setpoints import Setpoints
@@ -44,8 +45,9 @@ class NaoqiState:
     def open(self, link: Link) -> None:
         """Find out which keys the robot has. Raises HardwareFailure when it is no Nao H25."""
         known = call(link, "ALMemory.getDataListName", timeout=_LISTING)
+        nao6 = is_nao6(link)
         try:
-            self._layout = MemoryLayout(known)
+            self._layout = MemoryLayout(known, nao6=nao6)
         except KeyError as error:
             kind = _kind(link)
             message = f"the robot, a {kind}, has no joint {error.args[0]}; only the Nao H25 can be served"

@@ -81,7 +81,7 @@ def _of_joints(access: Access) -> Iterator[tuple[str, Look]]:
 def _of_inertial_unit(access: Access) -> Iterator[tuple[str, Look]]:
     unit = f"{_DEVICES}InertialSensor/"
     for i, axis in enumerate("XYZ"):
-        acceleration = _entry(lambda moment: moment.senses.inertial.acceleration, i)
+        acceleration = _pull(i)
         angular_velocity = _entry(lambda moment: moment.senses.inertial.angular_velocity, i)
         # The short names are those of the NAO4 and older, the long ones came with the NAO5.
         yield f"{unit}Acc{axis}/Sensor/Value", acceleration
@@ -141,6 +141,11 @@ def _heading(walk: WalkGuard) -> Look:
 
 def _entry(of: Callable[[Moment], Sequence[float]], index: int) -> Look:
     return lambda moment: of(moment)[index]
+
+
+def _pull(axis: int) -> Look:
+    """Return what tells how gravity and inertia pull: a NAO6 tells -9.8 m/s2 along z where it stands."""
+    return lambda moment: -moment.senses.inertial.acceleration[axis]
 
 
 def _mass(of: Callable[[Moment], FootReading], force: Callable[[FootReading], float]) -> Look:

@@ -32,7 +32,7 @@ def nao_memory(*, newer: bool = True) -> dict[str, Any]:
         memory[f"{DEVICES}{joint}/Hardness/Actuator/Value"] = 1.0
         memory[f"{DEVICES}{joint}/Temperature/Sensor/Value"] = 40
     acceleration, velocity = ("Accelerometer", "Gyroscope") if newer else ("Acc", "Gyr")
-    for axis, rest in zip("XYZ", (0.0, 0.0, 9.8), strict=True):
+    for axis, rest in zip("XYZ", (0.0, 0.0, -9.8), strict=True):
         memory[f"{DEVICES}InertialSensor/{acceleration}{axis}/Sensor/Value"] = rest
         memory[f"{DEVICES}InertialSensor/{velocity}{axis}/Sensor/Value"] = 0.0
     for axis in "XY":

@@ -19,7 +19,22 @@ def read(memory, **changes):
 
 @pytest.mark.parametrize("newer", [True, False])
 def test_both_spellings_of_the_inertial_unit_are_understood(newer):
-    assert read(nao_memory(newer=newer)).senses.inertial.acceleration == (0.0, 0.0, 9.8)
+    assert read(nao_memory(newer=newer)).senses.inertial.acceleration == pytest.approx((0.0, 0.0, 9.8))
+
+
+@pytest.mark.parametrize(
+    ("nao6", "force", "rate"),
+    [(True, (3.4, 0.4, 9.2), (0.1, 0.2, 0.3)), (False, (3.4, -0.4, 9.2), (0.1, 0.2, -0.3))],
+)
+def test_the_signs_of_the_inertial_unit_are_those_of_the_generation(nao6, force, rate):
+    unit, memory = f"{DEVICES}InertialSensor/", nao_memory()
+    for axis, pull, turning in zip("XYZ", (-3.4, -0.4, -9.2), (0.1, 0.2, 0.3), strict=True):
+        memory[f"{unit}Accelerometer{axis}/Sensor/Value"] = pull
+        memory[f"{unit}Gyroscope{axis}/Sensor/Value"] = turning
+    layout = MemoryLayout(memory, nao6=nao6)
+    inertial = layout.read([memory[key] for key in layout.keys], time=5.0).senses.inertial
+    assert inertial.acceleration == force
+    assert inertial.angular_velocity == rate
 
 
 def test_joints_come_in_the_order_of_the_body():

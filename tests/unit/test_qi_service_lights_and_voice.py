@@ -13,7 +13,7 @@ from naoserver.qi_service.speech import ALAnimatedSpeech, ALTextToSpeech
 from tests.support.qi_service import Rig
 
 KEYS = {
-    "InertialSensor/AccelerometerZ": 9.8,
+    "InertialSensor/AccelerometerZ": -9.8,
     "InertialSensor/GyroscopeX": 0.3,
     "InertialSensor/GyrX": 0.3,
     "InertialSensor/AngleY": 0.02,
