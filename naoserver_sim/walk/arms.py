@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -24,48 +23,34 @@ _SWING: Final = 3.0
 _PARTS: Final = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 
-@dataclass(frozen=True, slots=True)
-class _Arm:
-    shoulder: NDArray[np.intp]
-    motors: NDArray[np.intp]
-
-
 class ArmSwing:
     """Swing the arms that hang when the walk begins, each until somebody commands one of its joints."""
 
     def __init__(self, robot: DeviceIndex, setpoints: SetpointController) -> None:
         motors = {joint.name: motor for joint, motor in zip(robot.joints, robot.motors, strict=True)}
         self._setpoints = setpoints
-        self._arms = [
-            _Arm(
-                np.array([motors[f"{side}ShoulderPitch"]], dtype=np.intp),
-                np.array([motors[f"{side}{part}"] for part in _PARTS], dtype=np.intp),
-            )
-            for side in "LR"
-        ]
-        self._swinging: list[tuple[int, float, int]] = []  # which arm, about what, commands it had
+        # The motors of each arm, left and right; the shoulder's pitch, which swings, comes first.
+        self._motors: NDArray[np.intp] = np.array(
+            [[motors[f"{side}{part}"] for part in _PARTS] for side in "LR"], dtype=np.intp
+        )
+        self._begun = self._commands()
+        self._rests = setpoints.setpoints[self._motors[:, 0]]
+        self._swinging = np.zeros(2, dtype=np.bool_)
 
     def begin(self) -> None:
         """Let the arms that hang swing from now on."""
-        now = self._setpoints.setpoints
-        rests = [float(now[arm.shoulder[0]]) for arm in self._arms]
-        self._swinging = [
-            (side, rest, self._commands(side))
-            for side, rest in enumerate(rests)
-            if abs(rest - _HANGING) <= _ABOUT
-        ]
+        self._begun = self._commands()
+        self._rests = self._setpoints.setpoints[self._motors[:, 0]]
+        self._swinging = np.abs(self._rests - _HANGING) <= _ABOUT
 
     def tick(self, feet: Sequence[FootOffset], out: NDArray[np.float64]) -> None:
         """Put the shoulders where the feet, left and right, have them; fill the setpoints in `out`."""
-        self._swinging = [
-            (side, rest, commands)
-            for side, rest, commands in self._swinging
-            if self._commands(side) == commands
-        ]
-        for side, rest, _ in self._swinging:
-            # An arm that swings forwards pitches up, which is negative: back when its foot is ahead.
-            self._setpoints.place(self._arms[side].shoulder, np.array([rest + _SWING * feet[side].x]), out)
+        self._swinging &= self._commands() == self._begun
+        # An arm that swings forwards pitches up, which is negative: back when its foot is ahead.
+        angles = self._rests + [_SWING * foot.x for foot in feet]
+        self._setpoints.place(self._motors[self._swinging, 0], angles[self._swinging], out)
 
-    def _commands(self, side: int) -> int:
-        """Return how many commands the joints of an arm have had."""
-        return int(self._setpoints.commands[self._arms[side].motors].sum())
+    def _commands(self) -> NDArray[np.int64]:
+        """Return how many commands the joints of each arm have had."""
+        counted: NDArray[np.int64] = self._setpoints.commands[self._motors].sum(axis=1)
+        return counted

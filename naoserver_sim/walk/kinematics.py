@@ -24,7 +24,9 @@ LEG_JOINTS: Final = tuple(f"{side}{joint}" for side in "LR" for joint in ("HipYa
 
 _DIAGONAL: Final = math.sqrt(0.5)  # the axis of HipYawPitch lies at 45 degrees
 _CLOSE_ENOUGH: Final = 1e-7
-_STEP: Final = 1e-4
+_USUAL_SLOPE: Final = math.sqrt(2.0)  # of the error over the hips' yaw, for legs that stand
+_FLAT: Final = 1e-6
+_FARTHEST: Final = 0.2  # radians in a step towards the solution
 _MOST_STEPS: Final = 8
 
 Vector = tuple[float, float, float]
@@ -59,7 +61,9 @@ class Legs:
         self._foot_height = float(size["foot_height"])
         hip = body.joints[body.joint_names.index(LEG_MOTORS[0])]
         self._hip_range = hip.lower, hip.upper
+        # Where the last solution was: the next one is near.
         self._hip_yaw = 0.0
+        self._slope = _USUAL_SLOPE
 
     def solve(self, left: FootPose, right: FootPose) -> list[float]:
         """Return the angles of `LEG_MOTORS` in rad.
@@ -74,22 +78,22 @@ class Legs:
             other, error_other = self._leg(-1.0, hip_yaw, ankle_right, turned_right)
             return one, other, error_one - error_other
 
-        hip_yaw = self._hip_yaw
+        lowest, highest = self._hip_range
+        hip_yaw, slope = self._hip_yaw, self._slope
         one, other, error = legs(hip_yaw)
-        slope = (legs(hip_yaw + _STEP)[2] - error) / _STEP
         for _ in range(_MOST_STEPS):
-            if abs(error) < _CLOSE_ENOUGH or abs(slope) < 1e-6:
+            if abs(error) < _CLOSE_ENOUGH or abs(slope) < _FLAT:
                 break
-            change = max(-0.2, min(0.2, -error / slope))
-            before = error
-            lowest, highest = self._hip_range
+            change = max(-_FARTHEST, min(_FARTHEST, -error / slope))
             change = max(lowest, min(highest, hip_yaw + change)) - hip_yaw
             if change == 0.0:
                 break
+            before = error
             hip_yaw += change
             one, other, error = legs(hip_yaw)
             slope = (error - before) / change  # the secant: as good as the derivative, and it costs nothing
         self._hip_yaw = hip_yaw
+        self._slope = slope if slope > 0.5 * _USUAL_SLOPE else _USUAL_SLOPE
         return [hip_yaw, *one, *other]
 
     def sole(self, side: float, angles: Sequence[float]) -> Vector:
