@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -84,7 +85,7 @@ class MemoryLayout:
     def read(self, values: Sequence[Any], time: float) -> Measurements:
         """Return what the answer to `keys` says, measured at `time` in s.
 
-        Raises ValueError when it is no such answer.
+        Raises ValueError when it is no such answer, or has no position of a joint.
         """
         if len(values) != len(self.keys):
             raise ValueError(f"{len(values)} values came for {len(self.keys)} keys")
@@ -92,10 +93,13 @@ class MemoryLayout:
 
         def at(index: int | None, otherwise: float = 0.0) -> float:
             value = otherwise if index is None else float(numbers[index])
-            return value if value == value else otherwise  # noqa: PLR0124 - NaN: there was none
+            return otherwise if math.isnan(value) else value
 
         positions, commands, stiffnesses, temperatures = self._joints
-        measured = tuple(at(index) for index in positions)
+        measured = tuple(at(index, math.nan) for index in positions)
+        if any(map(math.isnan, measured)):
+            joint = H25.joint_names[list(map(math.isnan, measured)).index(True)]
+            raise ValueError(f"there is no position of {joint}")
         left, right = (FootReading(*(max(0.0, _GRAVITY * at(i)) for i in foot)) for foot in self._feet)
         charge, current = at(self._charge), at(self._current)
         return Measurements(
@@ -156,7 +160,7 @@ _SIGNS_BEFORE: Final = ((-1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
 
 def _number(value: object) -> float:
-    return float(value) if isinstance(value, (int, float)) else float("nan")
+    return float(value) if isinstance(value, (int, float)) else math.nan
 
 
 def _vector(
@@ -172,7 +176,7 @@ def _vector(
 
 def _distance(told: float) -> float:
     """Return a distance in m; NAOqi tells 0 before the first echo, and something far without one."""
-    return told if 0.0 < told <= FARTHEST else float("inf")
+    return told if 0.0 < told <= FARTHEST else math.inf
 
 
 def _touch_key(name: str) -> str:

@@ -54,8 +54,7 @@ def test_what_is_no_address_is_refused_with_a_reason(text, reason):
 def test_any_text_is_an_address_or_none(text):
     try:
         address = RobotAddress.parse(text)
-    except AddressError as error:
-        assert str(error)
-    else:
-        assert 0 < address.port < 65536
-        assert address.host
+    except AddressError:
+        return
+    assert 0 < address.port < 65536
+    assert address.host

@@ -112,11 +112,15 @@ def test_what_is_missing_reads_as_at_rest():
         max_size=5,
     )
 )
-def test_whatever_a_robot_answers_reads_as_numbers(strange):
+def test_whatever_a_robot_answers_reads_as_numbers_or_is_refused(strange):
     memory = nao_memory()
     layout = MemoryLayout(memory)
     answer = [strange.get(index, memory[key]) for index, key in enumerate(layout.keys)]
-    measured = layout.read(answer, time=0.0)
+    try:
+        measured = layout.read(answer, time=0.0)
+    except ValueError:
+        assert min(strange) < 26, "a joint has no position"
+        return
     assert not any(math.isnan(value) for value in (*measured.positions, *measured.stiffnesses))
 
 

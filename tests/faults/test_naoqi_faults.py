@@ -1,0 +1,129 @@
+"""What goes wrong with a robot over genuine libqi, and what the server's clients hear of it."""
+
+import signal
+import time
+from contextlib import closing, contextmanager
+
+import pytest
+
+pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+
+from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException
+from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
+from naoserver_naoqi.address import RobotAddress
+from naoserver_naoqi.libqi import connect
+from naoserver_naoqi.link import call
+from naoserver_naoqi.robot import NaoqiRobot
+from tests.support.processes import ComponentProcess, module
+from tests.support.robot_server import eventually, served_to_client, wait_for
+
+
+@pytest.fixture(scope="module")
+def process():
+    with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+        yield process
+
+
+@pytest.fixture(scope="module")
+def address(process):
+    return RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
+
+
+@pytest.fixture
+def nao(address):
+    """The robot, served, and a client's session; everything goes well again at the end."""
+    with served_to_client(NaoqiRobot(lambda timeout: connect(address, timeout))) as nao:
+        nao.robot.report_to(nao.server.assembly)
+        yield nao
+    faults(address, "clear")
+
+
+def faults(address, operation, *arguments):
+    with closing(connect(address, 5.0)) as link:
+        call(link, f"Faults.{operation}", *arguments)
+
+
+@contextmanager
+def frozen(process):
+    """Let the robot's computer hang."""
+    process.freeze()
+    try:
+        yield
+    finally:
+        process.process.send_signal(signal.SIGCONT)
+
+
+def told(nao, text):
+    """Wait until the health report tells of something; return the event."""
+    health = nao.proxy(HealthPrx, "Health")
+
+    def find(report):
+        return [event for event in report.events if text in event.message]
+
+    return find(wait_for(health.getHealth, find))[-1]
+
+
+def test_a_robot_that_hangs_is_told_as_lost_and_refuses_commands_until_it_is_found(nao, process):
+    head = nao.proxy(PoseHeadPrx, "Head")
+    with frozen(process):
+        event = told(nao, "lost the robot")
+        assert event.level == Severity.Error
+        with pytest.raises(CommandRefusedException, match="out of reach"):
+            head.setPose(0.2, 0.0, 0.5)
+        body = nao.proxy(JointsPrx, "Body")
+        assert len(body.getJointState().positions) == 26, "what was measured last"
+    told(nao, "found the robot again")
+    head.setPose(0.2, 0.0, 1.0)
+    wait_for(head.getPose, lambda pose: abs(pose.pan - 0.2) < 0.02)
+
+
+def test_a_connection_that_breaks_is_told_and_made_again(nao, address):
+    camera = nao.proxy(CameraPrx, "Camera")
+    camera.getImageData("RGB8")
+    faults(address, "disconnect", 0.3)
+    told(nao, "lost the robot")
+    told(nao, "found the robot again")
+    camera.getImageData("RGB8")
+    head = nao.proxy(PoseHeadPrx, "Head")
+    head.setPose(-0.2, 0.0, 1.0)
+    wait_for(head.getPose, lambda pose: abs(pose.pan + 0.2) < 0.02)
+
+
+def test_a_slow_robot_delays_neither_calls_nor_streams(nao, address):
+    faults(address, "slow", "ALMotion::setAngles", 0.6)
+    head = nao.proxy(PoseHeadPrx, "Head")
+    begin = time.monotonic()
+    for number in range(20):
+        head.setPose(0.01 * number, 0.0, 1.0)
+    assert time.monotonic() - begin < 20 * 0.6, "nobody waited for the robot"
+    wait_for(head.getPose, lambda pose: abs(pose.pan - 0.19) < 0.01)
+
+
+def test_a_command_that_the_robot_refuses_is_told(nao, address):
+    faults(address, "fail", "ALMotion::setAngles", "the motors are too hot")
+    nao.proxy(PoseHeadPrx, "Head").setPose(0.3, 0.0, 0.5)
+    assert told(nao, "the motors are too hot").level == Severity.Warning
+    faults(address, "clear")
+    head = nao.proxy(PoseHeadPrx, "Head")
+    head.setPose(0.31, 0.0, 1.0)
+    wait_for(head.getPose, lambda pose: abs(pose.pan - 0.31) < 0.02)
+
+
+def test_a_camera_without_pictures_is_a_failure_and_the_rest_goes_on(nao, address):
+    faults(address, "blind", True)
+    camera = nao.proxy(CameraPrx, "Camera")
+    with pytest.raises(HardwareFailedException, match="Camera gives no picture"):
+        camera.getImageData("RGB8")
+    state = nao.proxy(JointsPrx, "Body").getJointState
+    wait_for(state, lambda reading: reading.time > nao.robot.clock.now() - 0.2)
+    faults(address, "blind", False)
+    eventually(lambda: len(camera.getImageData("RGB8").pixelData) > 0)
+
+
+def test_memory_that_fails_is_told_and_keeps_the_newest_state(nao, address):
+    faults(address, "fail", "ALMemory::getListData", "out of memory")
+    told(nao, "out of memory")
+    assert len(nao.proxy(JointsPrx, "Body").getJointState().positions) == 26
+    faults(address, "clear")
+    state = nao.proxy(JointsPrx, "Body").getJointState
+    wait_for(state, lambda reading: reading.time > nao.robot.clock.now() - 0.2)

@@ -1,0 +1,124 @@
+"""The command naoserver-naoqi, in processes of their own."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import closing, contextmanager
+
+import pytest
+
+pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+
+from interfaces.jderobot import CameraPrx
+from interfaces.nao import PoseHeadPrx
+from naoserver_naoqi.address import RobotAddress
+from naoserver_naoqi.libqi import connect
+from naoserver_naoqi.link import call
+from tests.support.limits import LIMIT
+from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
+from tests.support.robot_server import eventually, wait_for
+from zenoh_ice import initialize
+
+SUBSCRIBERS = "ALVideoDevice.getSubscribers"
+
+
+@pytest.fixture(scope="module")
+def url():
+    with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0")) as process:
+        yield process.wait_for(r"^ready: (\S+)")[1]
+
+
+@pytest.fixture
+def link(url):
+    with closing(connect(RobotAddress.parse(url), 5.0)) as link:
+        yield link
+
+
+@contextmanager
+def served(url, *options):
+    """Start the command; yield the process, and a communicator that is connected to it."""
+    endpoint = free_endpoint()
+    command = module("naoserver_naoqi", "--robot", url, "--listen", endpoint, *options)
+    with ComponentProcess(command) as process:
+        process.wait_for("^ready: realm nao, .*, robot tcp://")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], clock="wall") as communicator:
+            yield process, communicator
+
+
+def run(*options, **variables):
+    return subprocess.run(
+        module("naoserver_naoqi", *options),
+        capture_output=True,
+        text=True,
+        cwd=REPOSITORY,
+        env={**os.environ, **variables},
+        timeout=LIMIT,
+        check=False,
+    )
+
+
+def test_it_serves_the_robot_and_leaves_it_as_wished(url, link):
+    with served(url, "--start", "stiffen", "--end", "limp") as (process, communicator):
+        head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+        head.setPose(0.3, 0.1, 1.0)
+        wait_for(head.getPose, lambda pose: abs(pose.pan - 0.3) < 0.02)
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+    assert call(link, "ALMotion.getAngles", ["HeadYaw"], True)[0] == pytest.approx(0.3, abs=0.02)
+    assert set(call(link, "ALMotion.getStiffnesses", "Body")) == {0.0}
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+def test_cameras_are_released_on_every_way_out_and_at_the_next_start(url, link, number, code):
+    with served(url) as (process, communicator):
+        camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
+        camera.getImageData("RGB8")
+        assert len(call(link, SUBSCRIBERS)) == 1
+        process.process.send_signal(number)
+        assert process.wait() == code
+    if number == signal.SIGKILL:
+        assert len(call(link, SUBSCRIBERS)) == 1, "nobody could"
+        with served(url):
+            assert call(link, SUBSCRIBERS) == []
+    eventually(lambda: call(link, SUBSCRIBERS) == [])
+
+
+def test_ctrl_c_while_it_starts_ends_it_quietly():
+    with ComponentProcess(announced("naoserver_naoqi.cli", "--robot", "tcp://127.0.0.1:1")) as process:
+        process.wait_for("starting")
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait() in (130, 1)  # it may have found by then that nobody is there
+        assert "Traceback" not in process.output
+
+
+def test_a_robot_that_is_not_there_is_one_line():
+    done = run("--robot", "tcp://127.0.0.1:1", "--listen", "tcp/127.0.0.1:0")
+    assert done.returncode == 1
+    assert re.search("cannot connect to tcp://127.0.0.1:1: .*refused.*is the robot on", done.stderr)
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("robot", "reason"), [("ftp://nao.local", "tcp://"), ("tcps://nao.local", "wants a login")]
+)
+def test_an_address_that_cannot_be_is_refused(robot, reason):
+    done = run("--robot", robot)
+    assert done.returncode == 2
+    assert reason in " ".join(done.stderr.split())
+
+
+def test_it_names_what_is_not_installed(tmp_path):
+    (tmp_path / "qi.py").write_text("raise ModuleNotFoundError(\"No module named 'qi'\", name='qi')")
+    done = subprocess.run(
+        [sys.executable, "-c", "from naoserver_naoqi.cli import main; main()", "--robot", "tcp://nao.local"],
+        capture_output=True,
+        text=True,
+        cwd=REPOSITORY,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        timeout=LIMIT,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "qi is not installed; type: pip install 'visualhfsm[naoqi]'" in done.stderr

@@ -1,0 +1,158 @@
+"""The robot over genuine libqi: a fake one in another process, which is served as NAOqi."""
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+
+from contextlib import closing
+
+from naoserver.body import H25
+from naoserver.capabilities import WalkVelocity
+from naoserver_naoqi.address import RobotAddress
+from naoserver_naoqi.cameras import NAME
+from naoserver_naoqi.libqi import connect
+from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, call
+from naoserver_naoqi.robot import NaoqiRobot
+from tests.support.processes import ComponentProcess, module
+from tests.support.robot_server import eventually
+
+YAW = H25.joint_names.index("HeadYaw")
+SUBSCRIBERS = "ALVideoDevice.getSubscribers"
+
+
+@pytest.fixture(scope="module")
+def address():
+    with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+        yield RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
+
+
+@pytest.fixture
+def link(address):
+    with closing(connect(address, 5.0)) as link:
+        yield link
+        call(link, "Faults.clear")
+
+
+@pytest.fixture
+def robot(address, link):
+    with closing(NaoqiRobot(lambda timeout: connect(address, timeout))) as robot:
+        robot.start()
+        yield robot
+
+
+def test_joints_go_where_they_are_sent_and_the_robot_tells(robot, link):
+    robot.command_positions({"HeadYaw": 0.4, "LElbowRoll": -0.9}, {"HeadYaw": 4.0, "LElbowRoll": 3.0})
+    eventually(lambda: abs(robot.read().positions[YAW] - 0.4) < 0.01)
+    assert call(link, "ALMotion.getAngles", ["HeadYaw"], False) == [pytest.approx(0.4)]
+    assert robot.read().commands[YAW] == pytest.approx(0.4)
+
+
+def test_a_joint_turns_at_its_velocity_until_it_is_held(robot):
+    start = robot.read().positions[YAW]
+    robot.command_velocities({"HeadYaw": -2.0})
+    eventually(lambda: robot.read().velocities[YAW] < -0.5)
+    robot.command_velocities({"HeadYaw": 0.0})
+    eventually(lambda: abs(robot.read().velocities[YAW]) < 0.01)
+    assert -2.0 < robot.read().positions[YAW] < start
+
+
+def test_stiffness_is_commanded_and_told(robot):
+    robot.command_stiffnesses({"RHand": 0.3}, 0.0)
+    eventually(lambda: robot.read().stiffnesses[-1] == pytest.approx(0.3))
+    robot.command_stiffnesses({"RHand": 1.0}, 0.2)
+    eventually(lambda: robot.read().stiffnesses[-1] == 1.0)
+
+
+def test_the_senses_are_those_of_the_robot(robot):
+    reading = robot.senses.read()
+    assert reading.inertial.acceleration == (0.0, 0.0, pytest.approx(9.81))
+    weight = 9.81 * sum(part.mass for part in H25.links)
+    assert reading.left_foot.total + reading.right_foot.total == pytest.approx(weight)
+    assert reading.battery.charge == pytest.approx(0.8)
+    assert reading.sonar.left == math.inf
+    assert not robot.state().fallen
+
+
+def test_a_picture_is_what_the_camera_sees(robot):
+    frame = robot.capture("Camera", 640, 480)
+    assert frame.pixels.shape == (480, 640, 3)
+    green = frame.pixels[..., 1].astype(int) - frame.pixels[..., 0] > 50
+    assert np.count_nonzero(green) > 100, "the green ball"
+    assert frame.time <= robot.clock.now()
+
+
+def test_cameras_are_released_when_the_robot_is_closed(address, link):
+    with closing(NaoqiRobot(lambda timeout: connect(address, timeout))) as robot:
+        robot.start()
+        robot.capture("Camera", 320, 240)
+        robot.capture("CameraBottom", 320, 240)
+        assert len(call(link, SUBSCRIBERS)) == 2
+        assert all(name.startswith(NAME) for name in call(link, SUBSCRIBERS))
+    assert call(link, SUBSCRIBERS) == []
+
+
+def test_it_walks_and_stops(robot):
+    start = robot.walker.odometry().x
+    robot.walker.command(WalkVelocity(forward=0.05))
+    eventually(lambda: robot.walker.odometry().x > start + 0.01)
+    assert robot.walker.walking
+    robot.walker.command(WalkVelocity())
+    eventually(lambda: not robot.walker.walking)
+    assert robot.walker.commanded() == WalkVelocity()
+
+
+def test_it_goes_into_a_posture(robot):
+    robot.postures.go("StandZero", 1.0)
+    assert robot.postures.progress().moving
+    eventually(lambda: not robot.postures.progress().moving)
+    assert robot.postures.progress().reached
+    eventually(lambda: robot.postures.current() == "StandZero")
+
+
+def test_it_shines_and_speaks(robot, link):
+    robot.lights.set("Chest", (0.0, 1.0, 0.0), 0.0)
+    eventually(lambda: call(link, "ALLeds.getIntensity", "ChestLeds") == [1.0])
+    robot.voice.say("hello")
+    eventually(lambda: _spoken(link) == "hello")
+    eventually(lambda: not robot.voice.utterance().speaking)
+
+
+def _spoken(link):
+    try:
+        return call(link, "ALMemory.getData", "ALTextToSpeech/CurrentSentence")
+    except CallFailed:
+        return ""
+
+
+@pytest.mark.parametrize(
+    ("operation", "arguments", "message"),
+    [
+        ("ALMotion.getAngles", ("Tail", True), "ALMotion::getAngles: there is no joint or chain 'Tail'"),
+        ("ALMotion.fly", (), "ALMotion.fly: this robot has no such method"),
+        ("ALFlight.begin", (), "ALFlight: Cannot find service 'ALFlight'"),
+        ("ALMotion.getAngles", (), "ALMotion.getAngles: Arguments types did not match"),
+    ],
+)
+def test_a_call_that_fails_says_what_and_why_in_one_line(link, operation, arguments, message):
+    with pytest.raises(CallFailed) as failure:
+        call(link, operation, *arguments)
+    assert str(failure.value).startswith(message)
+    assert "\n" not in str(failure.value)
+
+
+def test_a_call_that_takes_too_long_is_given_up(link):
+    call(link, "Faults.slow", "ALMotion::getAngles", 30.0)
+    with pytest.raises(CallTimeout, match=r"no answer within 0\.05 s"):
+        call(link, "ALMotion.getAngles", "Head", True, timeout=0.05)
+
+
+def test_a_link_that_was_closed_says_so(address):
+    link = connect(address, 5.0)
+    link.close()
+    link.close()
+    assert link.lost.is_set()
+    with pytest.raises(LinkLost):
+        call(link, "ALMotion.getAngles", "Head", True)
