@@ -1,0 +1,41 @@
+"""The anti-collision tables hold in the simulation, on the way and at its end."""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import pytest
+
+from naoserver.assembly import Assembly
+from naoserver.body import H25
+from naoserver.options import ServerOptions
+from naoserver_sim.robot import SimulatedRobot
+from zenoh_ice import VirtualClock
+
+pytestmark = pytest.mark.sim
+
+OFF = 0.03
+"""Radians by which a joint may lag behind its command."""
+
+
+@pytest.mark.parametrize("table", H25.anticollision, ids=lambda table: table.dependent)
+@pytest.mark.parametrize("side", ["lowest", "highest"])
+def test_a_joint_stays_within_its_table_while_the_other_sweeps(table, side):
+    clock = VirtualClock()
+    joints = {joint.name: joint for joint in H25.joints}
+    independent, dependent = joints[table.independent], joints[table.dependent]
+    places = [H25.joint_names.index(name) for name in (table.independent, table.dependent)]
+    with closing(SimulatedRobot(clock=clock, skin=False)) as robot:
+        body = Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None).body
+        for end in (independent.lower, independent.upper):
+            targets = {
+                table.independent: end,
+                table.dependent: dependent.lower if side == "lowest" else dependent.upper,
+            }
+            body.move(targets, dict.fromkeys(targets, 1.5))
+            for _ in range(150):
+                clock.advance(0.02)
+                body.watch()  # as the server's watchdog does
+                angle, other = (robot.read().positions[place] for place in places)
+                lower, upper = table.at(angle)
+                assert lower - OFF < other < upper + OFF
