@@ -32,8 +32,9 @@ def address(process):
 @pytest.fixture
 def nao(address):
     """The robot, served, and a client's session; everything goes well again at the end."""
-    with served_to_client(NaoqiRobot(lambda timeout: connect(address, timeout))) as nao:
-        nao.robot.report_to(nao.server.assembly)
+    robot = NaoqiRobot(lambda timeout: connect(address, timeout))
+    with served_to_client(robot) as nao:
+        robot.report_to(nao.server.assembly)
         yield nao
     faults(address, "clear")
 
@@ -90,12 +91,12 @@ def test_a_connection_that_breaks_is_told_and_made_again(nao, address):
 
 
 def test_a_slow_robot_delays_neither_calls_nor_streams(nao, address):
-    faults(address, "slow", "ALMotion::setAngles", 0.6)
+    faults(address, "slow", "ALMotion::setAngles", 0.4)
     head = nao.proxy(PoseHeadPrx, "Head")
     begin = time.monotonic()
     for number in range(20):
         head.setPose(0.01 * number, 0.0, 1.0)
-    assert time.monotonic() - begin < 20 * 0.6, "nobody waited for the robot"
+    assert time.monotonic() - begin < 20 * 0.4, "nobody waited for the robot"
     wait_for(head.getPose, lambda pose: abs(pose.pan - 0.19) < 0.01)
 
 
