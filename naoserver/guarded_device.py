@@ -94,7 +94,7 @@ class GuardedDevice:
 
         return self._obey(command)
 
-    def require(self, client: str) -> None:
+    def require(self, client: str = "") -> None:
         """Raise CommandRefused unless a client may command the device now."""
         self._gate.require(client)
 
@@ -160,11 +160,17 @@ class GuardedDevice:
         return due
 
     def close(self) -> None:
-        """Stop all joints and refuse further motion."""
+        """Stop all joints and refuse further motion.
+
+        Joints that something still moves, such as the legs on the last step of a walk, are left to it.
+        """
+        if self._closed:
+            return
+        left = self.claims.stop(self._index)
         with self._lock:
-            if not self._closed:
-                self._apply(self._safety.hold(tuple(self._index), self.read()))
-                self._closed = True
+            joints = [name for name in self._index if name not in left]
+            self._apply(self._safety.hold(joints, self.read()))
+            self._closed = True
 
     def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
         with self._lock:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from contextlib import ExitStack, closing
-from typing import Annotated, NoReturn
+from typing import Annotated, Final, NoReturn
 
 import typer
 
 from startup import loading
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
+
+_LOOK: Final = 0.5
+"""Wall seconds of a wait: a signal that strikes just before one is heard at its end."""
 
 _EXAMPLES = """
 [bold]Examples[/bold]
@@ -58,7 +60,8 @@ def serve_fake(
         pump.start()
         service = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
         typer.echo(f"ready: {service.url}")
-        threading.Event().wait()
+        while True:
+            time.sleep(_LOOK)
 
 
 def main() -> NoReturn:

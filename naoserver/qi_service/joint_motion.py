@@ -87,7 +87,8 @@ class JointMotion:
             self._tasks.append(task)
             while not call.stopped.is_set() and not self._taken.keys().isdisjoint(task.joints):
                 self._changed.wait(_LOOKS)
-            self._taken.update(dict.fromkeys(task.joints, task.number))
+            if not call.stopped.is_set():  # who gave up waiting takes nothing away
+                self._taken.update(dict.fromkeys(task.joints, task.number))
         try:
             yield task
         finally:
@@ -102,6 +103,7 @@ class JointMotion:
 
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
+        self._body.require()  # also when nothing is left to move
         end = max(trajectory.duration for trajectory in trajectories.values())
         begin = self._clock.now()
         while not task.call.stopped.is_set():

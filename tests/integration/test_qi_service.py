@@ -123,7 +123,8 @@ def test_nothing_can_be_called_but_operations(motion):
     assert hasattr(motion, "getSummary")
 
 
-def test_a_picture(video):
+def test_a_picture(motion, video):
+    motion.angleInterpolation(["HeadYaw", "HeadPitch"], [[0.0], [0.0]], [[0.2], [0.2]], True)
     handle = video.subscribeCamera("test", 0, 2, 11, 30)
     picture = video.getImageRemote(handle)
     assert isinstance(picture[6], bytearray)
@@ -230,6 +231,7 @@ def test_connections_that_break(session, motion, url):
     def back():
         try:
             with connected(url) as again:
+                again.service("Faults")  # the last that is offered again
                 return len(again.service("ALMotion").getAngles("Body", True))
         except RuntimeError:
             return 0

@@ -135,6 +135,7 @@ def test_a_lease_of_somebody_else_refuses_every_command(rig):
         lambda: rig.motion.setStiffnesses("Body", 1.0),
         lambda: rig.motion.moveToward(1.0, 0.0, 0.0),
         lambda: rig.complete(rig.motion.angleInterpolation, "HeadYaw", 1.0, 1.0, True),
+        lambda: rig.complete(rig.motion.angleInterpolation, "HeadYaw", 0.0, 1.0, True),  # where it is
     ):
         with pytest.raises(CommandRefused, match="Ada"):
             command()
