@@ -119,7 +119,11 @@ class MotionPlayer:
             action = _Action(kind, name, route, pace, client)
             first = route.next_leg(self._situation(), self._commands())
             self._finish(ActionStatus.Stopped, f"{action.owner} began")
-            self._begin_leg(action, first)
+            try:
+                self._begin_leg(action, first)
+            except RobotError:
+                self._body.claims.release(action.owner)
+                raise
             status = ActionStatus.Moving if first else ActionStatus.Done
             self._progress[kind] = ActionProgress(name, status, count=self.progress(kind).count + 1)
             self._action = action if first else None

@@ -111,13 +111,12 @@ class _Reading:
         if interpolation not in set(Interpolation):
             message = f"interpolation is one of {', '.join(Interpolation)}, not {interpolation!r}"
             raise self._error(message, "interpolation", number)
-        for joint, angle in self._angles(frame, number).items():
-            keys.setdefault(joint, []).append(Key(time, angle, Interpolation(interpolation)))
-        for joint in self._held(frame, number):
+        angles, held = self._angles(frame, number), self._held(frame, number)
+        for joint in held:
             of = keys.setdefault(joint, [])
-            if of and of[-1].time == time:
-                raise self._error(f"{joint} is given and held", "hold", number)
             of.append(Key(time, of[-1].angle if of else None))
+        for joint in angles.keys() - set(held):
+            keys.setdefault(joint, []).append(Key(time, angles[joint], Interpolation(interpolation)))
         return time
 
     def _held(self, frame: Mapping[str, Any], number: int) -> list[str]:

@@ -131,6 +131,6 @@ def test_a_joint_that_is_held_stays_where_it_is_up_to_that_frame():
     assert angles == pytest.approx([0.5, 0.5, 0.5, 0.25, 0.0, 0.0, 0.0])
 
 
-@pytest.mark.parametrize("hold", ['"HeadYaw"', '["Tail"]', "[1]", '["HeadYaw"]\nHeadYaw = 0.1'])
+@pytest.mark.parametrize("hold", ['"HeadYaw"', '["Tail"]', "[1]"])
 def test_what_cannot_be_held_is_told_with_its_line(hold):
     assert refusal(FRAME + f"hold = {hold}\n").startswith("nod.toml:3: ")

@@ -10,6 +10,8 @@ from naoserver_sim.robot import SimulatedRobot
 from tests.support.motion_rig import MotionRig
 from zenoh_ice import VirtualClock
 
+pytestmark = pytest.mark.sim
+
 
 @pytest.fixture
 def rig():

@@ -1,0 +1,176 @@
+"""Measure the motions in the simulation's physics, in virtual time: what is asked beside what is measured.
+
+python benchmarks/bench_motions.py [--runs 10]
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import math
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from interfaces.nao import ActionStatus
+from naoserver.motions.postures import POSTURES, STANCES, Stance, situation_of
+from naoserver_sim.robot import SimulatedRobot
+from tests.support.motion_rig import MOTIONS, MotionRig
+from zenoh_ice import VirtualClock
+
+CONSOLE = Console(width=110)
+ON_THE_FEET = ("kick", "kick_left", "wave", "dance")
+
+
+def new_rig(seed: int = 0) -> MotionRig:
+    """Return a robot that has stood for a second."""
+    clock = VirtualClock()
+    rig = MotionRig(SimulatedRobot(clock=clock, skin=False, noise=True, seed=seed), clock)
+    rig.let_go(1.0)
+    return rig
+
+
+def push(rig: MotionRig, degrees: float, force: float, seconds: float) -> None:
+    """Push the torso in a direction, from straight ahead to the left."""
+    way = math.radians(degrees)
+    rig.robot.stage.push((force * math.cos(way), force * math.sin(way), 0.0), seconds)
+
+
+def disturbed_lying(posture: str, run: int) -> MotionRig:
+    """Return a robot that lies in a posture, each joint away from it by 0.1 rad (standard deviation)."""
+    rig, noise = new_rig(run), np.random.default_rng(run)
+    rig.go(posture)
+    joints = rig.robot.joints
+    targets = {
+        joint.name: float(
+            np.clip(POSTURES[posture][joint.name] + noise.normal(0.0, 0.1), joint.lower, joint.upper)
+        )
+        for joint in joints
+    }
+    rig.robot.command_positions(targets, {joint.name: 0.2 * joint.max_velocity for joint in joints})
+    rig.let_go(1.5)
+    return rig
+
+
+def getting_up(posture: str, runs: int) -> tuple[str, ...]:
+    """Count how often it stands after one play of the motion that stands up from a posture."""
+    motion = next(m.name for m in MOTIONS.values() if (m.start, m.end) == (posture, "StandInit"))
+    stands = 0
+    for run in range(runs):
+        rig = disturbed_lying(posture, run)
+        if rig.stance == STANCES[posture]:
+            rig.play(motion)
+        stands += rig.stance == Stance.STANDING
+    return f"{motion}, each joint off by 0.1 rad", "10 of 10", f"{stands} of {runs}"
+
+
+def falls(runs: int) -> tuple[str, ...]:
+    """Push the robot over in all directions; count how often it stands up again, and how long it takes."""
+    stands, seconds = 0, []
+    for run in range(runs):
+        rig = new_rig(run)
+        push(rig, 360.0 * run / runs, 80.0, 0.15)
+        rig.let_go(3.0)
+        begun = rig.clock.now()
+        if rig.go("Stand").status is ActionStatus.Done:
+            stands += 1
+            seconds.append(rig.clock.now() - begun)
+    measured = f"{stands} of {runs}, in {statistics.median(seconds):.0f} s (at most {max(seconds):.0f} s)"
+    return "goToPosture Stand, limp after a fall in any direction", "all", measured
+
+
+def on_the_feet(motion: str, runs: int) -> tuple[str, ...]:
+    """Count falls while a motion is played, with small pushes."""
+    fallen, least = 0, 1.0
+    for run in range(runs):
+        rig = new_rig(run)
+        push(rig, 360.0 * run / runs, 4.0, 0.1)
+        rig.begin(motion)
+        least = min(least, *(situation_of(rig.robot).up[2] for _ in playing(rig)))
+        fallen += rig.player.progress("motion").status is not ActionStatus.Done
+    tilt = math.degrees(math.acos(least))
+    return (
+        f"{motion}, pushed with 0.4 N s",
+        "0 falls",
+        f"{fallen} falls of {runs}, tilt at most {tilt:.0f} deg",
+    )
+
+
+def playing(rig: MotionRig) -> Iterator[None]:
+    """Let the time go on until the action ends."""
+    while rig.player.busy:
+        rig.let_go(0.02)
+        yield
+
+
+def sitting(runs: int) -> tuple[str, ...]:
+    """Count how often it sits after sitting down."""
+    sits = 0
+    for run in range(runs):
+        rig = new_rig(run)
+        sits += rig.play("sit_down").status is ActionStatus.Done and rig.posture == "Sit"
+    return "sit_down", "all", f"{sits} of {runs}"
+
+
+def long_dance(minutes: float) -> tuple[str, ...]:
+    """Dance for some minutes."""
+    rig = new_rig()
+    while rig.clock.now() < minutes * 60.0 and rig.play("dance").status is ActionStatus.Done:
+        pass
+    return (
+        f"dance again and again for {minutes:g} min",
+        "no fall",
+        f"{rig.clock.now() / 60.0:.1f} min, {rig.stance}",
+    )
+
+
+def cost() -> tuple[str, ...]:
+    """Measure what the player takes of a processor while the robot dances."""
+    rig = new_rig()
+    rig.begin("dance")
+    seconds = []
+    while rig.player.busy:
+        rig.clock.advance(0.02)
+        rig.robot.read()
+        begun = time.perf_counter()
+        rig.player.tick()
+        seconds.append(time.perf_counter() - begun)
+    microseconds = statistics.median(seconds) * 1e6
+    return (
+        "the player's cost a tick, 50 in a second",
+        "-",
+        f"{microseconds:.0f} us, {microseconds * 50 / 1e4:.1f} % of a core",
+    )
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=10)
+    runs = parser.parse_args().runs
+    logging.disable(logging.WARNING)
+    measures: list[Callable[[], tuple[str, ...]]] = [
+        lambda: getting_up("LyingBelly", runs),
+        lambda: getting_up("LyingBack", runs),
+        lambda: falls(2 * runs),
+        lambda: sitting(runs),
+        *(lambda motion=motion: on_the_feet(motion, runs) for motion in ON_THE_FEET),
+        lambda: long_dance(10.0),
+        cost,
+    ]
+    table = Table("what", "asked", "measured", title="Motions, in virtual time, with noise")
+    for measure in measures:
+        table.add_row(*measure())
+    CONSOLE.print(table)
+
+
+if __name__ == "__main__":
+    main()

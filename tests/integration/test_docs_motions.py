@@ -1,0 +1,57 @@
+"""docs/motions.md: its program runs, its file is a motion, its table tells every motion."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from naoserver.fake import FakeRobot
+from naoserver.motions.reader import MotionError, parse_motion
+from tests.support.limits import LIMIT
+from tests.support.motion_rig import MOTIONS
+from tests.support.pages import DOCS
+from tests.support.robot_server import served
+
+PAGE = (DOCS / "motions.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_program_does_what_the_page_says():
+    with served(FakeRobot()) as robot:
+        done = subprocess.run(
+            [sys.executable, "-c", blocks("python")[0]],
+            env={**os.environ, "VISUALHFSM_REALM": robot.realm, "VISUALHFSM_CONNECT": robot.endpoint},
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+        )
+    assert (done.stdout, done.returncode) == (blocks("text")[0], 0), done.stderr
+
+
+def test_the_file_is_a_motion_and_what_is_wrong_is_told_as_the_page_says():
+    (text,) = blocks("toml")
+    assert parse_motion(text, "nod", "nod.toml").duration == 1.0
+    with pytest.raises(MotionError) as told:
+        parse_motion(text.replace("HeadPitch = 0.3", "HeadPitch = 0.9"), "nod", "nod.toml")
+    assert f"{told.value}\n" == blocks("text")[1]
+
+
+def test_the_table_tells_every_motion():
+    rows = re.findall(r"^\| (`.*?`) \| (.*?) \| (.*?) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
+    told = {
+        name: (begin, end, float(seconds))
+        for names, begin, end, seconds in rows
+        for name in re.findall(r"`(\w+)`", names)
+    }
+    assert told == {
+        name: (of.start or "any posture", of.end or "as it began", pytest.approx(of.duration, abs=0.06))
+        for name, of in MOTIONS.items()
+    }
