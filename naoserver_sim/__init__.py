@@ -4,6 +4,7 @@ Module            What it holds
 `body`            the body made from its facts: links, joints, motors, contact shapes, cameras
 `self_collision`  which links touch each other
 `appearance`      what a person sees of it: a skin, or bare blocks
+`lamps`           how the robot's lights look
 `contacts`        who touches whom
 `world`, `worlds` what surrounds the robot, read from files
 `surroundings`    all that in the model; a soccer field in `field`

@@ -20,6 +20,7 @@ from naoserver.errors import HardwareFailure
 from naoserver.robot import CameraFacts, Frame
 from naoserver_sim.appearance import VISUAL_GROUP
 from naoserver_sim.gl import create_context
+from naoserver_sim.lamps import Lamps
 from naoserver_sim.simulator import Snapshot
 
 _log = logging.getLogger(__name__)
@@ -41,18 +42,23 @@ class _Request:
 
 
 class CameraRenderer:
-    """Render the newest snapshot as a camera sees it.
+    """Render the newest snapshot as a camera sees it, the lamps as they shine now.
 
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
     other. Without a GL library everything but `capture` works.
     """
 
     def __init__(
-        self, mj: mujoco.MjModel, cameras: tuple[CameraFacts, ...], newest: Callable[[], Snapshot]
+        self,
+        mj: mujoco.MjModel,
+        cameras: tuple[CameraFacts, ...],
+        newest: Callable[[], Snapshot],
+        lamps: Lamps,
     ) -> None:
         self._mj = mj
         self._cameras: Mapping[str, CameraFacts] = {camera.name: camera for camera in cameras}
         self._newest = newest
+        self._lamps = lamps
         self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
         self._ready = threading.Event()
         self._failure: str | None = None
@@ -130,6 +136,7 @@ class CameraRenderer:
     def _serve(self, scene: _Scene, request: _Request) -> None:
         try:
             snapshot = self._newest()
+            self._lamps.show()
             pixels = scene.render(snapshot, request.camera, request.width, request.height)
             request.frame.set_result(
                 Frame(request.camera, snapshot.time, request.width, request.height, pixels)

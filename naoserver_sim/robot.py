@@ -20,6 +20,7 @@ from naoserver.voice import TimedVoice
 from naoserver_sim.cameras import CameraRenderer
 from naoserver_sim.clock import SimulationClock
 from naoserver_sim.control import Command, SetpointController
+from naoserver_sim.lamps import Lamps
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.pacing import Pacer
 from naoserver_sim.senses.encoders import encoded
@@ -175,7 +176,8 @@ class SimulatedRobot(SimulatedDevice):
         self._physics = simulator
         self._lights = FadingLights(self._clock.now)
         self._voice = TimedVoice(self._clock.now)
-        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest)
+        self._lamps = Lamps(model.mj, self._lights.colors)
+        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, self._lamps)
         self._mechanisms = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
@@ -273,7 +275,7 @@ class SimulatedRobot(SimulatedDevice):
 
         Blocks the calling thread, which must be the main one. Raises HardwareFailure without a display.
         """
-        show(self._model.mj, self._physics.newest, ended)
+        show(self._model.mj, self._physics.newest, self._lamps.show, ended)
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""

@@ -105,8 +105,8 @@ def _paint_head(paint: Painter) -> None:
     paint.shell("head", loft(_SKULL, domes=(0.008, 0.0025), slices=28), Material.WHITE)
     _paint_plate(paint, "head", _SKULL, at=(0.003, 0.086), reach=70.5, taper=0.12, roundness=3.2)
     eye, outward = (0.0516, 0.0284, 0.0505), (0.86, 0.50, 0.06)
-    paint.disc("head", (0.0190, 0.0045), eye, outward, Material.GREY, twice=True)
-    paint.disc("head", (0.0170, 0.0075), eye, outward, Material.LED, twice=True)
+    paint.disc("head", (0.0196, 0.0050), eye, outward, Material.GREY, twice=True)
+    paint.lamp("head", (0.0170, 0.0075), eye, outward, "Eye", twice=True)
     paint.disc("head", (0.0125, 0.0095), eye, outward, Material.BLACK, twice=True)
     for place, ahead, radius in (
         ((0.0570, 0, 0.0640), (0.99, 0, 0.12), 0.0058),
@@ -117,10 +117,11 @@ def _paint_head(paint: Painter) -> None:
     paint.disc("head", (0.0345, 0.0080), ear, (0, 1, 0), Material.LIGHT_GREY, twice=True)
     paint.disc("head", (0.0310, 0.0130), ear, (0, 1, 0), Material.ORANGE, twice=True)
     paint.disc("head", (0.0255, 0.0155), ear, (0, 1, 0), Material.WHITE, twice=True)
-    paint.disc("head", (0.0205, 0.0170), ear, (0, 1, 0), Material.LED, twice=True)
+    paint.lamp("head", (0.0205, 0.0170), ear, (0, 1, 0), "Ear", twice=True)
     paint.disc("head", (0.0180, 0.0180), ear, (0, 1, 0), Material.GREY, twice=True)
     for x, z, length in ((0.023, 0.1075, 0.013), (-0.004, 0.1130, 0.012), (-0.031, 0.1085, 0.013)):
         paint.ellipsoid("head", (length, 0.0125, 0.0036), (x, 0, z), Material.DARK)
+    paint.lamp("head", (0.0050, 0.0014), (-0.004, 0, 0.1165), (0, 0, 1), "Head")
     paint.disc("neck", (0.024, 0.036), (0, 0, -0.016), (0, 0, 1), Material.DARK)
 
 
@@ -136,7 +137,7 @@ def _paint_torso(paint: Painter) -> None:
     button = (0.0500, 0, 0.0552)
     paint.disc("torso", (0.0135, 0.0050), button, (1, 0, 0.05), Material.GREY)
     paint.disc("torso", (0.0115, 0.0070), button, (1, 0, 0.05), Material.LIGHT_GREY)
-    paint.disc("torso", (0.0085, 0.0085), button, (1, 0, 0.05), Material.LED)
+    paint.lamp("torso", (0.0085, 0.0085), button, (1, 0, 0.05), "Chest")
     for z, x in ((0.072, 0.0458), (0.040, 0.0455)):
         paint.disc("torso", (0.0090, 0.0070), (x, 0.0360, z), (0.96, 0.28, 0), Material.GREY, twice=True)
     paint.disc("torso", (0.030, 0.010), (-0.004, 0, 0.1130), (0, 0, 1), Material.DARK)
@@ -185,6 +186,7 @@ def _paint_legs(paint: Painter) -> None:
     paint.shell("l_foot", loft(_FOOT, domes=(0.0, 0.006), slices=28), Material.WHITE)
     toe = panel(_FOOT, at=(-0.0415, -0.0300), angle=(-58, 58), lift=0.0016, grid=(5, 17))
     paint.shell("l_foot", toe, Material.ORANGE)
+    paint.lamp("l_foot", (0.0065, 0.0040), (0.0640, 0.0050, -0.0120), (0.38, 0, 0.92), "Foot")
     sole = loft(
         [
             Section(-0.0451, (0.0755, 0.0450), (0.0245, 0.0055), 2.9),

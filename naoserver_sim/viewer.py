@@ -24,11 +24,17 @@ def check_display() -> None:
         )
 
 
-def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: Callable[[float], bool]) -> None:
+def show(
+    mj: mujoco.MjModel,
+    newest: Callable[[], Snapshot],
+    shine: Callable[[], None],
+    ended: Callable[[float], bool],
+) -> None:
     """Show the newest snapshots in a window until it is closed or `ended` says so.
 
-    `ended` waits at most the given seconds for the end and returns whether it has come. To be called from the
-    main thread. The window shows a copy: what is pushed about in it does not reach the simulation.
+    `shine` lets the lamps look as they are now. `ended` waits at most the given seconds for the end and
+    returns whether it has come. To be called from the main thread. The window shows a copy: what is pushed
+    about in it does not reach the simulation.
 
     Raises HardwareFailure when the window cannot be opened.
     """
@@ -45,6 +51,7 @@ def show(mj: mujoco.MjModel, newest: Callable[[], Snapshot], ended: Callable[[fl
         while window.is_running() and not ended(_FRAME_INTERVAL):
             snapshot = newest()
             with window.lock():
+                shine()
                 data.time = snapshot.time
                 data.qpos[:] = snapshot.qpos
                 mujoco.mj_kinematics(mj, data)
