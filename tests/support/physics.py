@@ -65,7 +65,8 @@ def rotation(quaternion: Array) -> Array:
     """Return the matrix of a unit quaternion w, x, y, z."""
     w, (x, y, z) = quaternion[0], quaternion[1:]
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
+    matrix: Array = np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
+    return matrix
 
 
 def loose_parts(*blocks: tuple[Array, Array], foot_mass: float = 1.0) -> mujoco.MjSpec:

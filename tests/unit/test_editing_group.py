@@ -61,10 +61,10 @@ def test_grouped_states_keep_what_they_are_and_what_leads_across_the_border_ends
             assert [each.origin, each.destination] == expected
             assert before.origin not in chosen or before.destination not in chosen
         assert not former
-        for each in made.automata[1:-1]:
-            owner = made.owner(each)
+        for automaton in made.automata[1:-1]:
+            owner = made.owner(automaton)
             assert owner is not None
-            assert each.father == (child.id if owner.id in chosen else 1)
+            assert automaton.father == (child.id if owner.id in chosen else 1)
         assert parse(session.text(), "Cannot read") == made
         session.undo()
         assert session.text() == original

@@ -88,7 +88,9 @@ def test_from_its_side_the_body_first_turns(side):
 def test_what_fails_again_and_again_is_given_up():
     route, here = PostureRoute("Stand", MOTIONS.values()), situation("LyingBelly")
     for _ in range(3):
-        assert route.next_leg(here, POSTURES["LyingBelly"]).name == "stand_up_from_belly"
+        leg = route.next_leg(here, POSTURES["LyingBelly"])
+        assert leg is not None
+        assert leg.name == "stand_up_from_belly"
     with pytest.raises(RouteError, match="still lying on its belly after 3 motions"):
         route.next_leg(here, POSTURES["LyingBelly"])
 

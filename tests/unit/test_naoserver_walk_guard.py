@@ -1,6 +1,7 @@
 """The walk behind its safety layer: what reaches the walker, what is told, and what ends it."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -47,11 +48,11 @@ class Rig:
     def __init__(self):
         self.clock = VirtualClock()
         self.wall = 0.0
-        self.due = []
+        self.due: list[float] = []
         self.events = EventLog(self.clock.now, lambda: self.wall)
         self.gate = Gate(self.events, lambda: self.wall)
         self.robot = FakeRobot(self.clock)
-        steady = {"wall_time": lambda: self.wall, "look_within": self.due.append}
+        steady: dict[str, Any] = {"wall_time": lambda: self.wall, "look_within": self.due.append}
         safety = Safety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
         self.body = GuardedDevice(self.robot, safety, self.gate, self.events, **steady)
         self.walker = SlowWalker(self.clock)

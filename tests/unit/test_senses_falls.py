@@ -16,8 +16,9 @@ TICK = 0.02
 
 @pytest.fixture
 def robot():
-    robot = SimulatedRobot(clock=VirtualClock(), skin=False)
-    robot.clock.advance(1.0)
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, skin=False)
+    clock.advance(1.0)
     return robot
 
 
@@ -60,7 +61,7 @@ class Watched:
     """A fall manager that is shown tilts and loads."""
 
     def __init__(self):
-        self.let_go = []
+        self.let_go: list[float] = []
         self.manager = FallManager(self.let_go.append)
         self.tilt = 0.0
 

@@ -16,10 +16,11 @@ pytestmark = pytest.mark.sim
 
 def trace(**options):
     """Return what a robot feels for a second at each tick."""
-    robot = SimulatedRobot(clock=VirtualClock(), skin=False, **options)
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, skin=False, **options)
     readings = []
     for _ in range(100):
-        robot.clock.advance(0.01)
+        clock.advance(0.01)
         readings.append(robot.senses.read())
     return readings
 

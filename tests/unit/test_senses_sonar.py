@@ -115,11 +115,12 @@ def test_lying_on_its_belly_it_hears_the_floor(sonar):
 
 
 def test_the_robot_hears_a_ball_where_it_is():
-    robot = SimulatedRobot(clock=VirtualClock(), skin=False)
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, skin=False)
     robot.stage.place_object("BallGreen", (1.0, -1.0, 0.5))
     for x, y in ((0.8, 0.3), (1.2, -0.1), (1.6, 0.6)):
         robot.stage.place_object("BallRed", (x, y, 0.4))
-        robot.clock.advance(0.5)
+        clock.advance(0.5)
         told = robot.senses.read().sonar.left
         truth = robot.stage.truth()
         place = truth.torso.position + rotation(np.array(truth.torso.orientation)) @ FACTS["left"]["position"]
@@ -128,11 +129,12 @@ def test_the_robot_hears_a_ball_where_it_is():
 
 
 def test_with_noise_each_echo_differs_by_what_the_noise_says():
-    robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=True, seed=1)
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, skin=False, noise=True, seed=1)
     robot.stage.place_object("BallRed", (0.6, 0.2, 0.4))
-    robot.clock.advance(0.5)
+    clock.advance(0.5)
     told = []
     for _ in range(200):
-        robot.clock.advance(0.1)
+        clock.advance(0.1)
         told.append(robot.senses.read().sonar.left)
     assert np.std(told) == pytest.approx(SenseNoise().sonar_near, rel=0.3)

@@ -25,7 +25,7 @@ def bumped(*blocks, speed=0.3):
     record = SensorRecord(mj, data)
     mujoco.mj_step(mj, data, nstep=40)
     data.qvel[[0, 6]] = speed
-    pressed = set()
+    pressed: set[str] = set()
     for _ in range(120):
         mujoco.mj_step(mj, data)
         record.look(data.time)
@@ -72,6 +72,16 @@ def test_a_pressed_sensor_is_told_for_as_long_as_it_is_pressed(robot):
     robot.clock.advance(0.2)
     assert robot.senses.read().touched == {"ChestButton"}
     robot.clock.advance(0.6)
+    assert robot.senses.read().touched == set()
+
+
+def test_who_presses_a_sensor_again_does_not_let_go_of_it_sooner(robot):
+    robot.senses.press("HeadRear", 0.5)
+    robot.clock.advance(0.1)
+    robot.senses.press("HeadRear", 0.1)
+    robot.clock.advance(0.3)
+    assert robot.senses.read().touched == {"HeadRear"}
+    robot.clock.advance(0.2)
     assert robot.senses.read().touched == set()
 
 
