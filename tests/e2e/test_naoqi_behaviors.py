@@ -1,0 +1,63 @@
+"""The paper's behaviors, unchanged, on a robot over NAOqi: every component a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+
+pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+pytest.importorskip("cv2", reason="the behaviors need OpenCV: pip install 'visualhfsm[vision]'")
+
+from interfaces.jderobot import CameraPrx, ImageData
+from interfaces.nao import JointsPrx
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import wait_for
+from zenoh_ice import Communicator, initialize
+
+
+@pytest.fixture(scope="module")
+def nao() -> Iterator[tuple[str, Communicator]]:
+    """A robot over NAOqi: its endpoint, and a client."""
+    with ExitStack() as stack:
+        robot = stack.enter_context(
+            ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0"))
+        )
+        url = robot.wait_for(r"^ready: (\S+)")[1]
+        endpoint = free_endpoint()
+        server = stack.enter_context(
+            ComponentProcess(module("naoserver_naoqi", "--robot", url, "--listen", endpoint))
+        )
+        server.wait_for("^ready")
+        yield endpoint, stack.enter_context(initialize(connect=[endpoint], clock="wall"))
+
+
+def test_follow_ball_turns_the_head_to_the_ball(nao: tuple[str, Communicator]) -> None:
+    endpoint, communicator = nao
+    camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
+    assert not is_centered(camera.getImageData("RGB8"))
+    with ComponentProcess(module("behaviors.follow_ball", "--connect", endpoint)):
+        wait_for(camera.getImageData, is_centered)
+
+
+def test_dance_moves_the_arms(nao: tuple[str, Communicator]) -> None:
+    endpoint, communicator = nao
+    body = JointsPrx.checkedCast(communicator.stringToProxy("Body"))
+    shoulder = body.getJointNames().index("LShoulderPitch")
+    before = body.getJointState().positions[shoulder]
+    with ComponentProcess(module("behaviors.dance", "--connect", endpoint)):
+        wait_for(body.getJointState, lambda state: abs(state.positions[shoulder] - before) > 0.2)
+
+
+def is_centered(image: ImageData) -> bool:
+    """Return whether the middle of what is clearly green lies in the middle tenth of both axes."""
+    height, width = image.description.height, image.description.width
+    pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3).astype(np.int16)
+    rows, columns = np.nonzero(pixels[..., 1] - np.maximum(pixels[..., 0], pixels[..., 2]) > 50)
+    return (
+        len(rows) > 0
+        and width * 0.45 < columns.mean() < width * 0.55
+        and height * 0.45 < rows.mean() < height * 0.55
+    )
