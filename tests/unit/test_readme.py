@@ -1,0 +1,53 @@
+"""README.md: the commands that it shows are taken as they stand there, and its links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from tests.support.processes import REPOSITORY
+
+README = (REPOSITORY / "README.md").read_text("utf-8")
+APPS = {
+    "ballmover": ("ballmover.cli", "app"),
+    "codegen": ("codegen.commands", "app"),
+    "naoserver-sim": ("naoserver_sim.command", "app"),
+    "visualhfsm": ("visualhfsm.command", "app"),
+}
+LINES = [
+    line
+    for block in re.findall(r"^```\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    for line in block.splitlines()
+    if line.partition(" ")[0] in APPS
+]
+FILES = ("edited.xml", "old.xml", "robot.idl", "run.mcap")
+
+
+@pytest.mark.parametrize("line", LINES, ids=lambda line: line.partition("#")[0].strip())
+def test_a_command_is_taken_as_it_stands_there(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("behaviors", "interfaces"):
+        (tmp_path / name).symlink_to(REPOSITORY / name)
+    for name in FILES:
+        (tmp_path / name).touch()
+    monkeypatch.chdir(tmp_path)
+    program, *words = shlex.split(line, comments=True)
+    module, name = APPS[program]
+    command: Any = typer.main.get_command(getattr(import_module(module), name))
+    arguments = [found for word in words for found in (sorted(map(str, Path().glob(word))) or [word])]
+    context = command.make_context(program, arguments)
+    if hasattr(command, "resolve_command"):
+        name, command, rest = command.resolve_command(context, [*context._protected_args, *context.args])
+        command.make_context(name, rest, parent=context)
+
+
+def test_links_lead_somewhere() -> None:
+    links = re.findall(r"\]\((?!https?:)([^)#]+)[^)]*\)", README)
+    assert [link for link in links if not (REPOSITORY / link).exists()] == []
