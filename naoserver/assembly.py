@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Final
 
 from naoserver.body import H25
@@ -101,9 +102,10 @@ class Assembly:
 
     def drop_client(self, client: str) -> None:
         """Stop what a lost client drives, and take its lease back."""
-        for watched in self.watched:
-            watched.drop_client(client)
-        self._safety.drop_client(client)
+        with ExitStack() as steps:  # each whatever the others raise
+            steps.callback(self._safety.drop_client, client)
+            for watched in self.watched:
+                steps.callback(watched.drop_client, client)
 
     # -- the servants of each part -----------------------------------------------------------------------
 
@@ -156,7 +158,7 @@ class Assembly:
 
     def _add_stage(self, stage: Stage) -> None:
         truth = GroundTruthI(stage)
-        self.servants.update({"GroundTruth": truth, "Scene": SceneI(stage)})
+        self.servants.update({"GroundTruth": truth, "Scene": SceneI(stage, self.body.hold)})
         self.streams.append(truth)
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:

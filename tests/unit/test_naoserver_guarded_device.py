@@ -122,6 +122,20 @@ def test_close_stops_everything_and_later_commands_do_nothing(rig, clock):
     assert rig.commands() == there
 
 
+def test_close_leaves_joints_to_what_still_needs_them_to_end(rig, clock):
+    asked = []
+    rig.guarded.claims.claim("the walk", ("LKneePitch",), lambda: asked.append("stop"))
+    rig.guarded.move({"LKneePitch": 0.4}, {}, owner="the walk")
+    rig.guarded.move({"LShoulderPitch": 0.0}, {})
+    clock.advance(0.1)
+    held = rig.commands()["LShoulderPitch"]
+    rig.guarded.close()
+    clock.advance(5.0)
+    assert asked == ["stop"]
+    assert rig.commands()["LKneePitch"] == pytest.approx(0.4)
+    assert rig.commands()["LShoulderPitch"] == held
+
+
 def test_events_of_a_kind_are_told_once_a_second_with_what_was_left_out(rig):
     for step in range(25):
         rig.wall = step * 0.1

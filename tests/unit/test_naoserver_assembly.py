@@ -1,0 +1,58 @@
+"""What stands between a robot and its clients, as a whole: what one part does when another is in its way."""
+
+import pytest
+
+from interfaces.nao import ActionStatus
+from naoserver.assembly import Assembly
+from naoserver.errors import HardwareFailure
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver_sim.robot import SimulatedRobot
+from tests.support.motion_rig import MotionRig
+from zenoh_ice import VirtualClock
+
+
+class Stubborn:
+    """A part that cannot be stopped."""
+
+    name = "stubborn"
+
+    def watch(self):
+        return None
+
+    def drop_client(self, client):
+        raise HardwareFailure(f"cannot stop what {client} drives")
+
+    def close(self):
+        pass
+
+
+def test_what_cannot_be_stopped_keeps_neither_the_lease_nor_the_joints_of_a_lost_client():
+    clock = VirtualClock()
+    robot = FakeRobot(clock)
+    assembly = Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None)
+    assembly.watched.insert(0, Stubborn())
+    assembly.watched.append(Stubborn())
+    assembly.gate.acquire("client", "Anna", 60.0)
+    assembly.body.drive({"HeadYaw": 0.5}, "client")
+    with pytest.raises(HardwareFailure):
+        assembly.drop_client("client")
+    assert assembly.gate.state().holder == ""
+    assert assembly.body.velocity("HeadYaw") == 0.0
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize(
+    "put", [lambda scene: scene.reset(None), lambda scene: scene.placeRobot(0.2, 0.0, 1.0, None)]
+)
+def test_a_robot_that_is_put_elsewhere_does_not_go_on_with_its_motion_there(put):
+    clock = VirtualClock()
+    rig = MotionRig(SimulatedRobot(clock=clock, skin=False), clock)
+    start = rig.commands()
+    rig.begin("wave")
+    rig.let_go(1.0)
+    assert rig.commands() != pytest.approx(start, abs=0.1)
+    put(rig.assembly.servants["Scene"])
+    rig.let_go(0.5)
+    assert rig.player.progress("motion").status is ActionStatus.Stopped
+    assert rig.commands() == pytest.approx(start)
