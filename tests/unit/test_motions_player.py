@@ -66,6 +66,19 @@ def test_a_stop_holds_the_joints_where_they_are(rig):
     assert rig.player.progress("motion").status is ActionStatus.Stopped
 
 
+def test_a_motion_that_is_refused_at_its_very_beginning_leaves_its_joints_free(rig, monkeypatch):
+    body = rig.assembly.body
+    body.stiffen(dict.fromkeys(POSTURES["Stand"], 0.0), 0.0)
+    rig.let_go(0.02)
+    rig.assembly.gate.stop("a test")
+    with monkeypatch.context() as patched:  # the stop comes when the gate has been asked already
+        patched.setattr(body, "require", lambda _client: None)
+        with pytest.raises(CommandRefused):
+            rig.begin("wave")
+    rig.assembly.gate.reset()
+    body.move({"RElbowRoll": 0.5}, {})
+
+
 def test_an_emergency_stop_ends_it_and_refuses_the_next(rig):
     rig.begin("wave")
     rig.let_go(1.2)
