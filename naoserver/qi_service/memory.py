@@ -22,6 +22,7 @@ _logger = logging.getLogger(__name__)
 MOST: Final = 1000
 """Keys that clients may write, and keys that they may listen to."""
 _PERIOD: Final = 0.02  # wall seconds between two looks for changes
+_RETRY: Final = 1.0  # wall seconds until it looks again after an error
 _END: Final = 2.0
 
 
@@ -147,5 +148,5 @@ class MemoryPump:
             try:
                 self._memory._tell()
             except Exception:
-                _logger.exception("ALMemory could not tell what changed")
-                return
+                _logger.exception("ALMemory could not tell what changed; it looks again in %g s", _RETRY)
+                self._ending.wait(_RETRY)

@@ -70,7 +70,7 @@ class Walking:
             if self._closed:
                 return
             self._drive(velocity)
-            if self._wanted != _STILL and (self._thread is None or not self._thread.is_alive()):
+            if self._wanted != _STILL and self._thread is None:
                 self._thread = threading.Thread(target=self._renew, name="NAOqi walk", daemon=True)
                 self._thread.start()
 
@@ -127,17 +127,23 @@ class Walking:
     def _renew(self) -> None:
         while not self._changed.wait(_RENEWAL):
             with self._lock:
-                if self._wanted == _STILL or self._closed:
-                    return
-                if self.guard.commanded() != self._wanted:
-                    self._wanted = _STILL  # it was ended, or somebody else walks
-                    return
-                try:
-                    self._drive(self._wanted)
-                except RobotError as error:
-                    _logger.warning("the walk ends: %s", error)
+                if not self._goes_on():
                     self._wanted = _STILL
+                    self._thread = None  # whoever walks next starts another
                     return
+
+    def _goes_on(self) -> bool:
+        """Renew what is wanted; return whether it is still to be renewed."""
+        if self._wanted == _STILL or self._closed:
+            return False
+        if self.guard.commanded() != self._wanted:
+            return False  # it was ended, or somebody else walks
+        try:
+            self._drive(self._wanted)
+        except RobotError as error:
+            _logger.warning("the walk ends: %s", error)
+            return False
+        return True
 
 
 def _to_the_robot(at: Odometry, x: float, y: float, heading: float) -> WalkVelocity:

@@ -12,7 +12,8 @@ from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.qi_service.behaviors import ALBehaviorManager
 from naoserver.qi_service.posture import ALRobotPosture
 from tests.support.limits import LIMIT
-from tests.support.qi_service import Rig
+from tests.support.qi_service import LongCall, Rig
+from tests.support.robot_server import eventually
 
 
 @pytest.fixture
@@ -85,6 +86,17 @@ def test_of_two_interpolations_of_a_joint_the_later_waits(rig):
     first.join()
     second.join()
     assert rig.motion.getTaskList() == []
+
+
+def test_an_interpolation_that_is_broken_off_while_it_waits_takes_no_joint_away(rig):
+    first = rig.begin(rig.motion.angleInterpolation, "HeadYaw", 0.5, 1.0, True)
+    second = LongCall(rig.clock, rig.motion.angleInterpolation, "HeadYaw", -0.5, 1.0, True)
+    eventually(lambda: len(rig.joints.tasks()) == 2)
+    second.call.stopped.set()
+    second.join()
+    rig.advance(2.0)
+    first.join()
+    assert rig.motion.getAngles("HeadYaw", False) == pytest.approx([0.5], abs=1e-6)
 
 
 def test_set_angles_takes_a_joint_from_an_interpolation(rig):
