@@ -26,6 +26,8 @@ _FARTHEST: Final = 50.0
 """Metres from the origin within which things are placed."""
 _STRONGEST: Final = 1000.0
 """N with which the robot is pushed at most: a hundred times what it withstands."""
+_MOST_PUSHES: Final = 16
+"""Pushes that go on at the same time."""
 _LONGEST: Final = 60.0
 """Seconds for which it is pushed or pressed at most."""
 _SHALLOW: Final = 0.005
@@ -133,11 +135,21 @@ class SimulatedStage:
         self._simulator.order(lambda: self._restore(qpos, only_robot=True))
 
     def push(self, force: Vector, seconds: float) -> None:
-        """Push the torso, at its center of mass, with a force in N in the world's frame for some seconds."""
+        """Push the torso, at its center of mass, with a force in N in the world's frame for some seconds.
+
+        Raises InvalidCommand when that is too much, or too many push already.
+        """
         _require(-_STRONGEST, _STRONGEST, "N", **dict(zip(("x", "y", "z"), force, strict=True)))
         _require(0.0, _LONGEST, "s", seconds=seconds)
+        if len(self._pushes) >= _MOST_PUSHES:
+            raise InvalidCommand("seconds", f"{_MOST_PUSHES} pushes go on already: wait until one ends")
         push = _Push(np.array(force), seconds)
-        self._simulator.order(lambda: self._pushes.append(push))
+
+        def begin() -> None:
+            if len(self._pushes) < _MOST_PUSHES:  # of those that came since the last tick, too
+                self._pushes.append(push)
+
+        self._simulator.order(begin)
 
     def press(self, sensor: str, seconds: float) -> None:
         """Press a touch sensor for some seconds. Raises InvalidCommand when there is no such sensor."""
@@ -155,6 +167,7 @@ class SimulatedStage:
             # One that ends within the tick is weaker for all of it: its impulse is as asked for.
             applied[:3] += push.force * min(1.0, push.left / seconds)
             push.left -= seconds
+        np.clip(applied[:3], -_STRONGEST, _STRONGEST, out=applied[:3])
 
     # -- where things are put ----------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from naoserver.body import H25
 from naoserver.capabilities import Stage, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
@@ -165,6 +166,18 @@ def test_a_push_lasts_as_long_as_asked_and_moves_by_its_impulse(scene):
     during = scene.after(0.1).velocity[2]
     assert during > 3.0
     assert during - scene.after(0.1).velocity[2] == pytest.approx(9.81 * 0.1, abs=0.5)
+
+
+def test_there_is_an_end_to_how_many_push_and_how_strongly(scene):
+    for _ in range(100):  # that come within one tick
+        scene.stage.push((0.0, 0.0, 1000.0), 60.0)
+    scene.after(0.02)
+    with pytest.raises(InvalidCommand, match="16 pushes go on already"):
+        scene.stage.push((0.0, 0.0, 1000.0), 60.0)
+    before = scene.stage.truth().velocity[2]
+    gained = scene.after(0.01).velocity[2] - before
+    weight = sum(link.mass for link in H25.links)
+    assert gained < 1.5 * 1000.0 / weight * 0.01
 
 
 def test_robot_withstands_a_small_push_and_falls_by_a_large_one(scene):
