@@ -168,5 +168,12 @@ def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: P
         expect(field.locator(".cm-activeLine")).to_have_text("    missing()")
         shown.press("Shift+F5")
         expect(shown.page.get_by_text(re.compile("^Ended"))).to_be_visible()
+        lines = log.locator(".line").count()
+        away = shown.page.get_by_role("alert").filter(has_text="The server has been away")
+        shown.connections.cut()
+        expect(away).to_be_visible()
+        shown.connections.restore()
+        expect(away).to_have_count(0)
+        expect(log.locator(".line")).to_have_count(lines)  # which are told again as a whole
         shown.button("Clear").click()
         expect(log).to_be_empty()

@@ -2,8 +2,9 @@
  * Everything that a person can do, once: buttons, menus, keys and the list of help all come from here.
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => any,
- *   enabled?: (context: Context) => boolean, scope?: "canvas" | "typing", hint?: string}} Action
- *   Keys of scope `canvas` count only there, those of `typing` also while text is typed.
+ *   enabled?: (context: Context) => boolean, checked?: () => boolean, scope?: "canvas" | "typing", hint?: string, help?: string}} Action
+ *   Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint` says more than the label,
+ *   `help` stands for both in the list of keys; `checked` tells of a switch whether it is on.
  * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
  */
@@ -13,6 +14,7 @@ import {StateTool, TransitionTool} from "./canvas/tools.js";
 import * as commands from "./commands.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
 import {page} from "./page.js";
+import {runs} from "./runs.js";
 
 const hasDocument = () => Boolean(page.document);
 const drawable = () => Boolean(page.automaton) && !page.automaton.imported;
@@ -74,7 +76,7 @@ const LIST = [
 
   {id: "generate", label: "Generate", icon: "generate", keys: ["F6"], scope: "typing", enabled: hasDocument, run: ({app}) => app.generate()},
   {id: "run", label: "Run", icon: "run", keys: ["F5"], scope: "typing", enabled: hasDocument, run: ({app}) => app.run()},
-  {id: "stopRun", label: "Stop", icon: "stop", keys: ["Shift+F5"], scope: "typing", enabled: ({app}) => app.isRunning(page.tab), run: () => commands.askTab("stopRun")},
+  {id: "stopRun", label: "Stop", icon: "stop", keys: ["Shift+F5"], scope: "typing", enabled: () => runs.isRunning(page.tab), run: () => commands.askTab("stopRun")},
 
   ...monitorActions,
 

@@ -21,6 +21,7 @@ import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
 import {resizer, restoreSizes} from "./resizer.js";
+import {runs} from "./runs.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 
@@ -51,10 +52,6 @@ export class HfsmApp extends PageElement {
     this.side = "";
     /** Tag of the element below the canvas, "" for none. */
     this.bottom = "";
-    /** The last push `run` of each tab. @type {Map<number, object>} */
-    this.runs = new Map();
-    /** What takes away the message that the component of a tab has ended. @type {Map<number, () => void>} */
-    this.endNotices = new Map();
     this.canvas = document.createElement("hfsm-canvas");
     this.context = {app: this, canvas: this.canvas};
     this.elements = new Map();
@@ -75,7 +72,6 @@ export class HfsmApp extends PageElement {
       if (detail.tab === page.tab) page.prune();
     });
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
-    this.listen(store, "run", ({detail}) => this.#told(detail));
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
     this.listen(this.canvas, "hfsm-menu", async ({detail}) => (await import("./menu.js")).showMenu(detail, this.context));
     this.listen(this.canvas, "tool", () => this.requestUpdate());
@@ -112,22 +108,17 @@ export class HfsmApp extends PageElement {
     });
   }
 
-  /** Whether the component of a tab runs as our child. */
-  isRunning(tab) {
-    return ["generating", "starting", "running", "stopping"].includes(this.runs.get(tab)?.status);
-  }
-
   /** Write the component; returns undefined when that was not possible. */
   async generate({quiet = false} = {}) {
     const done = await askTab("generate");
-    if (done && !quiet) notify(`Generated ${done.path ?? done.file ?? "the component"}.`);
+    if (done && !quiet) notify(`Generated ${done.path}.`);
     return done;
   }
 
   /** Start the component of the shown tab, and follow it; `options` are those of its command line. */
   async run(options = []) {
     const {tab} = page;
-    this.endNotices.get(tab)?.();
+    runs.dismiss(tab);
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
     if ((await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]})) !== undefined) monitor.expect(tab);
@@ -142,7 +133,7 @@ export class HfsmApp extends PageElement {
 
   /** Follow a component that runs, and show its document. */
   async follow(component) {
-    const writable = [...this.runs.keys()].some((tab) => this.isRunning(tab) && monitor.isOf(component, tab));
+    const writable = runs.tabs.some((tab) => monitor.isOf(component, tab));
     if (!(await monitor.attach(component, {writable}))) return;
     if (monitor.tab) page.show(monitor.tab);
     else await this.openFollowed();
@@ -260,19 +251,6 @@ export class HfsmApp extends PageElement {
   #titleWindow() {
     const {title = "", dirty = false} = page.tabState ?? {};
     document.title = title ? `${dirty ? "• " : ""}${title} – VisualHFSM` : "VisualHFSM";
-  }
-
-  #told(run) {
-    const former = this.runs.get(run.tab)?.status; // undefined for what a new window is told
-    this.runs.set(run.tab, run);
-    if (run.status !== "ended" || !run.exitCode || !former || ["ended", "stopping"].includes(former)) return;
-    const told = (run.message || "it has ended").replace(/^it /, "The component ");
-    const error = outputLog.lastError(run.tab);
-    const show = () => {
-      page.show(run.tab);
-      page.jump(error.place, {line: error.line});
-    };
-    this.endNotices.set(run.tab, notify(`${told}${error ? `: ${error.text}` : "."}`, "error", error?.place && {label: `line ${error.line}`, run: show}));
   }
 
   /** Load an element of the monitor, and draw the page with it. */

@@ -23,7 +23,7 @@ const LAST_RETRY = 5000;
 const ASIDE = new Set(["hello", "complete", "explain", "signature", "lint", "interfaces", "listFiles"]);
 
 /** An answer of the server that says why something was not done. */
-export class RequestError extends Error {
+class RequestError extends Error {
   constructor(message, kind, details = {}) {
     super(message);
     this.kind = kind;
@@ -35,7 +35,7 @@ export class RequestError extends Error {
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
  * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
  */
-export class Store extends EventTarget {
+class Store extends EventTarget {
   /** @type {Map<number, OpenDocument>} */
   documents = new Map();
   workspace = {tabs: [], recoverable: [], clipboard: 0, running: []};

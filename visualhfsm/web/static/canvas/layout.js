@@ -24,7 +24,7 @@ const rounded = (value) => Math.round(value / GRID) * GRID;
  * @param {import("../store.js").Automaton} automaton
  * @returns {{automaton: number, states: [number, number, number][], transitions: [number, number, number][]}}
  */
-export function placement(automaton) {
+function placement(automaton) {
   const graph = new dagre.graphlib.Graph({multigraph: true});
   graph.setGraph({rankdir: "LR", nodesep: BETWEEN_STATES, ranksep: BETWEEN_RANKS, edgesep: 46, marginx: BEGIN - RADIUS, marginy: BEGIN - RADIUS});
   graph.setDefaultEdgeLabel(() => ({}));

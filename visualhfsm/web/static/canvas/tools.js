@@ -155,7 +155,7 @@ export function neighbor(things, from, [dx, dy]) {
 }
 
 /** A place near the middle of what is seen, where no state stands. */
-export function freePlace(canvas) {
+function freePlace(canvas) {
   const {left, top, right, bottom} = canvas.viewport.seen;
   const middle = {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};
   const states = page.automaton?.states ?? [];

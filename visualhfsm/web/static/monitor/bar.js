@@ -56,7 +56,7 @@ class MonitorBar extends MonitorElement {
 }
 
 /** @returns {{status: string, word: string}} how it is shown, and in words */
-export function statusOf() {
+function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
   if (!store.online) return {status: "stale", word: "The server is away"};

@@ -16,7 +16,7 @@ const AFTERGLOW = 0.3;
  *
  * @returns {Map<string, import("../canvas/live-marks.js").Live>}
  */
-export function liveOf(id) {
+function liveOf(id) {
   const live = new Map();
   const put = (key, what) => live.set(key, {...live.get(key), ...what});
   const {component} = monitor.snapshot;

@@ -1,4 +1,4 @@
-/** The robot and the balls in 3D, by its encoders. three.js is loaded with this module. */
+/** The robot and the balls in 3D, as the server knows where they are. three.js is loaded with this module. */
 
 import {html} from "lit";
 

@@ -3,7 +3,7 @@
 const TRUTHS = {True: 1, False: 0};
 
 /** The number that a text shows, 1 or 0 for a truth value, undefined for anything else. */
-export function numberIn(text) {
+function numberIn(text) {
   if (text in TRUTHS) return TRUTHS[text];
   const bare = text.startsWith("np.") && text.endsWith(")") ? text.slice(text.indexOf("(") + 1, -1) : text;
   const value = /^[+-]?\d/.test(bare) ? Number(bare) : NaN;

@@ -1,7 +1,6 @@
 /** Variables of the automata and parameters of the component; while it is steered they can be set. */
 
-import {html, nothing} from "lit";
-import {live} from "lit";
+import {html, live, nothing} from "lit";
 
 import {notify} from "../notices.js";
 import {page} from "../page.js";

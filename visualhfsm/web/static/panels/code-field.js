@@ -8,7 +8,7 @@ import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf} from "./places.js";
 
 /** Ask for what stands in a shadow root of its own: the editor's styles reach nothing else, and need no exception from the page's policy. */
-export class CodeField extends LitElement {
+class CodeField extends LitElement {
   static properties = {
     tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, wraps: {type: Boolean},
     readonly: {type: Boolean}, failed: {state: true}, ready: {state: true},

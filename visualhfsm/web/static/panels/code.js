@@ -8,7 +8,7 @@ import "./text-field.js";
 import {stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";
 
-export class CodePanel extends PageElement {
+class CodePanel extends PageElement {
   static properties = {place: {attribute: false}, part: {state: true}};
   static watches = {page: ["change"], store: ["document", "problems"]};
 

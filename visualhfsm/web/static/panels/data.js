@@ -14,7 +14,7 @@ import {tabStrip} from "./tabs.js";
 
 const OF_AUTOMATON = new Set(["timing", "period", "variables", "functions", "inputs", "import"]);
 
-export class DataPanel extends PageElement {
+class DataPanel extends PageElement {
   static properties = {section: {attribute: false}, place: {attribute: false}, half: {state: true}};
   static watches = {page: ["change"], store: ["document", "problems"]};
 

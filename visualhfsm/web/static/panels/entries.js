@@ -6,7 +6,7 @@ import {icon} from "../icons.js";
 import {placeOf} from "./places.js";
 
 /** `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for one. */
-export class Entries extends LitElement {
+class Entries extends LitElement {
   static properties = {
     tab: {type: Number}, automaton: {type: Number}, of: {attribute: false}, entries: {attribute: false}, problems: {attribute: false},
     details: {attribute: false}, suggest: {attribute: false}, readonly: {type: Boolean},

@@ -6,7 +6,7 @@ import {PageElement} from "../element.js";
 import {page} from "../page.js";
 import {moveAmongRows} from "./rows.js";
 
-export class History extends PageElement {
+class History extends PageElement {
   static watches = {page: ["tab"], store: ["document"]};
 
   focusFirst() {

@@ -11,28 +11,20 @@ const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
 
 /** @typedef {{text: string, stream: "out" | "err", place?: import("./places.js").Place, line?: number}} Line */
 
-/** Events: `lines` {tab, lines}, `reset` {tab}, `run` {tab}. */
+/** Events: `lines` {tab, lines}, `reset` {tab}. */
 class OutputLog extends EventTarget {
   /** @type {Map<number, Line[]>} */
   #lines = new Map();
-  /** @type {Map<number, {status: string, exitCode?: number, message?: string}>} */
-  #runs = new Map();
 
   constructor() {
     super();
     store.addEventListener("output", ({detail}) => this.#take(detail));
-    store.addEventListener("run", ({detail}) => this.#told(detail));
-    store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
+    store.addEventListener("closed", ({detail}) => this.#lines.delete(detail.tab));
   }
 
   /** The lines of a tab. @returns {Line[]} */
   of(tab) {
     return this.#lines.get(tab) ?? [];
-  }
-
-  /** What became of the component of a tab; undefined when it never ran. */
-  run(tab) {
-    return this.#runs.get(tab);
   }
 
   /** The last error that the component of a tab told, with its place in the code if it has one. @returns {Line | undefined} */
@@ -55,18 +47,6 @@ class OutputLog extends EventTarget {
     if (kept.length > KEPT) kept.splice(0, kept.length - KEPT);
     this.#lines.set(tab, kept);
     this.#emit("lines", {tab, lines: fresh});
-  }
-
-  #told(run) {
-    const former = this.#runs.get(run.tab)?.status;
-    this.#runs.set(run.tab, run);
-    if (run.status === "generating" && former !== "generating") this.clear(run.tab);
-    this.#emit("run", {tab: run.tab});
-  }
-
-  #forget(tab) {
-    this.#lines.delete(tab);
-    this.#runs.delete(tab);
   }
 
   #emit(kind, detail) {

@@ -3,6 +3,7 @@
 import {html} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
+import {runs} from "../runs.js";
 import {outputLog} from "./output-log.js";
 
 const SHOWN = 2000; // lines
@@ -10,7 +11,7 @@ const NEAR = 30; // px from the end that count as there
 
 const STATUS = {generating: "Generating…", starting: "Starting…", running: "Running", stopping: "Stopping…"};
 
-export class Output extends PageElement {
+class Output extends PageElement {
   static properties = {follows: {state: true}};
   static watches = {page: ["tab"], store: ["run"]};
 
@@ -47,7 +48,7 @@ export class Output extends PageElement {
   }
 
   #status() {
-    const run = outputLog.run(page.tab);
+    const run = runs.of(page.tab);
     if (!run) return "Nothing has been run yet: press F5.";
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
     return run.message ? `Ended: ${run.message}.` : "Ended.";

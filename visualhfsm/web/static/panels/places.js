@@ -24,7 +24,7 @@ export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name =
 }
 
 /** Whether two places are the same piece of text; an argument's child may be left out. */
-export function samePlace(one, other) {
+function samePlace(one, other) {
   return keyOf({...one, child: 0}) === keyOf({...other, child: 0});
 }
 

@@ -9,7 +9,7 @@ import {moveAmongRows} from "./rows.js";
 
 const SEVERITIES = [["error", "Errors"], ["warning", "Warnings"], ["note", "Notes"]];
 
-export class Problems extends PageElement {
+class Problems extends PageElement {
   static properties = {played: {state: true}};
   static watches = {page: ["tab"], store: ["document", "problems"]};
 

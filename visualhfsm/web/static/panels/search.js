@@ -12,7 +12,7 @@ const SHOWN = 200;
 
 /** @typedef {{place: import("./places.js").Place, line: number, column: number, length: number, excerpt: string, tab: number}} Hit */
 
-export class Search extends PageElement {
+class Search extends PageElement {
   static properties = {text: {state: true}, hits: {state: true}, everywhere: {state: true}, failed: {state: true}};
   static watches = {page: ["tab"], store: []};
 

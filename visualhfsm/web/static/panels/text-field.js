@@ -12,7 +12,7 @@ let count = 0;
  * `kind` is `text`, `number`, `area`, or `select` with `options` of [value, label]. `suggestions` are offered and not
  * demanded. `send(tab, text)` does something else with the text than the command for its place.
  */
-export class TextField extends LitElement {
+class TextField extends LitElement {
   static properties = {
     tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, unit: {}, kind: {},
     options: {attribute: false}, suggestions: {attribute: false}, bare: {type: Boolean}, readonly: {type: Boolean}, send: {attribute: false},

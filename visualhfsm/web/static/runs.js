@@ -1,0 +1,67 @@
+/** The components that were started here: what became of that of each tab, and a message when one ends with an error. */
+
+import {notify} from "./notices.js";
+import {page} from "./page.js";
+import {outputLog} from "./panels/output-log.js";
+import {store} from "./store.js";
+
+const ALIVE = ["generating", "starting", "running", "stopping"];
+
+/** @typedef {{tab: number, status: string, exitCode?: number, message: string}} Run as the server tells it */
+
+class Runs {
+  /** @type {Map<number, Run>} */
+  #runs = new Map();
+  /** What takes away the message that the component of a tab has ended. @type {Map<number, () => void>} */
+  #notices = new Map();
+
+  constructor() {
+    store.addEventListener("run", ({detail}) => this.#take(detail));
+    store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
+  }
+
+  /** What was told last of the component of a tab; undefined when it never ran. @returns {Run | undefined} */
+  of(tab) {
+    return this.#runs.get(tab);
+  }
+
+  isRunning(tab) {
+    return ALIVE.includes(this.of(tab)?.status);
+  }
+
+  /** The tabs whose components run. @returns {number[]} */
+  get tabs() {
+    return [...this.#runs.keys()].filter((tab) => this.isRunning(tab));
+  }
+
+  /** Take away the message that the component of a tab has ended. */
+  dismiss(tab) {
+    this.#notices.get(tab)?.();
+    this.#notices.delete(tab);
+  }
+
+  /** @param {Run} run */
+  #take(run) {
+    const former = this.of(run.tab)?.status; // undefined for what a new window is told
+    this.#runs.set(run.tab, run);
+    if (run.status === "generating" && former !== "generating") outputLog.clear(run.tab);
+    if (run.status === "ended" && run.exitCode && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
+  }
+
+  #tellEnd({tab, message}) {
+    const told = (message || "it has ended").replace(/^it /, "The component ");
+    const error = outputLog.lastError(tab);
+    const show = () => {
+      page.show(tab);
+      page.jump(error.place, {line: error.line});
+    };
+    this.#notices.set(tab, notify(`${told}${error ? `: ${error.text}` : "."}`, "error", error?.place && {label: `line ${error.line}`, run: show}));
+  }
+
+  #forget(tab) {
+    this.#runs.delete(tab);
+    this.#notices.delete(tab);
+  }
+}
+
+export const runs = new Runs();
