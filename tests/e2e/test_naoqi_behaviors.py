@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -19,31 +18,31 @@ from zenoh_ice import Communicator, initialize
 
 
 @pytest.fixture(scope="module")
-def nao() -> Iterator[tuple[str, Communicator]]:
-    """A robot over NAOqi: its endpoint, and a client."""
-    with ExitStack() as stack:
-        robot = stack.enter_context(
-            ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0"))
-        )
+def endpoint() -> Iterator[str]:
+    """The endpoint of the server of a robot over NAOqi."""
+    endpoint = free_endpoint()
+    with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0")) as robot:
         url = robot.wait_for(r"^ready: (\S+)")[1]
-        endpoint = free_endpoint()
-        server = stack.enter_context(
-            ComponentProcess(module("naoserver_naoqi", "--robot", url, "--listen", endpoint))
-        )
-        server.wait_for("^ready")
-        yield endpoint, stack.enter_context(initialize(connect=[endpoint], clock="wall"))
+        with ComponentProcess(module("naoserver_naoqi", "--robot", url, "--listen", endpoint)) as server:
+            server.wait_for("^ready")
+            yield endpoint
 
 
-def test_follow_ball_turns_the_head_to_the_ball(nao: tuple[str, Communicator]) -> None:
-    endpoint, communicator = nao
+@pytest.fixture
+def communicator(endpoint: str) -> Iterator[Communicator]:
+    """A client."""
+    with initialize(connect=[endpoint], clock="wall") as communicator:
+        yield communicator
+
+
+def test_follow_ball_turns_the_head_to_the_ball(endpoint: str, communicator: Communicator) -> None:
     camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
     assert not is_centered(camera.getImageData("RGB8"))
     with ComponentProcess(module("behaviors.follow_ball", "--connect", endpoint)):
         wait_for(camera.getImageData, is_centered)
 
 
-def test_dance_moves_the_arms(nao: tuple[str, Communicator]) -> None:
-    endpoint, communicator = nao
+def test_dance_moves_the_arms(endpoint: str, communicator: Communicator) -> None:
     body = JointsPrx.checkedCast(communicator.stringToProxy("Body"))
     shoulder = body.getJointNames().index("LShoulderPitch")
     before = body.getJointState().positions[shoulder]
