@@ -74,6 +74,7 @@ class Care:
         self._connection = connection
         self._reporter = reporter
         self._life_before = ""
+        self._begun = False
 
     def open(self, link: Link) -> None:
         """Switch Autonomous Life off, each time the robot is found: it wakes up when the robot was off."""
@@ -91,6 +92,7 @@ class Care:
 
     def begin(self) -> None:
         """Bring the robot into the state in which it is to be served. Raises HardwareFailure."""
+        self._begun = True
         if self._wishes.start is Start.STAND:
             self._connection.call("ALMotion.wakeUp", timeout=_LONG)
         elif self._wishes.start is Start.STIFFEN:
@@ -99,7 +101,7 @@ class Care:
     def end(self) -> None:
         """Leave the robot as the operator wishes; what fails is told, and the rest is done."""
         if self._connection.link is None:
-            if self._wishes.end is not End.LEAVE:
+            if self._begun and self._wishes.end is not End.LEAVE:
                 self._reporter.tell(Severity.Error, "the robot is lost: it stays as it is")
             return
         try:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final, TypeVar
 
 from interfaces.nao import Severity
 from naoserver.errors import RobotError
@@ -25,6 +25,8 @@ _CONNECTING: Final = 2.0
 _FIRST_CONNECTING: Final = 5.0
 _RETRY: Final = 0.5
 _END: Final = 5.0
+
+C = TypeVar("C")
 
 
 class Connection:
@@ -120,8 +122,9 @@ class Connection:
                 return str(error)
             except CallFailed as error:
                 self._reporter.tell_once("tick", str(error))
-            except Exception:
+            except Exception as error:
                 _logger.exception("looking at the robot failed")
+                return f"looking at it failed: {error}"
             if link.lost.is_set():
                 return "the connection broke"
             now = self._clock.now()
@@ -132,8 +135,7 @@ class Connection:
     def _lose(self, link: Link, why: str) -> None:
         self._link = None
         self._reporter.tell(Severity.Error, f"lost the robot: {why}; trying to find it again", "lost")
-        for told in self.on_lost:
-            told(why)
+        self._tell(lambda told: told(why), self.on_lost)
         link.close()
 
     def _find(self) -> None:
@@ -142,8 +144,17 @@ class Connection:
         except RobotError as error:
             self._reporter.tell_once("finding", f"the robot is still lost: {error}")
             return
+        except Exception:
+            _logger.exception("finding the robot failed")
+            return
         self._link = link
         self._reporter.tell_once("finding", "")
         self._reporter.tell(Severity.Info, "found the robot again", "found")
-        for told in self.on_found:
-            told()
+        self._tell(lambda told: told(), self.on_found)
+
+    def _tell(self, tell: Callable[[C], None], listeners: Sequence[C]) -> None:
+        for listener in listeners:
+            try:
+                tell(listener)
+            except Exception:
+                _logger.exception("a part did not take that the robot was lost or found")
