@@ -82,6 +82,9 @@ class Checking:
         except EditError as error:
             _logger.warning("%s was not checked: %s", shown.name, error)
             return
+        except Exception:  # a fault of one check, which must not be the last one
+            _logger.exception("%s cannot be checked", shown.name)
+            return
         self._tell(tab, Problems(tab=tab.id, revision=shown.revision, items=items))
 
 

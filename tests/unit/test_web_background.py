@@ -1,0 +1,51 @@
+"""Checks beside the requests."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from codegen.hfsm.document import Document
+from tests.support.limits import LIMIT
+from visualhfsm.editing.check_process import CheckProcess
+from visualhfsm.editing.problems import Problem
+from visualhfsm.editing.session import DocumentSession
+from visualhfsm.web.background import Checking
+from visualhfsm.web.protocol import Problems
+from visualhfsm.web.tab import Tab
+from visualhfsm.web.work import Workers
+
+
+def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def find_problems(
+        _process: CheckProcess, document: Document, _path: Path | None, _include: Sequence[Path] = ()
+    ) -> list[Problem]:
+        asked.append(document.description.text)
+        if len(asked) == 1:
+            raise RuntimeError("a fault")
+        return []
+
+    monkeypatch.setattr(CheckProcess, "find_problems", find_problems)
+
+    async def go() -> None:
+        told: asyncio.Queue[Problems] = asyncio.Queue()
+        checking = Checking(0.0, lambda _, problems: told.put_nowait(problems))
+        running = asyncio.create_task(checking.run())
+        workers = Workers(1)
+        for number in (1, 2):
+            session = DocumentSession.new(Document(), f"{number}", journals=tmp_path)
+            checking.check(Tab(number, session, workers, changed=lambda _: None, output_lines=1))
+        async with asyncio.timeout(LIMIT):
+            assert (await told.get()).tab == 2
+        running.cancel()
+        await asyncio.wait({running})
+        await checking.close()
+        await workers.close()
+
+    asyncio.run(go())
+    assert len(asked) == 2
