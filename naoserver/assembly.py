@@ -206,8 +206,9 @@ class Assembly:
         if robot.postures is None:
             postures = KeyFramePosturesI(player, motions, time)
         else:
-            postures = OwnPosturesI(robot.postures, self.body, time)
+            postures = OwnPosturesI(robot.postures, self.body, time, self._look_within)
             self.gate.on_stop(robot.postures.stop)
+            self.watched.append(postures)
         self.servants.update({"Motions": moving, "Postures": postures})
         self.streams.extend((moving, postures))
         return player

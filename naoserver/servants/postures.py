@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import threading
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Final
 
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import ActionState, ActionStatus, Postures
-from naoserver.capabilities import OwnPostures
-from naoserver.errors import CommandRefused
+from naoserver.capabilities import OwnPostures, PostureProgress
+from naoserver.errors import CommandRefused, RobotError
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
 from naoserver.motions.player import ActionProgress, MotionPlayer
@@ -22,6 +23,10 @@ from zenoh_ice import Current
 
 KIND: Final = "posture"
 """What the player calls an action of this servant."""
+_OWNER: Final = "the way into a posture"
+"""To whom the joints belong while a robot goes its own way."""
+_PERIOD: Final = 0.05
+"""Wall seconds between two looks whether such a way is at its end."""
 
 
 class PosturesI(Postures):
@@ -123,12 +128,25 @@ class KeyFramePosturesI(PosturesI):
 
 
 class OwnPosturesI(PosturesI):
-    """Pass postures on to a robot that knows the way itself, through the gate in front of its `body`."""
+    """Pass postures on to a robot that knows the way itself, through the gate in front of its `body`.
 
-    def __init__(self, postures: OwnPostures, body: GuardedDevice, robot_time: Callable[[], float]) -> None:
+    On the way all joints belong to it: who stops one of them ends it. It is to be watched, so that they are
+    free at its end; `look_within` is told in how many wall seconds `watch` is due.
+    """
+
+    def __init__(
+        self,
+        postures: OwnPostures,
+        body: GuardedDevice,
+        robot_time: Callable[[], float],
+        look_within: Callable[[float], None],
+    ) -> None:
         super().__init__(robot_time)
+        self.name: Final = "postures"
         self._postures = postures
         self._body = body
+        self._look_within = look_within
+        self._lock = threading.Lock()
         self._count = 0
 
     @property
@@ -138,7 +156,7 @@ class OwnPosturesI(PosturesI):
 
     def progress(self) -> ActionProgress:
         """Return how the way to the newest posture goes."""
-        of = self._postures.progress()
+        of = self._look()
         if of.moving:
             status = ActionStatus.Moving
         elif of.reached:
@@ -149,20 +167,46 @@ class OwnPosturesI(PosturesI):
 
     def go(self, name: str, fraction: float, client: str) -> None:
         """Let the robot begin to go to a posture."""
-        self._body.require(client)
-        self._body.claims.check(joint.name for joint in self._body.joints)
-        self._count += 1
-        self._postures.go(name, fraction)
+        joints = [joint.name for joint in self._body.joints]
+        with self._lock:
+            self._body.require(client)
+            self._body.claims.claim(_OWNER, joints, self.close)
+            try:
+                self._postures.go(name, fraction)
+            except RobotError:
+                self._body.claims.release(_OWNER)
+                raise
+            self._count += 1
+        self._look_within(_PERIOD)
         try:
             self._body.require(client)
         except CommandRefused:  # an emergency stop came in between
-            self._postures.stop()
+            self.close()
             raise
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
         """Stop on the way."""
-        self._postures.stop()
+        self.close()
 
     def getPosture(self, current: Current) -> str:  # noqa: ARG002
         """Return the posture that the robot is in; empty when it is in none."""
         return self._postures.current()
+
+    def watch(self) -> float | None:
+        """Free the joints at the end of the way; return in how many wall seconds to look again."""
+        return _PERIOD if self._look().moving else None
+
+    def drop_client(self, client: str) -> None:
+        """Do nothing: the way that a client began goes on to its end, as a position command does."""
+
+    def close(self) -> None:
+        """Stop on the way, and free the joints: they need nothing more to come to rest."""
+        self._postures.stop()
+        self._body.claims.release(_OWNER)
+
+    def _look(self) -> PostureProgress:
+        with self._lock:
+            progress = self._postures.progress()
+            if not progress.moving:
+                self._body.claims.release(_OWNER)
+        return progress
