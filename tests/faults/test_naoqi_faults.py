@@ -14,6 +14,8 @@ from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import call
 from naoserver_naoqi.robot import NaoqiRobot
+from tests.support.limits import LIMIT
+from tests.support.naoqi import connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
 
@@ -32,15 +34,21 @@ def address(process):
 @pytest.fixture
 def nao(address):
     """The robot, served, and a client's session; everything goes well again at the end."""
-    robot = NaoqiRobot(lambda timeout: connect(address, timeout))
-    with served_to_client(robot) as nao:
-        robot.report_to(nao.server.assembly)
+    with reported(NaoqiRobot(lambda _: connect_patiently(address))) as nao:
         yield nao
     faults(address, "clear")
 
 
+@contextmanager
+def reported(robot):
+    """Serve a robot that tells the server's clients what happens to it."""
+    with served_to_client(robot) as nao:
+        robot.report_to(nao.server.assembly)
+        yield nao
+
+
 def faults(address, operation, *arguments):
-    with closing(connect(address, 5.0)) as link:
+    with closing(connect(address, LIMIT)) as link:
         call(link, f"Faults.{operation}", *arguments)
 
 
@@ -64,18 +72,26 @@ def told(nao, text):
     return find(wait_for(health.getHealth, find))[-1]
 
 
-def test_a_robot_that_hangs_is_told_as_lost_and_refuses_commands_until_it_is_found(nao, process):
-    head = nao.proxy(PoseHeadPrx, "Head")
-    with frozen(process):
-        event = told(nao, "lost the robot")
-        assert event.level == Severity.Error
-        with pytest.raises(CommandRefusedException, match="out of reach"):
-            head.setPose(0.2, 0.0, 0.5)
-        body = nao.proxy(JointsPrx, "Body")
-        assert len(body.getJointState().positions) == 26, "what was measured last"
-    told(nao, "found the robot again")
-    head.setPose(0.2, 0.0, 1.0)
-    wait_for(head.getPose, lambda pose: abs(pose.pan - 0.2) < 0.02)
+def test_a_robot_that_hangs_is_told_as_lost_and_refuses_commands_until_it_is_found(process, address):
+    with reported(NaoqiRobot(lambda timeout: connect(address, timeout))) as nao:
+        head = nao.proxy(PoseHeadPrx, "Head")
+
+        def out_of_reach():
+            try:
+                head.setPose(0.2, 0.0, 0.5)
+            except CommandRefusedException as refusal:
+                return "out of reach" in str(refusal)
+            return False
+
+        with frozen(process):
+            event = told(nao, "lost the robot")
+            assert event.level == Severity.Error
+            eventually(out_of_reach)
+            body = nao.proxy(JointsPrx, "Body")
+            assert len(body.getJointState().positions) == 26, "what was measured last"
+        told(nao, "found the robot again")
+        eventually(lambda: not out_of_reach())
+        wait_for(head.getPose, lambda pose: abs(pose.pan - 0.2) < 0.02)
 
 
 def test_a_connection_that_breaks_is_told_and_made_again(nao, address):
@@ -94,10 +110,10 @@ def test_a_slow_robot_delays_neither_calls_nor_streams(nao, address):
     faults(address, "slow", "ALMotion::setAngles", 0.4)
     head = nao.proxy(PoseHeadPrx, "Head")
     begin = time.monotonic()
-    for number in range(20):
-        head.setPose(0.01 * number, 0.0, 1.0)
-    assert time.monotonic() - begin < 20 * 0.4, "nobody waited for the robot"
-    wait_for(head.getPose, lambda pose: abs(pose.pan - 0.19) < 0.01)
+    for number in range(200):
+        head.setPose(0.001 * number, 0.0, 1.0)
+    assert time.monotonic() - begin < 200 * 0.4, "nobody waited for the robot"
+    wait_for(head.getPose, lambda pose: abs(pose.pan - 0.199) < 0.01)
 
 
 def test_a_command_that_the_robot_refuses_is_told(nao, address):

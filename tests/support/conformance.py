@@ -43,8 +43,8 @@ def naoqi() -> Iterator[RobotClient]:
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     from naoserver.qi_service import serve_as_naoqi
     from naoserver_naoqi.address import RobotAddress
-    from naoserver_naoqi.libqi import connect
     from naoserver_naoqi.robot import NaoqiRobot
+    from tests.support.naoqi import connect_patiently
 
     behind = FakeRobot()
     with (
@@ -54,7 +54,7 @@ def naoqi() -> Iterator[RobotClient]:
         serve_as_naoqi(behind, server.assembly, "tcp://127.0.0.1:0") as service,
     ):
         address = RobotAddress.parse(service.url)
-        with served_to_client(NaoqiRobot(lambda timeout: connect(address, timeout))) as nao:
+        with served_to_client(NaoqiRobot(lambda _: connect_patiently(address))) as nao:
             yield nao
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,9 +11,12 @@ from typing import Any
 import qi
 
 from naoserver.qi_service.libqi import start_libqi
-from tests.support.limits import LIMIT
+from naoserver_naoqi.address import RobotAddress
+from naoserver_naoqi.libqi import connect
+from naoserver_naoqi.link import Link, Reply
+from tests.support.limits import CALL_LIMIT, LIMIT
 
-__all__ = ["connected", "eventually_near"]
+__all__ = ["connect_patiently", "connected", "eventually_near"]
 
 
 @contextmanager
@@ -33,3 +37,39 @@ def eventually_near(measure: Callable[[], float], value: float, tolerance: float
     while abs((measured := measure()) - value) > tolerance:
         assert time.monotonic() < deadline, f"it is {measured}, not {value}"
         time.sleep(0.01)
+
+
+def connect_patiently(address: RobotAddress) -> Link:
+    """Connect to a robot that may be slow to answer, as on a busy machine, without being lost for that."""
+    return _PatientLink(connect(address, LIMIT))
+
+
+class _PatientLink:
+    """A link whose answers may take CALL_LIMIT. Implements Link."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+
+    @property
+    def lost(self) -> threading.Event:
+        return self._link.lost
+
+    def begin(self, operation: str, *arguments: object) -> Reply:
+        return _PatientReply(self._link.begin(operation, *arguments))
+
+    def close(self) -> None:
+        self._link.close()
+
+
+class _PatientReply:
+    """An answer for which who asks waits longer. Implements Reply."""
+
+    def __init__(self, reply: Reply) -> None:
+        self._reply = reply
+
+    @property
+    def done(self) -> bool:
+        return self._reply.done
+
+    def result(self, timeout: float) -> Any:
+        return self._reply.result(max(timeout, CALL_LIMIT))

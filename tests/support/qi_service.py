@@ -54,7 +54,7 @@ class Rig:
     """A fake robot in virtual time behind its guards, and ALMotion over them."""
 
     def __init__(self) -> None:
-        self.clock = VirtualClock()
+        self.clock = VirtualClock(limit=LIMIT)
         self.robot = FakeRobot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), lambda: 0.0, lambda _seconds: None)
         self.access = Access.through(self.robot, self.assembly)

@@ -45,12 +45,12 @@ def _surveyed(robot: Robot) -> dict[str, str]:
 
 def _surveyed_through_naoqi() -> dict[str, str]:
     from naoserver_naoqi.address import RobotAddress
-    from naoserver_naoqi.libqi import connect
     from naoserver_naoqi.robot import NaoqiRobot
+    from tests.support.naoqi import connect_patiently
 
     with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0")) as naoqi:
         address = RobotAddress.parse(naoqi.wait_for(r"^ready: (\S+)")[1], "", "")
-        return _surveyed(NaoqiRobot(lambda timeout: connect(address, timeout)))
+        return _surveyed(NaoqiRobot(lambda _: connect_patiently(address)))
 
 
 if __name__ == "__main__":
