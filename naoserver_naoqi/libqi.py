@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import qi
 
+from naoserver.qi_service.libqi import start_libqi
 from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply
 
@@ -23,12 +24,11 @@ _GONE: Final = (
 """Parts of what libqi says of calls that found no connection."""
 _SLICE: Final = 0.2
 """Seconds for which libqi waits at a time: Ctrl-C is not heard meanwhile."""
-_application_lock = threading.Lock()
 
 
 def connect(address: RobotAddress, timeout: float) -> LibqiLink:
     """Connect to a robot within some seconds. Raises LinkLost, which says why it could not."""
-    _start_libqi()
+    start_libqi()
     session = qi.Session()
     if address.user:
         session.setClientAuthenticatorFactory(_Login(address.user, address.password))
@@ -160,11 +160,3 @@ def _failure(operation: str, message: str) -> CallFailed | LinkLost:
         return LinkLost(message)
     told = message.startswith(operation.replace(".", "::"))
     return CallFailed(message if told else f"{operation}: {message}")
-
-
-def _start_libqi() -> None:
-    """Start libqi's threads once in a process; they end with it. Without this, it aborts at the end."""
-    with _application_lock:
-        qi.logging.setLevel(qi.logging.ERROR)  # its messages go to standard output
-        if qi._app is None:
-            qi.Application(["naoserver-naoqi", "--qi-log-level=1"], raw=True)
