@@ -24,9 +24,10 @@ Contract of every implementation
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +97,10 @@ class Frame:
     """RGB, shape (height, width, 3), C-contiguous, row 0 on top. Never written to after it was given away."""
 
 
+FALLEN_TILT: Final = math.radians(60)
+"""Tilt of the torso in rad beyond which a robot lies rather than stands, crouches or sits."""
+
+
 @dataclass(frozen=True, slots=True)
 class BodyState:
     """How the robot as a whole is."""
@@ -103,6 +108,7 @@ class BodyState:
     torso_tilt: float
     """Angle between the torso's z axis and the vertical in rad."""
     fallen: bool
+    """Whether that is above FALLEN_TILT."""
     real_time_factor: float
     """Robot seconds in a wall second, over the last second."""
     lag: float

@@ -11,12 +11,14 @@ from typing import Final
 from naoserver.capabilities import Utterance
 from naoserver.errors import InvalidCommand
 
-__all__ = ["MOST_WAITING", "TimedVoice", "speaking_time"]
+__all__ = ["LONGEST_TEXT", "MOST_WAITING", "TimedVoice", "speaking_time"]
 
 _RATE: Final = 14.0
 """Characters a second: 150 words a minute, of 4.6 letters and a blank each."""
 _PAUSE: Final = 0.4
 """Seconds of breath around a text."""
+LONGEST_TEXT: Final = 2000
+"""Characters that are said at a time."""
 MOST_WAITING: Final = 100
 """Texts that may wait to be said."""
 

@@ -11,7 +11,7 @@ from typing import Final
 from naoserver.body import H25
 from naoserver.capabilities import SenseReading
 from naoserver.errors import HardwareFailure
-from naoserver.robot import BodyState, JointReading
+from naoserver.robot import FALLEN_TILT, BodyState, JointReading
 from naoserver_naoqi.connection import SILENCE
 from naoserver_naoqi.generation import is_nao6
 from naoserver_naoqi.link import CallFailed, Link, call
@@ -19,10 +19,8 @@ from naoserver_naoqi.memory_keys import FARTHEST, Measurements, MemoryLayout
 from naoserver_naoqi.setpoints import Setpoints
 from zenoh_ice import Clock
 
-__all__ = ["FALLEN_TILT", "NaoqiSenses", "NaoqiState"]
+__all__ = ["NaoqiSenses", "NaoqiState"]
 
-FALLEN_TILT: Final = math.radians(60)
-"""Tilt of the torso from which on the robot has fallen."""
 _WINDOW: Final = 4
 """Measurements over which velocities are taken: NAOqi's cycle and ours drift through each other."""
 _NO_TORQUES: Final = (0.0,) * len(H25.joints)

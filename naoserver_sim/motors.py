@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import Joint
+from naoserver.condition import HOT
 from naoserver.robot import JointFacts
 
 
@@ -34,13 +35,13 @@ Array = NDArray[np.float64]
 AMBIENT: Final = 25.0
 """Temperature of the air, and of motors that do nothing, in degrees Celsius."""
 _WARMTH: Final = 60.0
-"""Kelvin by which a motor that gives its greatest torque for good becomes warmer than the air."""
+"""Kelvin by which a motor that gives its greatest torque for good becomes warmer than the air; assumed.
+
+Of the legs that torque is about what the motors' data sheets allow for good: with it they become hot."""
 _TIME_CONSTANT: Final = 300.0
-"""Seconds in which a motor gains 63 % of that."""
-HOT: Final = 75.0
-"""Temperature from which on a motor gives less torque."""
+"""Seconds in which a motor gains 63 % of that; assumed."""
 TOO_HOT: Final = 95.0
-"""Temperature at which it gives none."""
+"""Temperature at which it gives none; assumed."""
 
 
 class Motors:

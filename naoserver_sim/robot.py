@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -15,7 +15,7 @@ from naoserver.body import H25, Body
 from naoserver.capabilities import Lights, OwnPostures, Stage, Voice, Walker
 from naoserver.errors import RobotError
 from naoserver.lights import FadingLights
-from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
+from naoserver.robot import FALLEN_TILT, BodyState, CameraFacts, Frame, JointFacts, JointReading
 from naoserver.voice import TimedVoice
 from naoserver_sim.cameras import CameraRenderer
 from naoserver_sim.clock import SimulationClock
@@ -34,9 +34,6 @@ from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 
 if TYPE_CHECKING:
     from zenoh_ice import Clock, VirtualClock
-
-FALLEN_TILT: Final = math.radians(60)
-"""Tilt of the torso beyond which the robot lies rather than stands, crouches or sits."""
 
 
 class SimulatedDevice:

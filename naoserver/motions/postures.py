@@ -15,7 +15,7 @@ from typing import Final
 
 from naoserver.body import H25
 from naoserver.errors import RobotError
-from naoserver.robot import Robot
+from naoserver.robot import FALLEN_TILT, Robot
 
 __all__ = ["POSTURES", "STANCES", "Situation", "Stance", "nearest_posture", "situation_of", "stance_of"]
 
@@ -82,8 +82,6 @@ POSTURES: Final[Mapping[str, Mapping[str, float]]] = MappingProxyType(
 STANCES: Final[Mapping[str, Stance]] = MappingProxyType({name: of for name, (_, of) in _NAMES.items()})
 """The stance of each posture."""
 
-_LYING_TILT: Final = math.radians(60)
-"""Tilt of the torso from which on the body lies."""
 _NEAR: Final = 0.35
 """Most that a joint may be away from its angle in a posture, in rad, for the body to be in it."""
 _LEG: Final = ("HipPitch", "KneePitch", "AnklePitch")
@@ -120,7 +118,7 @@ def situation_of(robot: Robot) -> Situation:
 def stance_of(situation: Situation) -> Stance:
     """Return on what the body rests, by its tilt and, upright, by the pitch joints of its legs."""
     x, y, z = situation.up
-    if z < math.cos(_LYING_TILT):
+    if z < math.cos(FALLEN_TILT):
         if abs(x) >= abs(y):
             return Stance.BELLY if x < 0 else Stance.BACK
         return Stance.LEFT_SIDE if y < 0 else Stance.RIGHT_SIDE

@@ -11,6 +11,7 @@ from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver.qi_service.calls import Call, long_call
 from naoserver.qi_service.memory import ALMemory
 from naoserver.qi_service.values import number, text
+from naoserver.voice import LONGEST_TEXT
 
 __all__ = ["ALAnimatedSpeech", "ALTextToSpeech"]
 
@@ -18,7 +19,7 @@ _LOOK: Final = 0.05
 """Robot seconds between two looks whether a text was said."""
 _TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
 """How NAOqi writes pauses, speed and pitch into a text."""
-_ANIMATION: Final = re.compile(r"\^\w+(\([^)]*\))?")
+_ANIMATION: Final = re.compile(r"\^\w+(\([^)^]*\))?")
 _LANGUAGES: Final = ("English", "French", "German", "Italian", "Spanish")
 
 
@@ -45,6 +46,9 @@ class ALTextToSpeech:
         if language is not None:
             self._check_language(language)
         words = _TAG.sub(" ", text(stringToSay, "text")).strip()
+        if len(words) > LONGEST_TEXT:
+            message = f"the text has {len(words)} characters: at most {LONGEST_TEXT} are said at a time"
+            raise InvalidCommand("text", message)
         voice = self._voice
         while not self._turn.acquire(timeout=0.1):
             if call.stopped.is_set():

@@ -9,9 +9,8 @@ from interfaces.nao import Speech, SpeechState
 from naoserver.capabilities import Voice
 from naoserver.servants.conversions import refusals_told
 from naoserver.servants.streaming import Changes
+from naoserver.voice import LONGEST_TEXT
 from zenoh_ice import Current
-
-_LONGEST_TEXT = 2000  # characters
 
 
 class SpeechI(Speech):
@@ -26,8 +25,8 @@ class SpeechI(Speech):
         """Say a text after those that were asked for before. Raises InvalidValueException."""
         if not text.strip():
             raise InvalidValueException("text is empty: there is nothing to say", "text")
-        if len(text) > _LONGEST_TEXT:
-            message = f"text has {len(text)} characters: at most {_LONGEST_TEXT} are said at a time"
+        if len(text) > LONGEST_TEXT:
+            message = f"text has {len(text)} characters: at most {LONGEST_TEXT} are said at a time"
             raise InvalidValueException(message, "text")
         with refusals_told():
             self._voice.say(text)
