@@ -13,7 +13,7 @@ from naoserver.qi_service.access import Access
 from naoserver.qi_service.faults import Faults
 from naoserver.qi_service.memory_keys import Moment, keys_of
 from naoserver.qi_service.sonar import Sonar
-from naoserver.qi_service.values import text, texts
+from naoserver.qi_service.values import keepable, text, texts
 
 __all__ = ["ALMemory", "MemoryPump"]
 
@@ -60,11 +60,11 @@ class ALMemory:
 
     def insertData(self, key: object, value: object) -> None:
         """Write a value under a key, and tell nobody; what is measured stays as it is."""
-        name = text(key, "key")
+        name, kept = text(key, "key"), keepable(value, "value")
         with self._lock:
             if name not in self._inserted and len(self._inserted) >= MOST:
                 raise InvalidCommand("key", f"there are {MOST} keys already: remove some")
-            self._inserted[name] = value
+            self._inserted[name] = kept
 
     def raiseEvent(self, name: object, value: object) -> None:
         """Write a value under a key, and tell who listens."""

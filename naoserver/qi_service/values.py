@@ -7,7 +7,7 @@ from typing import Final
 
 from naoserver.errors import InvalidCommand
 
-__all__ = ["fraction", "listed", "number", "number_lists", "numbers", "text", "texts"]
+__all__ = ["fraction", "keepable", "listed", "number", "number_lists", "numbers", "text", "texts"]
 
 MOST: Final = 1000
 """Entries that a list may have."""
@@ -81,6 +81,29 @@ def texts(value: object, what: str) -> list[str]:
     if isinstance(value, str):
         return [text(value, what)]
     return [text(entry, what) for entry in listed(value, what)]
+
+
+def keepable(value: object, what: str) -> object:
+    """Return a value that may be kept: nothing, a number, a text, or lists of these that are not too large.
+
+    Raises InvalidCommand.
+    """
+    size, rest = 0, [value]
+    while rest:
+        part = rest.pop()
+        if isinstance(part, (str, bytes, bytearray)):
+            size += len(part)
+        elif isinstance(part, (list, tuple)):
+            size += len(part)
+            rest.extend(part[:LONGEST])
+        elif isinstance(part, dict):
+            size += len(part)
+            rest.extend(list(part.items())[:LONGEST])
+        elif part is not None and not isinstance(part, (int, float)):
+            raise InvalidCommand(what, f"{what} holds a {type(part).__name__}: only plain values are kept")
+        if size > LONGEST:
+            raise InvalidCommand(what, f"{what} is too large: {LONGEST} characters and entries are kept")
+    return value
 
 
 def _told(value: object) -> str:

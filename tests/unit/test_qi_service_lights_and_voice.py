@@ -1,5 +1,7 @@
 """ALLeds, ALTextToSpeech and ALMemory over a fake robot, in virtual time."""
 
+from contextlib import closing
+
 import pytest
 
 pytest.importorskip("qi")
@@ -7,10 +9,11 @@ pytest.importorskip("qi")
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver.qi_service.leds import ALLeds
-from naoserver.qi_service.memory import ALMemory
+from naoserver.qi_service.memory import ALMemory, MemoryPump
 from naoserver.qi_service.sonar import ALSonar, Sonar
 from naoserver.qi_service.speech import ALAnimatedSpeech, ALTextToSpeech
 from tests.support.qi_service import Rig
+from tests.support.robot_server import eventually
 
 KEYS = {
     "InertialSensor/AccelerometerZ": -9.8,
@@ -128,6 +131,23 @@ def test_memory_of_what_is_not_there(memory):
     with pytest.raises(InvalidCommand, match="no data under 'Nose'"):
         memory.getData("Nose")
     assert memory.getListData(["Nose"]) == [None]
+
+
+def test_an_error_does_not_end_the_signals(monkeypatch):
+    monkeypatch.setattr("naoserver.qi_service.memory._RETRY", 0.01)
+    tried = []
+
+    class Failing(ALMemory):
+        def __init__(self):
+            pass
+
+        def _tell(self):
+            tried.append(1)
+            raise HardwareFailure("the robot is lost")
+
+    with closing(MemoryPump(Failing())) as pump:
+        pump.start()
+        eventually(lambda: len(tried) > 1)
 
 
 def test_what_is_measured_cannot_be_overwritten(rig, memory):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 from naoserver.qi_service.chains import CHAINS, joints_of
-from naoserver.qi_service.values import fraction, number, number_lists, numbers, text
+from naoserver.qi_service.values import fraction, keepable, number, number_lists, numbers, text
 
 foreign = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.binary(max_size=5),
@@ -22,6 +22,27 @@ def test_anything_is_numbers_for_each_joint_or_refused(value, count):
     for take in (lambda: numbers(value, "angles", count), lambda: number_lists(value, "angles", count)):
         with suppress(InvalidCommand):
             assert len(take()) == count
+
+
+@given(foreign)
+def test_plain_values_are_kept_as_they_are(value):
+    assert keepable(value, "value") is value
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "a" * 10_001,
+        [b"a" * 6000, b"b" * 6000],
+        [0] * 10_001,
+        [["a" * 4000]] * 3,
+        {"a": "b" * 10_001},
+        object(),
+    ],
+)
+def test_what_is_too_large_or_alive_is_not_kept(value):
+    with pytest.raises(InvalidCommand, match="value"):
+        keepable(value, "value")
 
 
 @given(foreign)
