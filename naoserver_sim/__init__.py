@@ -17,5 +17,6 @@ Module            What it holds
 `gl`, `cameras`   the camera thread
 `viewer`          MuJoCo's window
 `robot`           `SimulatedRobot`
+`learning`        environments of Gymnasium in which it learns
 `cli`, `command`  the command; several robots at once in `team`
 """
