@@ -134,8 +134,9 @@ class Connection:
 
     def _lose(self, link: Link, why: str) -> None:
         self._link = None
-        self._reporter.tell(Severity.Error, f"lost the robot: {why}; trying to find it again", "lost")
         self._tell(lambda told: told(why), self.on_lost)
+        message = f"lost the robot: {why}; trying to find it again"
+        self._reporter.tell(Severity.Error, message, "lost", at_once=True)
         link.close()
 
     def _find(self) -> None:
@@ -149,8 +150,8 @@ class Connection:
             return
         self._link = link
         self._reporter.tell_once("finding", "")
-        self._reporter.tell(Severity.Info, "found the robot again", "found")
         self._tell(lambda told: told(), self.on_found)
+        self._reporter.tell(Severity.Info, "found the robot again", "found", at_once=True)
 
     def _tell(self, tell: Callable[[C], None], listeners: Sequence[C]) -> None:
         for listener in listeners:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from typing import Final
 
 from interfaces.nao import Severity
@@ -26,19 +27,28 @@ class Reporter:
 
     def __init__(self) -> None:
         self._events: EventLog | None = None
+        self._publish: Callable[[], None] = lambda: None
         self._lock = threading.Lock()
         self._told: dict[str, str] = {}
 
-    def report_to(self, events: EventLog) -> None:
-        """Tell `events` from now on."""
-        self._events = events
+    def report_to(self, events: EventLog, publish: Callable[[], None]) -> None:
+        """Tell `events` from now on; `publish` sends the health report that they stand in."""
+        self._events, self._publish = events, publish
 
-    def tell(self, level: Severity, message: str, kind: str = "") -> None:
-        """Tell what happened; of one kind at most one event a second is kept in the health report."""
-        if self._events is not None:
-            self._events.add(level, _SOURCE, message, kind or message)
-        else:
+    def tell(self, level: Severity, message: str, kind: str = "", *, at_once: bool = False) -> None:
+        """Tell what happened, if wanted without waiting for the next health report.
+
+        Of one kind at most one event a second is kept.
+        """
+        if self._events is None:
             _logger.log(_LEVELS[level], "%s: %s", _SOURCE, message)
+            return
+        self._events.add(level, _SOURCE, message, kind or message)
+        if at_once:
+            try:
+                self._publish()
+            except Exception:
+                _logger.exception("the health report could not be sent")
 
     def tell_once(self, kind: str, message: str) -> None:
         """Warn, unless the newest warning of this kind said the same; an empty message ends it."""

@@ -132,10 +132,9 @@ class NaoqiRobot:
 
     def report_to(self, assembly: Assembly) -> None:
         """Tell clients what happens to the robot, at once when it is lost; then no command gets through."""
-        gate, health = assembly.gate, assembly.health
-        self._reporter.report_to(assembly.events)
-        self._connection.on_lost.extend((gate.lose, lambda _why: health.tell()))
-        self._connection.on_found.extend((gate.find, health.tell))
+        self._reporter.report_to(assembly.events, assembly.health.tell)
+        self._connection.on_lost.append(assembly.gate.lose)
+        self._connection.on_found.append(assembly.gate.find)
 
     def start(self) -> None:
         """Connect, and bring the robot into the state in which it is to be served. Raises RobotError."""
