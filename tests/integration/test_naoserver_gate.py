@@ -49,7 +49,7 @@ def refused(nao):
 
 def test_an_emergency_stop_holds_the_robot_and_refuses_every_command_until_it_is_reset(nao):
     safety, body = nao.proxy(SafetyPrx, "Safety"), nao.proxy(JointsPrx, "Body")
-    body.setJointPositions({"HeadYaw": 1.5}, 0.1)
+    body.setJointPositions({"HeadYaw": 1.5}, 0.02)
     safety.emergencyStop("enough")
     state = body.getJointState()
     assert abs(state.commands[0]) < 1.0

