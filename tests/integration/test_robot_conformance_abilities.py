@@ -123,7 +123,7 @@ def test_velocities_are_in_si_units_both_ways_and_limited(walking):
 def test_it_walks_as_fast_as_it_is_told_and_straight(walking):
     motors, encoders = walking.proxy(MotorsPrx, "Motors"), walking.proxy(EncodersPrx, "Encoders")
     start = encoders.getEncodersData()
-    seen = deque()
+    seen: deque[tuple[float, float]] = deque()
     """When it was where, over the last 0.1 m."""
     assert motors.setV(SPEED) == 0
     for sample in encoders.getEncodersData.samples(timeout=LIMIT):
