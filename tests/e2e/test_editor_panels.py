@@ -187,6 +187,17 @@ def test_entry_and_exit_code_have_tabs_that_arrows_go_through(shown: EditorPage,
     assert saved(shown, path).automata[0].states[0].entry.text == "count = 0"
 
 
+def test_the_cursor_stays_while_another_panel_is_shown(shown: EditorPage) -> None:
+    code = edit(shown, "wait")
+    shown.page.get_by_role("tab", name="Data", exact=True).click()
+    expect(code).to_have_count(0)
+    shown.state("wait").locator(".body").click()
+    shown.press("Shift+Enter")
+    expect(code).to_be_focused()
+    shown.type("0")
+    expect(code.locator(".cm-line")).to_have_text("count += 10")
+
+
 def test_escape_goes_back_to_the_canvas(shown: EditorPage) -> None:
     edit(shown, "wait")
     shown.press("Escape")

@@ -32,24 +32,27 @@ class CodeField extends LitElement {
     this.readonly = false;
     this.failed = "";
     this.ready = false;
-    /** Resolves when the editor is there. */
-    this.loaded = new Promise((resolve) => (this.#resolve = resolve));
+    this.#awaitEditor();
   }
 
   #resolve;
+  /** @type {import("./editor.js").Editor | null} there as long as the field is shown */
   #editor = null;
+  #cursor = 0; // where it stood when the field was shown last
   #python = true;
   #draft = new Draft((text, whole) => this.#show(text, whole));
 
   connectedCallback() {
     super.connectedCallback();
     store.addEventListener("problems", this.#recheck);
+    if (this.hasUpdated) this.#load();
   }
 
   disconnectedCallback() {
     super.disconnectedCallback();
     store.removeEventListener("problems", this.#recheck);
     this.#draft.flush();
+    queueMicrotask(() => this.isConnected || this.#unload()); // it may only be put elsewhere
   }
 
   render() {
@@ -93,7 +96,7 @@ class CodeField extends LitElement {
   async #load() {
     try {
       const {Editor} = await import("./editor.js");
-      if (!this.isConnected) return;
+      if (!this.isConnected || this.#editor) return;
       this.#editor = new Editor(this.renderRoot.querySelector(".editor"), this.#content(), {
         typed: (text) => this.#draft.type(text),
         undo: () => this.#step("undo"),
@@ -108,12 +111,28 @@ class CodeField extends LitElement {
     this.#resolve();
   }
 
+  /** An editor that nobody sees would hear of everything in the page for ever. */
+  #unload() {
+    if (!this.#editor) return;
+    this.#cursor = this.#editor.cursor;
+    this.#editor.destroy();
+    this.#editor = null;
+    this.ready = false;
+    this.#awaitEditor();
+  }
+
+  #awaitEditor() {
+    /** Resolves when the editor is there. */
+    this.loaded = new Promise((resolve) => (this.#resolve = resolve));
+  }
+
   #content() {
     const {tab, place, label, hint, wraps, readonly} = this;
-    return {text: this.#draft.text, tab, place, label, hint, wraps, readonly, python: this.#python};
+    return {text: this.#draft.text, cursor: this.#cursor, tab, place, label, hint, wraps, readonly, python: this.#python};
   }
 
   #show(text, whole) {
+    if (whole) this.#cursor = 0;
     if (!this.#editor) return;
     if (whole) this.#editor.open(this.#content());
     else this.#editor.replace(text);

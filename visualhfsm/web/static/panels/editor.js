@@ -66,8 +66,8 @@ const shared = [
 ];
 
 /**
- * @typedef {{text: string, place: import("./places.js").Place, tab: number, label: string, hint: string, wraps: boolean,
- *   python: boolean, readonly: boolean}} Content
+ * @typedef {{text: string, cursor: number, place: import("./places.js").Place, tab: number, label: string, hint: string,
+ *   wraps: boolean, python: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at first
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known}} Actions what the editor tells and asks
  */
@@ -86,6 +86,11 @@ export class Editor {
 
   get focused() {
     return this.#view.hasFocus;
+  }
+
+  /** Where the cursor stands in the text. */
+  get cursor() {
+    return this.#view.state.selection.main.head;
   }
 
   /** Show another piece of code. @param {Content} content */
@@ -133,12 +138,13 @@ export class Editor {
     if (!state.readOnly) this.#view.dispatch({...state.replaceSelection(text), userEvent: "input.type", scrollIntoView: true});
   }
 
+  /** Let go of everything. */
   destroy() {
     this.#view.destroy();
   }
 
   /** @param {Content} content */
-  #stateOf({text, place, tab, label, hint, wraps, python: isPython, readonly}) {
+  #stateOf({text, cursor, place, tab, label, hint, wraps, python: isPython, readonly}) {
     const {typed, undo, redo, save, problems} = this.#actions;
     this.#label = label;
     const run = (action) => () => {
@@ -147,6 +153,7 @@ export class Editor {
     };
     return EditorState.create({
       doc: text,
+      selection: {anchor: Math.min(cursor, text.length)},
       extensions: [
         // One list of what can be undone for the whole document: the editor keeps none of its own.
         Prec.highest(keymap.of([
