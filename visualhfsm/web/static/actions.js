@@ -9,10 +9,10 @@
  *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
  */
 
-import {outgoing} from "./canvas/scene.js";
 import {StateTool, TransitionTool} from "./canvas/tools.js";
 import * as commands from "./commands.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
+import {outgoing} from "./outline.js";
 import {page} from "./page.js";
 import {runs} from "./runs.js";
 

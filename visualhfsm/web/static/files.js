@@ -83,7 +83,6 @@ export async function recover(journal) {
 
 /** @returns {Promise<boolean>} whether the document is saved */
 export async function save(tab = page.tab) {
-  await settleTyping();
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   if (!state?.path) return saveAs(tab);
   return saving((overwrite) => store.request("save", {tab, overwrite}), state.path, tab);
@@ -91,28 +90,21 @@ export async function save(tab = page.tab) {
 
 /** @param {string} [wanted] path to suggest instead of its own @returns {Promise<boolean>} */
 export async function saveAs(tab = page.tab, wanted = "") {
-  await settleTyping();
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   const suggestion = wanted || state.path || (/\.xml$/i.test(state.title) ? state.title : `${state.title}.xml`);
   const path = await chooseFile({title: "Save the document as", verb: "Save", suggestion});
   return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab) : false;
 }
 
-/** Let a field that is being typed into give what it holds to the document. */
-async function settleTyping() {
-  const event = new CustomEvent("settle", {detail: {waiting: []}});
-  page.dispatchEvent(event);
-  await Promise.all(event.detail.waiting);
-}
-
-async function saving(request, path, tab) {
+/** Save, and ask when that would write over something. @param {(overwrite: boolean) => Promise<{path: string}>} request */
+async function saving(request, path, tab, overwrite = false) {
   try {
-    const done = await request(false);
+    const done = await request(overwrite);
     remember(done.path);
     notify(`Saved ${done.path}.`);
     return true;
   } catch (error) {
-    if (!["exists", "outside"].includes(error.kind)) {
+    if (overwrite || !["exists", "outside"].includes(error.kind)) {
       notifyError(error);
       return false;
     }
@@ -121,16 +113,7 @@ async function saving(request, path, tab) {
       choices: [["overwrite", "Write over it", "danger"], ["saveAs", "Save as…", "primary"]],
     });
     if (choice === "saveAs") return saveAs(tab, path.replace(/(\.xml)?$/i, "_2.xml"));
-    if (choice !== "overwrite") return false;
-  }
-  try {
-    const done = await request(true);
-    remember(done.path);
-    notify(`Saved ${done.path}.`);
-    return true;
-  } catch (error) {
-    notifyError(error);
-    return false;
+    return choice === "overwrite" && saving(request, path, tab, true);
   }
 }
 

@@ -1,4 +1,4 @@
-/** How the automata of a document hang together. @typedef {import("./store.js").OpenDocument} OpenDocument */
+/** How the automata of a document hang together, and the transitions of a state. @typedef {import("./store.js").OpenDocument} OpenDocument */
 
 /** The automaton that no state owns, or the first of a document that is not sound. */
 export function rootOf(document) {
@@ -34,4 +34,13 @@ export function lostIn(document) {
   for (const {states} of document.automata.values()) for (const {children} of states) children.forEach((id) => owned.add(id));
   const root = rootOf(document);
   return [...document.automata.values()].filter((each) => each !== root && !owned.has(each.id));
+}
+
+/** Transitions in the order in which they are tried: by priority, then as in the document. */
+export function outgoing(transitions) {
+  const rank = ({priority}) => (/^\s*\d{1,9}\s*$/.test(priority) ? Number(priority) : Infinity);
+  return transitions
+    .map((transition, index) => ({transition, rank: rank(transition), index}))
+    .sort((a, b) => (a.rank === b.rank ? a.index - b.index : a.rank - b.rank))
+    .map((each) => each.transition);
 }

@@ -4,8 +4,7 @@ import {html, nothing, render} from "lit";
 
 import {spokenTime, TRIGGERS} from "./canvas/glyphs.js";
 import {picture} from "./canvas/export.js";
-import {outgoing} from "./canvas/scene.js";
-import {ownerOf} from "./outline.js";
+import {outgoing, ownerOf} from "./outline.js";
 import {page} from "./page.js";
 
 /** Show the print dialog of the browser with the pages of the shown document. */

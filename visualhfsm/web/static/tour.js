@@ -15,7 +15,7 @@ const STEPS = [
   ["hfsm-tree", "The whole tree", html`Every automaton with all its states. What is selected here is selected on the canvas, too.`],
   ['[aria-label="Figures"]', "Drawing", html`Press <kbd>S</kbd> for a state and <kbd>T</kbd> for a transition, or drag from the rim of one state to another. <kbd>F2</kbd> renames.`],
   ['[aria-label="Automaton data"]', "Data and code", html`<kbd>Shift+Enter</kbd> opens the code of what is selected beside the canvas. Here are the servants that the component uses, its cycle, variables and functions.`],
-  ['[aria-label="Generate and run"]', "Run", html`Run writes the component as Python and starts it. Then the canvas shows which states are active.`],
+  ['[aria-label="Generate and run"]', "Run", html`Run writes the component as Python and starts it. Then the canvas shows which states are current.`],
   ["hfsm-status", "Problems", html`The document is checked as you draw. A click here lists what is wrong, and leads there.`],
   [".toolbar", "Every step can be undone", html`<kbd>Ctrl+Z</kbd> takes back any change, in any automaton. All keys stand in the help: press <kbd>?</kbd>.`],
 ];

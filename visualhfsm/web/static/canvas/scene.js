@@ -5,6 +5,7 @@
  * hundreds of states is drawn at once. In a large automaton, names and handles are made when they come into view.
  */
 
+import {outgoing} from "../outline.js";
 import {bounds, handles} from "./geometry.js";
 import {placeLabels} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
@@ -280,13 +281,4 @@ function ranksOf(transitions) {
     outgoing(group).forEach((transition, index) => found.set(transition, index + 1));
   }
   return found;
-}
-
-/** Transitions in the order in which they are tried: by priority, then as in the document. */
-export function outgoing(transitions) {
-  const rank = ({priority}) => (/^\s*\d{1,9}\s*$/.test(priority) ? Number(priority) : Infinity);
-  return transitions
-    .map((transition, index) => ({transition, rank: rank(transition), index}))
-    .sort((a, b) => (a.rank === b.rank ? a.index - b.index : a.rank - b.rank))
-    .map((each) => each.transition);
 }

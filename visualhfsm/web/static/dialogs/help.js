@@ -23,8 +23,8 @@ export async function showHelp(context) {
     title: "Help", wide: true,
     content: (close) => html`<div class="signs">${SIGNS.map(([text, fields]) => html`<figure>${stateSign(fields)}<figcaption>${text}</figcaption></figure>`)}
         ${TRIGGERS.map(([text, type, trigger]) => html`<figure>${transitionSign(type, trigger)}<figcaption>${text}</figcaption></figure>`)}</div>
-      <p>Drag from the rim of a state to another one to connect them. Drag the knob of an arc to bend it; a double click lets it go back. The wheel zooms, the middle button pans; so does the left one while Space is held.
-        A dot at a knob says that code runs when the transition fires; a number, that it is tried in this order.</p>
+      <p>Drag from the rim of a state to another one to connect them. Drag the handle of an arc to bend it; a double click lets it go back. The wheel zooms, the middle button pans; so does the left one while Space is held.
+        A dot at a handle says that code runs when the transition fires; a number, that it is tried in this order.</p>
       <div class="help">${keyTable().map(({title, rows}) => html`<section><h3>${title}</h3><dl>
         ${rows.map(({keys, text}) => html`<dd>${text}</dd><dt>${keys.map((key) => html` <kbd>${key}</kbd>`)}</dt>`)}</dl></section>`)}</div>`,
     footer: (close) => html`<button type="button" class="button" @click=${() => close(true)}>Take the tour</button><button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,

@@ -15,7 +15,7 @@ let count = 0;
 class TextField extends LitElement {
   static properties = {
     tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, unit: {}, kind: {},
-    options: {attribute: false}, suggestions: {attribute: false}, bare: {type: Boolean}, readonly: {type: Boolean}, send: {attribute: false},
+    options: {attribute: false}, suggestions: {attribute: false}, readonly: {type: Boolean}, send: {attribute: false},
     mono: {type: Boolean},
   };
 
@@ -52,11 +52,11 @@ class TextField extends LitElement {
   }
 
   render() {
-    const {label, unit, number, bare} = this;
+    const {label, unit, number} = this;
     const problems = problemsAt(store.documents.get(this.tab)?.problems ?? [], this.place).filter((each) => !isVerdict(each));
     const id = `field-${number}`;
     return html`
-      ${bare ? nothing : html`<label for=${id}>${label}</label>`}
+      <label for=${id}>${label}</label>
       <span class="field-box">${this.#input(id, problems)}${unit ? html`<span class="unit" aria-hidden="true">${unit}</span>` : nothing}</span>
       ${this.suggestions.length ? html`<datalist id="${id}-list">${this.suggestions.map((each) => html`<option value=${each}></option>`)}</datalist>` : nothing}
       ${problems.length ? html`<span class="field-problems" id="${id}-problems">${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</span>` : nothing}`;
@@ -67,24 +67,23 @@ class TextField extends LitElement {
   }
 
   #input(id, problems) {
-    const {kind, label, bare, hint, readonly} = this;
-    const name = bare ? label : nothing;
+    const {kind, hint, readonly} = this;
     const text = this.#draft.text;
     const invalid = problems.some((each) => each.severity === "error") ? "true" : nothing;
     const described = problems.length ? `${id}-problems` : nothing;
     if (kind === "select") {
       const known = this.options.some(([value]) => value === text.trim());
-      return html`<select id=${id} aria-label=${name} ?disabled=${readonly} aria-invalid=${invalid} aria-describedby=${described} @change=${this.#choose}>
+      return html`<select id=${id} ?disabled=${readonly} aria-invalid=${invalid} aria-describedby=${described} @change=${this.#choose}>
         ${this.options.map(([value, shown]) => html`<option value=${value} ?selected=${value === text.trim()}>${shown}</option>`)}
         ${known ? nothing : html`<option value=${text} selected>${text || "none"}</option>`}
       </select>`;
     }
     if (kind === "area") {
-      return html`<textarea id=${id} class=${this.mono ? "mono" : ""} rows="2" spellcheck=${this.mono ? "false" : "true"} aria-label=${name} placeholder=${hint} ?readonly=${readonly} .value=${live(text)}
+      return html`<textarea id=${id} class=${this.mono ? "mono" : ""} rows="2" spellcheck=${this.mono ? "false" : "true"} placeholder=${hint} ?readonly=${readonly} .value=${live(text)}
         aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave}></textarea>`;
     }
     return html`<input id=${id} class=${this.mono || kind === "number" ? "mono" : ""} type="text" inputmode=${kind === "number" ? "decimal" : nothing} spellcheck="false"
-      autocomplete="off" aria-label=${name} placeholder=${hint} title=${text.length > 14 ? text : nothing} ?readonly=${readonly} .value=${live(text)} list=${this.suggestions.length ? `${id}-list` : nothing}
+      autocomplete="off" placeholder=${hint} title=${text.length > 14 ? text : nothing} ?readonly=${readonly} .value=${live(text)} list=${this.suggestions.length ? `${id}-list` : nothing}
       aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave} @keydown=${this.#press}>`;
   }
 

@@ -3,6 +3,7 @@
 import {html, live, nothing} from "lit";
 import {apply} from "../commands.js";
 import {icon} from "../icons.js";
+import {outgoing} from "../outline.js";
 import {placeOf} from "./places.js";
 
 const TYPES = [
@@ -79,9 +80,7 @@ function seconds(milliseconds) {
 }
 
 function priority({tab, automaton, transition, readonly}, place, fields) {
-  const rank = ({priority: text}) => (/^\s*\d{1,9}\s*$/.test(text) ? Number(text) : Infinity);
-  const order = automaton.transitions.filter((each) => each.origin === transition.origin)
-    .map((each, index) => ({each, index})).sort((a, b) => rank(a.each) - rank(b.each) || a.index - b.index).map(({each}) => each);
+  const order = outgoing(automaton.transitions.filter((each) => each.origin === transition.origin));
   const index = order.indexOf(transition);
   const move = (step) => apply("reorderTransition", {...fields, index: index + step});
   return html`<div class="section inline">
