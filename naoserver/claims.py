@@ -38,10 +38,11 @@ class Claims:
             self._check(wanted, owner)
             self._claims[owner] = _Claim(wanted, stop)
 
-    def release(self, owner: str) -> bool:
-        """Let the joints of `owner` belong to nobody; returns whether it had any."""
+    def release(self, owner: str) -> frozenset[str]:
+        """Let the joints of `owner` belong to nobody; returns which it had."""
         with self._lock:
-            return self._claims.pop(owner, None) is not None
+            claim = self._claims.pop(owner, None)
+        return claim.joints if claim else frozenset()
 
     def check(self, joints: Iterable[str], owner: str = "") -> None:
         """Raise InvalidCommand, naming the joint and its owner, unless `owner` may move all the joints."""

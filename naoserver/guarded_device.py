@@ -122,6 +122,13 @@ class GuardedDevice:
         names = tuple(name for name in names if name not in left)
         self._obey(lambda reading: self._safety.hold(names, reading))
 
+    def free(self, owner: str) -> None:
+        """Let the joints of `owner` belong to nobody, and hold them where they are.
+
+        Whoever claims them next commands them after that.
+        """
+        self._obey(lambda reading: self._safety.hold(self.claims.release(owner), reading))
+
     def stiffen(
         self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = ""
     ) -> dict[str, float]:

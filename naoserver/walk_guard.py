@@ -136,12 +136,11 @@ class WalkGuard:
             given_up = bool(self._drives) and not walking
             if given_up:
                 self._drives = {}
-            released = not walking and self._body.claims.release(WALK)
+            if not walking:
+                self._body.free(WALK)  # where the legs stand now is where they are to be
         if given_up:
             message = "the robot ended the walk: it fell, its legs became limp, or it was put elsewhere"
             self._events.add(Severity.Error, _SOURCE, message, "ended")
-        if released:
-            self._body.hold(self._legs)  # where they stand now is where they are to be
         return self._options.period if walking else None
 
     def close(self) -> None:

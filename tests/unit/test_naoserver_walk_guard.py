@@ -141,6 +141,35 @@ def test_while_it_walks_and_until_it_has_ended_the_legs_are_refused_to_others(ri
     rig.body.move({"RKneePitch": 0.5}, {})
 
 
+def test_what_takes_the_legs_at_the_very_end_of_the_walk_keeps_them(rig, monkeypatch):
+    stopped = []
+    release = rig.body.claims.release
+
+    def release_to_dance(owner):
+        legs = release(owner)
+        if legs:
+            rig.body.claims.claim("dance", legs, lambda: stopped.append("dance"))
+        return legs
+
+    monkeypatch.setattr(rig.body.claims, "release", release_to_dance)
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.stop()
+    rig.walker.ending = False
+    assert rig.walk.watch() is None
+    assert not stopped
+    rig.body.move({"RKneePitch": 0.5}, {}, owner="dance")
+
+
+def test_where_the_legs_stand_after_a_walk_is_where_they_are_to_be(rig):
+    rig.body.move({"RKneePitch": 0.9}, {})
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.robot.place({"RKneePitch": 0.3})
+    rig.walk.stop()
+    rig.walker.ending = False
+    rig.walk.watch()
+    assert rig.body.goal("RKneePitch").target == pytest.approx(0.3)
+
+
 def test_legs_that_belong_to_something_else_do_not_walk(rig):
     rig.body.claims.claim("dance", ("LKneePitch",), lambda: None)
     with pytest.raises(InvalidCommand, match="dance"):
