@@ -57,7 +57,7 @@ def keys_of(access: Access, sonar: Sonar) -> Mapping[str, Look]:
     keys["RobotConfig/Head/BaseVersion"] = lambda _moment: "V6.0"
     keys["DCM/Time"] = lambda moment: round(moment.joints.time * 1000)
     keys["robotHasFallen"] = lambda moment: moment.fallen
-    keys["robotIsWakeUp"] = lambda moment: max(moment.joints.stiffnesses) > 0.0
+    keys["robotIsWakeUp"] = lambda moment: min(moment.joints.stiffnesses) > 0.0
     if access.robot.senses is not None:
         keys.update(_of_inertial_unit(access))
         keys.update(_of_feet())
