@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple
 __all__ = ["BodyGeometry", "Pose", "load_body"]
 
 _FILE: Final = "nao_h25.json"
+"""Made by naoserver_sim.geometry of the facts that robot servers have, of which this package imports none."""
 _LEVEL: Final = 0.005
 """Metres by which the other sole must fit better for the body to stand on that one."""
 
