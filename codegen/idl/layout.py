@@ -55,6 +55,10 @@ def docstring(text: str, indent: str = "") -> list[str]:
         closing = ' """' if _ENDS_WITH_QUOTE.search(lines[0]) else '"""'
         if len(indent) + 3 + len(lines[0]) + len(closing) <= LINE_LENGTH:
             return [f'{indent}"""{lines[0]}{closing}']
+        # `ruff format` has no closing quotes alone below one line.
+        lines = textwrap.wrap(
+            lines[0], width - 3 - len(closing), break_long_words=False, break_on_hyphens=False
+        )
     return [f'{indent}"""{lines[0]}', *(indent + line if line else "" for line in lines[1:]), f'{indent}"""']
 
 

@@ -26,7 +26,8 @@ Poses = dict[str, Pose]
 
 
 class GroundTruthReading(Struct):
-    """Where everything is, as only a simulation knows it, in the world's frame: x and y on the floor, z up.
+    """Where everything is, as only a simulation knows it, in the world's frame: x and y on the floor, z
+    up.
     """
 
     time: float

@@ -71,7 +71,8 @@ struct ::nao::TouchReading
 
 
 class TouchPrx(ObjectPrx):
-    """Proxy: read the bumpers of the feet, the touch sensors of head and hands, and the button on the chest.
+    """Proxy: read the bumpers of the feet, the touch sensors of head and hands, and the button on the
+    chest.
     """
 
     ice_interface: ClassVar[Interface] = _Touch

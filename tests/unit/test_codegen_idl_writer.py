@@ -228,6 +228,7 @@ AWKWARD = {
 module awkward {
   enum Color { red, None, name, value, real, mro, from };
   struct Time { int x; };
+  /** Holds so much that its one line has room in the file, but the three quotes that close it have not any. */
   struct Holdings { Time Time; string str; string name; Time other; };
   struct list { int from; string lambda; int self; };
   struct Struct { int a; };
