@@ -79,13 +79,13 @@ class WalkOperations:
         _ = self._walking.guard
 
     def moveIsActive(self) -> bool:
-        """Return whether it walks."""
-        return self._walking.active
+        """Return whether it walks, or comes to stand."""
+        return self._walking.moving
 
     @long_call
     def waitUntilMoveIsFinished(self, call: Call) -> None:
-        """Return when it does not walk."""
-        while self._walking.active and not call.wait(0.05):
+        """Return when it stands."""
+        while self._walking.moving and not call.wait(0.05):
             pass
 
     def stopMove(self) -> None:

@@ -45,6 +45,7 @@ class Walking:
 
     def __init__(self, access: Access) -> None:
         self._found = access.walk
+        self._walker = access.robot.walker
         self._body = access.body
         self._lock = threading.Lock()
         self._changed = threading.Event()
@@ -63,6 +64,11 @@ class Walking:
     def active(self) -> bool:
         """Whether a velocity is commanded."""
         return self._found is not None and self._found.commanded() != _STILL
+
+    @property
+    def moving(self) -> bool:
+        """Whether it moves the legs: from a command until it stands on both feet again."""
+        return self.active or (self._walker is not None and self._walker.walking)
 
     def go(self, velocity: WalkVelocity) -> None:
         """Walk at a velocity until further notice. Raises as `WalkGuard.drive` does."""
