@@ -58,7 +58,8 @@ class Pictures:
         self._renderer.update_scene(data, self._camera, self._options)
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_HAZE):
             self._renderer.scene.flags[flag] = 0
-        return self._renderer.render().copy()
+        picture: NDArray[np.uint8] = self._renderer.render().copy()
+        return picture
 
 
 def row(pictures: Pictures, name: str) -> NDArray[np.uint8]:

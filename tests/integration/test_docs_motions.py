@@ -46,7 +46,7 @@ def test_the_file_is_a_motion_and_what_is_wrong_is_told_as_the_page_says():
 
 def test_the_table_tells_every_motion():
     rows = re.findall(r"^\| (`.*?`) \| (.*?) \| (.*?) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
-    told = {
+    told: dict[str, object] = {
         name: (begin, end, float(seconds))
         for names, begin, end, seconds in rows
         for name in re.findall(r"`(\w+)`", names)
