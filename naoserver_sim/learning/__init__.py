@@ -19,7 +19,7 @@ except ModuleNotFoundError as error:  # pragma: no cover - nothing is installed 
 
 __all__ = ["ENVIRONMENTS"]
 
-ENVIRONMENTS = {"Nao/Walk-v0": 1000, "Nao/Reach-v0": 250, "Nao/StandUp-v0": 750}
+ENVIRONMENTS = {"Nao/Walk-v0": 1000, "Nao/Reach-v0": 250, "Nao/StandUp-v0": 1250}
 """The registered environments, and the steps of 20 ms after which an episode is truncated."""
 
 _ENTRIES = {"Nao/Walk-v0": "walk:WalkEnvironment", "Nao/Reach-v0": "reach:ReachEnvironment"}

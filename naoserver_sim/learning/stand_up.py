@@ -13,7 +13,7 @@ from naoserver.body import H25
 from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options, upward
 from naoserver_sim.robot import SimulatedRobot
 
-__all__ = ["StandUpEnvironment"]
+__all__ = ["MOTORS", "StandUpEnvironment"]
 
 MOTORS: Final = tuple(
     joint.name

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 from typing import Any, Final, Unpack
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25
 from naoserver.capabilities import Truth, WalkVelocity
-from naoserver_sim.learning.environment import NaoEnvironment, Options
+from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.kinematics import LEG_MOTORS
 
@@ -40,9 +41,10 @@ class WalkEnvironment(NaoEnvironment):
     of the soles (8); angles about the stance (11) and speeds (11) of the motors; the last action (11); sine
     and cosine of a clock to step by (2).
 
-    Reward of a step: 0.2 for being on its feet, up to 1 the closer the torso moves to the velocity, less the
-    jerk of the action. A fall ends the episode and costs 10. `reset(options={"velocity": (forward, left,
-    turn)})` gives the velocity in m/s and rad/s; without it one is drawn.
+    Reward of a step: 0.2 for being on its feet, up to 1 the closer the torso moves to the velocity, as the
+    mean over the last half second, for it sways from step to step, less the jerk of the action. A fall ends
+    the episode and costs 10. `reset(options={"velocity": (forward, left, turn)})` gives the velocity in m/s
+    and rad/s; without it one is drawn.
     """
 
     def __init__(self, **options: Unpack[Options]) -> None:
@@ -53,6 +55,7 @@ class WalkEnvironment(NaoEnvironment):
         self._last = np.zeros(len(LEG_MOTORS))
         self._jerk = 0.0
         self._wanted = WalkVelocity()
+        self._moves: deque[WalkVelocity] = deque(maxlen=round(_STRIDE / PERIOD))
 
     def _motors(self) -> zip[tuple[str, int]]:
         return zip(LEG_MOTORS, self._places, strict=True)
@@ -61,6 +64,7 @@ class WalkEnvironment(NaoEnvironment):
         commands = self.robot.read().commands
         self._stance = np.array([commands[place] for place in self._places])
         self._last = np.zeros(len(LEG_MOTORS))
+        self._moves.clear()
         drawn = self.np_random.uniform(-1.0, 1.0, 3) * (_FASTEST.forward, _FASTEST.left, _FASTEST.turn)
         self._wanted = WalkVelocity(*map(float, options.get("velocity", drawn)))
 
@@ -73,7 +77,8 @@ class WalkEnvironment(NaoEnvironment):
     def _judge(self) -> tuple[float, bool]:
         if self.fallen or self._truth.torso.position[2] < _LOWEST:
             return _FALL, True
-        wanted, moved = self._wanted, velocity_of(self._truth)
+        self._moves.append(velocity_of(self._truth))
+        wanted, moved = self._wanted, self._velocity()
         error = math.hypot(
             moved.forward - wanted.forward, moved.left - wanted.left, (moved.turn - wanted.turn) / 4.0
         )
@@ -92,8 +97,15 @@ class WalkEnvironment(NaoEnvironment):
             *(math.sin(phase), math.cos(phase)),
         ]
 
+    def _velocity(self) -> WalkVelocity:
+        """Return the mean of the velocities in the last half second."""
+        if not self._moves:
+            return WalkVelocity()
+        kinds = zip(*((move.forward, move.left, move.turn) for move in self._moves), strict=True)
+        return WalkVelocity(*(sum(kind) / len(self._moves) for kind in kinds))
+
     def _tell(self) -> dict[str, Any]:
-        moved, wanted = velocity_of(self._truth), self._wanted
+        moved, wanted = self._velocity(), self._wanted
         return super()._tell() | {
             "velocity": (moved.forward, moved.left, moved.turn),
             "wanted": (wanted.forward, wanted.left, wanted.turn),

@@ -9,8 +9,12 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from naoserver.body import H25
+from naoserver.capabilities import WalkVelocity
+from naoserver.motions.library import load_motions
 from naoserver_sim.learning import ENVIRONMENTS
+from naoserver_sim.learning.environment import PERIOD
 from naoserver_sim.learning.reach import ARM, hand_at
+from naoserver_sim.learning.stand_up import MOTORS
 from naoserver_sim.model import build_model
 
 pytestmark = pytest.mark.sim
@@ -103,6 +107,15 @@ def test_who_stands_still_is_paid_in_full_where_no_velocity_is_wanted(make):
     assert np.mean(rewards) == pytest.approx(0.2 + math.exp(-4), abs=0.02)
 
 
+def test_the_robots_own_walk_is_paid_nearly_in_full(make):
+    environment = make("Walk")
+    velocity = (0.15, 0.0, 0.2)
+    environment.reset(seed=1, options={"velocity": velocity})
+    environment.unwrapped.robot.walker.command(WalkVelocity(*velocity))
+    rewards = [environment.step(still(environment))[1] for _ in range(300)]
+    assert np.mean(rewards[100:]) > 1.1
+
+
 def test_a_fall_costs_and_ends_the_episode(make):
     environment = make("Walk")
     environment.reset(seed=1)
@@ -158,6 +171,22 @@ def test_it_lies_as_it_was_thrown(make, side, up):
     assert told["torso"][2] < 0.15
     assert told["up"][0] == pytest.approx(up, abs=0.2)
     assert set(environment.unwrapped.robot.read().stiffnesses) == {1.0}
+
+
+def test_it_can_stand_up_by_actions(make):
+    environment = make("StandUp", disable_env_checker=True)
+    environment.reset(seed=1, options={"side": "belly"})
+    robot, motion = environment.unwrapped.robot, load_motions()["stand_up_from_belly"]
+    begin = dict(zip(H25.joint_names, robot.read().commands, strict=True))
+    limits = {joint.name: joint.max_velocity for joint in H25.joints}
+    for step in range(1, 1000):
+        now = dict(zip(H25.joint_names, robot.read().commands, strict=True))
+        goal = now | motion.at(step * PERIOD, begin)
+        action = [(goal[name] - now[name]) / (0.5 * limits[name] * PERIOD) for name in MOTORS]
+        _, reward, ended, _, told = environment.step(np.array(action, np.float32))
+        if ended:
+            break
+    assert (told["is_success"], reward) == (True, 50.0)
 
 
 # -- many at once --------------------------------------------------------------------------------------------
