@@ -15,10 +15,10 @@ from interfaces.nao import HealthPrx, JointLimits, JointsPrx, PoseHeadPrx, Safet
 from visualhfsm.watch.automata import printable
 from visualhfsm.watch.fact import Fact
 from visualhfsm.watch.scene import STALE, STALE_HEALTH
+from visualhfsm.watch.streams import Newest
 from zenoh_ice import Communicator, ZenohIceError
 from zenoh_ice.presence import Target
 
-from .streams import Newest
 from .values import RobotState
 
 __all__ = ["RobotFacts", "RobotWatch", "StopReport", "has_interface", "reset_robot", "stop_robot"]

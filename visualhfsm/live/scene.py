@@ -21,11 +21,11 @@ from typing import Any, Final
 from interfaces import nao
 from interfaces.jderobot import Pose3DEncodersPrx
 from interfaces.nao import GroundTruthPrx, GroundTruthReading
+from visualhfsm.watch.streams import Newest
 from zenoh_ice import Communicator
 
 from .kinematics import BodyGeometry, Pose, load_body
 from .robot import RobotWatch
-from .streams import Newest
 
 __all__ = ["Scene"]
 

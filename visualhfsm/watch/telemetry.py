@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import logging
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Final, Self, TypeVar
 
@@ -18,11 +17,10 @@ from visualhfsm.watch.discovery import MONITOR_PREFIX
 from visualhfsm.watch.fact import Fact
 from visualhfsm.watch.recording import ARM_JOINTS, Ball, Recording, RobotReading, read_ball
 from visualhfsm.watch.scene import STALE, STALE_HEALTH, Aged, Scene
-from zenoh_ice import Communicator, MarshalException, ObjectPrx, Sample
+from visualhfsm.watch.streams import Newest
+from zenoh_ice import Communicator, ObjectPrx, Sample
 
 __all__ = ["Telemetry"]
-
-_logger = logging.getLogger(__name__)
 
 _CHANGES_SHOWN: Final = 100
 _CAMERA: Final = "Camera"
@@ -53,6 +51,11 @@ class Telemetry:
         self._camera = CameraPrx.uncheckedCast(proxy(_CAMERA))
         self._outside = CameraPrx.uncheckedCast(proxy("CameraOutside"))
 
+        self._snapshot = Newest(self._monitor.getSnapshot.latest)
+        self._pose = Newest(self._head.getPose.latest)
+        self._joints = Newest(self._body.getJointState.latest)
+        self._condition = Newest(self._health.getHealth.latest)
+        self._picture = Newest(self._camera.getImageData.latest, STALE)
         self._structure = Fact(self._monitor.getStructureAsync)
         self._image = Fact(self._camera.getImageDescriptionAsync)
         self._joint_names = Fact(self._body.getJointNamesAsync)
@@ -101,9 +104,7 @@ class Telemetry:
         self._update_outside()
         self._image.poll()
         names, limits = self._joint_names.poll(), self._joint_limits.poll()
-        head, body = _latest(self._head.getPose.latest), _latest(self._body.getJointState.latest)
-        health = _latest(self._health.getHealth.latest)
-        snapshot = _latest(self._monitor.getSnapshot.latest)
+        head, body, health, snapshot = self._pose(), self._joints(), self._condition(), self._snapshot()
         with self._lock:
             recording = self._recording
             changes = list(recording.changes)[-_CHANGES_SHOWN:] if recording else []
@@ -181,8 +182,8 @@ class Telemetry:
     def _take_camera_picture(
         self, recording: Recording, snapshot: ComponentSnapshot, ball: Ball | None
     ) -> None:
-        image = _latest(self._camera.getImageData.latest)
-        if image is None or image.age > STALE:
+        image = self._picture()
+        if image is None:
             return
         mark = None
         if ball is not None and ball.seen:
@@ -194,8 +195,7 @@ class Telemetry:
             self.camera_album.add(picture)
 
     def _read_robot(self) -> RobotReading:
-        head, body = _latest(self._head.getPose.latest), _latest(self._body.getJointState.latest)
-        health = _latest(self._health.getHealth.latest)
+        head, body, health = self._pose(), self._joints(), self._condition()
         head = head if head and head.age <= STALE else None
         body = body if body and body.age <= STALE else None
         health = health if health and health.age <= STALE_HEALTH else None
@@ -218,15 +218,6 @@ def _joints(names: Sequence[str] | None, positions: Sequence[float]) -> Mapping[
     """Return the angles of the arms, which are all that is shown and recorded."""
     pairs = zip(names or (), positions, strict=False)
     return {name: angle for name, angle in pairs if name in _ARMS and math.isfinite(angle)}
-
-
-def _latest(read: Callable[[], Sample[T] | None]) -> Sample[T] | None:
-    """Return the newest sample of a stream, leaving out one that does not fit the interface."""
-    try:
-        return read()
-    except MarshalException as error:
-        _logger.warning("%s", error)
-        return None
 
 
 def _aged(sample: Sample[T] | None) -> Aged[T] | None:

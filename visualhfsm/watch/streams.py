@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -21,7 +22,7 @@ class Newest(Generic[T]):
     What does not fit is logged once, until something fits again: it is looked at many times a second.
     """
 
-    def __init__(self, read: Callable[[], Sample[T] | None], oldest: float) -> None:
+    def __init__(self, read: Callable[[], Sample[T] | None], oldest: float = math.inf) -> None:
         self._read = read
         self._oldest = oldest
         self.trouble = ""
