@@ -164,8 +164,11 @@ def draw(shown: EditorPage, wanted: Document) -> None:
         hand.code_of(state)
     hand.transitions(dance)
     hand.leave()
+    status = shown.page.locator("hfsm-status")
     shown.press("Shift+L")
+    expect(status).to_contain_text("Arrange all automata")
     shown.button("Fit").click()
+    expect(status).to_contain_text("No problems")
     picture(shown.page, "drawn")
 
 
