@@ -210,6 +210,18 @@ def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Pa
     assert (width, height) == (2 * float(picture.attrib["width"]), 2 * float(picture.attrib["height"]))
 
 
+def test_a_folder_that_cannot_be_listed_is_told(shown: EditorPage, root: Path) -> None:
+    (root / "folder").mkdir()
+    shown.press("Control+o")
+    folder = shown.page.get_by_role("option", name="folder")
+    expect(folder).to_be_visible()
+    (root / "folder").rmdir()
+    folder.dblclick()
+    expect(shown.page.get_by_role("dialog").get_by_role("alert")).to_contain_text("folder is no directory")
+    expect(folder).to_have_count(0)
+    expect(shown.page.get_by_role("option", name="dance.xml")).to_be_visible()
+
+
 def test_the_page_says_that_the_server_is_away_and_goes_on_when_it_is_back(shown: EditorPage) -> None:
     open_file(shown, "dance.xml")
     shown.state("front").click()

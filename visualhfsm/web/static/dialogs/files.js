@@ -16,12 +16,13 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
   const state = {directory: folder, parent: null, entries: [], error: "", name, chosen: 0};
   let draw = () => {};
 
-  const list = async (directory) => {
+  /** List a directory, or the root when that is not possible; `error` is what is told besides. */
+  const list = async (directory, error = "") => {
     try {
-      Object.assign(state, await store.request("listFiles", {directory}), {error: "", chosen: 0});
-    } catch (error) {
-      if (directory) return list("");
-      state.error = error.message;
+      Object.assign(state, await store.request("listFiles", {directory}), {error, chosen: 0});
+    } catch (reason) {
+      if (directory) return list("", reason.message);
+      state.error = reason.message;
     }
     draw();
     return undefined;
