@@ -30,11 +30,13 @@ _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
 """Degrees Celsius of a motor that tells none."""
 _PRESSED: Final = 0.5
-_JOINT_PARTS: Final = (
-    "Position/Sensor/Value",
-    "Position/Actuator/Value",
-    "Hardness/Actuator/Value",
-    "Temperature/Sensor/Value",
+_JOINT_KEYS: Final = (
+    f"{_DEVICES}{{}}/Position/Sensor/Value",
+    f"{_DEVICES}{{}}/Position/Actuator/Value",
+    f"{_DEVICES}{{}}/Hardness/Actuator/Value",
+    f"{_DEVICES}{{}}/Temperature/Sensor/Value",
+    "Motion/Velocity/Sensor/{}",
+    "Motion/Torque/Sensor/{}",
 )
 
 
@@ -46,6 +48,9 @@ class Measurements:
     commands: tuple[float, ...]
     stiffnesses: tuple[float, ...]
     temperatures: tuple[float, ...]
+    velocities: tuple[float, ...]
+    """Not a number where the robot tells none, as of hands."""
+    torques: tuple[float, ...]
     senses: SenseReading
 
 
@@ -62,9 +67,7 @@ class MemoryLayout:
         self.keys: Final[list[str]] = []
         known = frozenset(known)
         self._known = known
-        self._joints = [
-            self._table(part, required=part is _JOINT_PARTS[0]) for part in _JOINT_PARTS
-        ]  # fmt: skip
+        self._joints = [self._table(key) for key in _JOINT_KEYS]
         unit = f"{_DEVICES}InertialSensor/"
         self._acceleration_signs, self._turning_signs = _SIGNS_NAO6 if nao6 else _SIGNS_BEFORE
         self._acceleration = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _ACC) for a in _AXES]
@@ -95,7 +98,7 @@ class MemoryLayout:
             value = otherwise if index is None else float(numbers[index])
             return otherwise if math.isnan(value) else value
 
-        positions, commands, stiffnesses, temperatures = self._joints
+        positions, commands, stiffnesses, temperatures, velocities, torques = self._joints
         measured = tuple(at(index, math.nan) for index in positions)
         if any(map(math.isnan, measured)):
             joint = H25.joint_names[list(map(math.isnan, measured)).index(True)]
@@ -107,6 +110,8 @@ class MemoryLayout:
             commands=tuple(at(i, q) for i, q in zip(commands, measured, strict=True)),
             stiffnesses=tuple(min(1.0, max(0.0, at(index))) for index in stiffnesses),
             temperatures=tuple(at(index, _COMFORTABLE) for index in temperatures),
+            velocities=tuple(at(index, math.nan) for index in velocities),
+            torques=tuple(at(index) for index in torques),
             senses=SenseReading(
                 time=time,
                 inertial=InertialReading(
@@ -136,13 +141,13 @@ class MemoryLayout:
                 return len(self.keys) - 1
         return None
 
-    def _table(self, part: str, *, required: bool) -> list[int | None]:
+    def _table(self, key: str) -> list[int | None]:
         """Ask for a value of each joint; one that shares a motor may have its leader's."""
         leaders = {pair.follower: pair.leader for pair in H25.couplings}
         places = []
         for joint in H25.joint_names:
-            place = self._add(f"{_DEVICES}{name}/{part}" for name in (joint, leaders.get(joint, joint)))
-            if place is None and required:
+            place = self._add(key.format(name) for name in (joint, leaders.get(joint, joint)))
+            if place is None and key is _JOINT_KEYS[0]:
                 raise KeyError(joint)
             places.append(place)
         return places
@@ -160,7 +165,7 @@ _SIGNS_BEFORE: Final = ((-1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
 
 def _number(value: object) -> float:
-    return float(value) if isinstance(value, (int, float)) else math.nan
+    return float(value) if isinstance(value, (int, float)) and math.isfinite(value) else math.nan
 
 
 def _vector(

@@ -31,8 +31,8 @@ __all__ = ["NaoqiRobot"]
 class NaoqiRobot:
     """A Nao H25 with NAOqi. Implements Robot.
 
-    `connect` makes a link to it within some seconds. NAOqi measures no torques: they read 0. While the robot
-    is lost, readings stay what they were and commands do nothing; `report_to` lets a server tell its clients.
+    `connect` makes a link to it within some seconds. While the robot is lost, readings stay what they were
+    and commands do nothing; `report_to` lets a server tell its clients.
     """
 
     def __init__(

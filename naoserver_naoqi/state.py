@@ -22,8 +22,7 @@ from zenoh_ice import Clock
 __all__ = ["NaoqiSenses", "NaoqiState"]
 
 _WINDOW: Final = 4
-"""Measurements over which velocities are taken: NAOqi's cycle and ours drift through each other."""
-_NO_TORQUES: Final = (0.0,) * len(H25.joints)
+"""Measurements over which a velocity is taken that the robot does not tell: its cycle and ours drift."""
 _LISTING: Final = 5.0
 """Seconds that the robot gets to list its keys, of which there are some thousand."""
 
@@ -67,9 +66,10 @@ class NaoqiState:
         self._history.append((time, measured.positions))
         first, positions = self._history[0]
         elapsed = time - first
+        moved = zip(measured.velocities, measured.positions, positions, strict=True)
         velocities = tuple(
-            (now - before) / elapsed if elapsed > 0.0 else 0.0
-            for now, before in zip(measured.positions, positions, strict=True)
+            velocity if not math.isnan(velocity) else (now - before) / elapsed if elapsed > 0.0 else 0.0
+            for velocity, now, before in moved
         )
         with self._lock:
             self._setpoints.report(measured.commands, measured.positions, measured.stiffnesses, time)
@@ -87,7 +87,7 @@ class NaoqiState:
             positions=measured.positions,
             velocities=velocities,
             commands=self.commands(),
-            torques=_NO_TORQUES,
+            torques=measured.torques,
             stiffnesses=measured.stiffnesses,
             temperatures=measured.temperatures,
         )

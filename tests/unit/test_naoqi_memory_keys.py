@@ -45,6 +45,11 @@ def test_joints_come_in_the_order_of_the_body():
     assert set(measured.temperatures) == {40.0}
 
 
+def test_torques_are_what_the_robot_estimates_and_otherwise_none():
+    assert set(read(nao_memory()).torques) == {0.0}
+    assert read(nao_memory(), **{"Motion/Torque/Sensor/HeadPitch": -0.3}).torques[1] == -0.3
+
+
 def test_what_presses_on_a_foot_is_a_force():
     feet = read(nao_memory(), **{f"{DEVICES}LFoot/FSR/RearLeft/Sensor/Value": 1.2}).senses
     assert feet.left_foot.rear_left == pytest.approx(1.2 * 9.81)
@@ -121,7 +126,7 @@ def test_whatever_a_robot_answers_reads_as_numbers_or_is_refused(strange):
     except ValueError:
         assert min(strange) < 26, "a joint has no position"
         return
-    assert not any(math.isnan(value) for value in (*measured.positions, *measured.stiffnesses))
+    assert all(map(math.isfinite, (*measured.positions, *measured.commands, *measured.stiffnesses)))
 
 
 def test_an_answer_of_another_length_is_refused():
