@@ -79,10 +79,9 @@ def test_an_end_that_fails_is_told_and_the_rest_is_done(naoqi, caplog):
         raise CallFailed("ALMotion::rest: the robot hangs in the air")
 
     naoqi.answers[REST] = fail
-    with naoqi.robot(Wishes(end=End.REST)) as robot:
-        naoqi.answers["ALVideoDevice.getImageRemote"] = None
-        with pytest.raises(HardwareFailure):
-            robot.capture("Camera", 320, 240)
+    naoqi.answers["ALVideoDevice.getImageRemote"] = "no picture, but a subscription"
+    with naoqi.robot(Wishes(end=End.REST)) as robot, pytest.raises(HardwareFailure):
+        robot.capture("Camera", 320, 240)
     assert "hangs in the air" in caplog.text
     assert naoqi.called("ALVideoDevice.unsubscribe") == [("handle",)]
 

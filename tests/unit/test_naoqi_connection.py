@@ -13,7 +13,8 @@ STATE = "ALMemory.getListData"
 
 
 @pytest.fixture
-def naoqi():
+def naoqi(monkeypatch):
+    monkeypatch.setattr("naoserver_naoqi.connection._RETRY", 0.01)  # seconds between two attempts
     return ScriptedNaoqi()
 
 
