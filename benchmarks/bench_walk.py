@@ -34,6 +34,8 @@ CONSOLE = Console(width=100)
 STILL: Final = WalkVelocity()
 DIRECTIONS: Final = 8
 PUSH_SECONDS: Final = 0.1
+TWO_STEPS: Final = 0.51
+"""Seconds."""
 STRONGEST: Final = 8.0
 """N s: more than any push that is withstood."""
 
@@ -233,12 +235,12 @@ GAITS: Final = (
 )
 
 
-def withstands(velocity: WalkVelocity, angle: float, impulse: float, seed: int) -> bool:
-    """Return whether the robot stands or walks on after a push at the torso, at a moment by the seed."""
-    run = Run(seed)
+def withstands(velocity: WalkVelocity, angle: float, impulse: float, delay: float) -> bool:
+    """Return whether the robot stands or walks on after a push at the torso, after some seconds more."""
+    run = Run(0)
     if velocity != STILL:
         run.walk(velocity, 2.0)
-    run.go(0.08 * seed)
+    run.go(delay)
     _, _, heading = run.place()
     force = impulse / PUSH_SECONDS
     direction = (math.cos(heading + angle), math.sin(heading + angle))
@@ -251,17 +253,20 @@ def withstands(velocity: WalkVelocity, angle: float, impulse: float, seed: int) 
 
 
 def largest_push(velocity: WalkVelocity, angle: float, moments: int) -> float:
-    """Return the largest impulse in N s that is withstood at each of some moments."""
+    """Return an impulse in N s that is withstood at each of some moments, within 0.1 of the largest."""
     smallest = STRONGEST
-    for seed in range(moments):
+    for moment in range(moments):
+        delay = TWO_STEPS * moment / moments
+        if moment and withstands(velocity, angle, smallest, delay):
+            continue
         low, high = 0.0, smallest
         while high - low > 0.1:
             middle = (low + high) / 2
-            if withstands(velocity, angle, middle, seed):
+            if withstands(velocity, angle, middle, delay):
                 low = middle
             else:
                 high = middle
-        smallest = min(smallest, high)
+        smallest = low
     return smallest
 
 
@@ -272,7 +277,10 @@ def print_pushes(moments: int, plot: Path | None) -> None:
     found = {gait.name: [largest_push(gait.velocity, angle, moments) for angle in angles] for gait in GAITS}
     for number, name in enumerate(names):
         table.add_row(name, *(f"{found[gait.name][number]:.1f}" for gait in GAITS))
-    CONSOLE.print(f"largest push of {PUSH_SECONDS:g} s that it withstands at {moments} moments", table)
+    CONSOLE.print(
+        f"largest push of {PUSH_SECONDS:g} s that it withstands at each of {moments} moments of two steps",
+        table,
+    )
     if plot is not None:
         draw(found, angles, names, plot)
         CONSOLE.print(f"drawn to {plot}")
@@ -305,7 +313,9 @@ def main() -> None:
     )
     parser.add_argument("--programmes", type=int, default=30, help="random programmes of 60 s")
     parser.add_argument("--minutes", type=float, default=10.0, help="minutes of standing, looking, dancing")
-    parser.add_argument("--moments", type=int, default=3, help="moments at which each push strikes")
+    parser.add_argument(
+        "--moments", type=int, default=6, help="moments of two steps at which each push strikes"
+    )
     parser.add_argument("--plot", type=Path, help="where to draw the pushes, a PNG")
     options = parser.parse_args()
     logging.getLogger("naoserver_sim").setLevel(logging.ERROR)  # that it fell is part of the figures

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim.walk.gait import AT_REST, LEFT, RIGHT, Gait, GaitOptions
+from tests.support.examples import examples
 
 TICK = 0.01
 STILL = WalkVelocity()
@@ -41,7 +42,7 @@ def test_it_stands_until_something_is_wanted():
 
 
 @given(st.lists(st.tuples(velocities, st.integers(1, 60), loads), min_size=1, max_size=12))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60))
 def test_whatever_is_commanded_and_felt_feet_stay_in_reach_and_one_of_them_on_the_floor(programme):
     gait = Gait()
     for velocity, ticks, felt in programme:
@@ -58,7 +59,7 @@ def test_whatever_is_commanded_and_felt_feet_stay_in_reach_and_one_of_them_on_th
 
 
 @given(velocities, st.floats(0.3, 3.0))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 def test_a_walk_that_is_to_end_ends_with_the_feet_together(velocity, seconds):
     gait = Gait()
     walk(gait, velocity, seconds)
@@ -68,7 +69,7 @@ def test_a_walk_that_is_to_end_ends_with_the_feet_together(velocity, seconds):
 
 
 @given(velocities.filter(lambda velocity: max(map(abs, astuple(velocity))) > 1e-3))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 def test_feet_take_turns(velocity):
     gait = Gait()
     swings = [gait.swing for _ in range(300) if gait.tick(TICK, velocity, carried(gait))]
@@ -122,6 +123,29 @@ def test_a_step_whose_foot_never_touches_ends_all_the_same():
     gait = Gait()
     ended = [gait.tick(TICK, WalkVelocity(forward=0.1), AIRBORNE) for _ in range(60)]
     assert ended.index(True) * TICK == pytest.approx(OPTIONS.latest_touch * OPTIONS.period, abs=2 * TICK)
+
+
+def test_a_foot_that_touches_early_comes_down_without_a_jump():
+    gait, heavy = Gait(), (30.0, 30.0)
+    last = [foot.lift for foot in gait.feet]
+    most = OPTIONS.lift * TICK / OPTIONS.period * max(4.0, 1.0 / OPTIONS.lowering)
+    for tick in range(400):
+        gait.tick(TICK, WalkVelocity(forward=0.1) if tick < 200 else STILL, heavy)
+        now = [foot.lift for foot in gait.feet]
+        assert all(abs(a - b) <= most + 1e-9 for a, b in zip(now, last, strict=True))
+        last = now
+    assert not gait.walking
+
+
+def test_a_walk_ends_in_fewer_steps_than_it_begins():
+    gait = Gait()
+    velocity = WalkVelocity(forward=0.3)
+    steps_until_full = math.ceil(velocity.forward * OPTIONS.period / OPTIONS.forward_change)
+    walk(gait, velocity, 4.0)
+    begun = gait.steps
+    walk(gait, STILL, 4.0)
+    assert not gait.walking
+    assert gait.steps - begun < steps_until_full
 
 
 def test_steps_grow_little_by_little():
