@@ -26,6 +26,7 @@ _AHEAD: Final = 2 * PERIOD
 _STIFFENING: Final = 0.4
 """Seconds in which limp motors become stiff before a motion."""
 _STIFF: Final = 0.99
+_FASTEST: Final = {joint.name: joint.max_velocity for joint in H25.joints}
 _LIMP: Final = 0.05
 """Stiffness up to which a motor does not follow."""
 _SETTLING: Final = 0.3
@@ -187,7 +188,11 @@ class MotionPlayer:
         self._check(leg, reading)
         wanted = leg.at((time + _AHEAD) * action.pace, begin)
         commands = dict(zip(H25.joint_names, reading.commands, strict=True))
-        speeds = {joint: abs(angle - commands[joint]) / _AHEAD for joint, angle in wanted.items()}
+        # After a late tick a joint may be too far behind to catch up at once.
+        speeds = {
+            joint: min(abs(angle - commands[joint]) / _AHEAD, _FASTEST[joint])
+            for joint, angle in wanted.items()
+        }
         self._body.move(wanted, speeds, client=action.client, owner=action.owner)
 
     def _begin_leg(self, action: _Action, leg: Motion | None) -> None:
