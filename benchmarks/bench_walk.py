@@ -301,6 +301,7 @@ def draw(found: dict[str, list[float]], angles: Sequence[float], names: Sequence
     axes.set_xticks(list(angles), names)
     axes.set_rlim(0.0, math.ceil(max(max(values) for values in found.values())))
     axes.set_rlabel_position(22.5)
+    axes.tick_params(axis="x", pad=18)
     axes.set_title("Largest push at the torso that is withstood, N s")
     axes.legend(loc="upper left", bbox_to_anchor=(-0.25, 1.1), frameon=False)
     plot.parent.mkdir(parents=True, exist_ok=True)
