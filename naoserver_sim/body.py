@@ -57,10 +57,11 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
     _add_contact_shapes(links, body)
     exclude_neighbors(spec, body)
     followers = {coupling.follower for coupling in body.couplings}
-    for joint in body.joints:
+    for joint, facts in zip(body.joints, body.facts["joints"], strict=True):
         if joint.name not in followers:
-            tuning = gains(joint.name)
-            add_motor(spec, joint, kp=tuning["kp"], kv=tuning["kv"])
+            tuning, motor = gains(joint.name), facts.get("motor", {})
+            lasting = motor.get("continuous_torque_out_no_loss")
+            add_motor(spec, joint, kp=tuning["kp"], kv=tuning["kv"], lasting=lasting)
     for coupling in body.couplings:
         spec.add_equality(
             name=f"{coupling.leader}={coupling.follower}",

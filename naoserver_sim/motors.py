@@ -13,10 +13,13 @@ from naoserver.condition import HOT
 from naoserver.robot import JointFacts
 
 
-def add_motor(spec: mujoco.MjSpec, joint: Joint | JointFacts, *, kp: float, kv: float) -> None:
+def add_motor(
+    spec: mujoco.MjSpec, joint: Joint | JointFacts, *, kp: float, kv: float, lasting: float | None = None
+) -> None:
     """Add the motor of a joint, named as the joint: it pulls towards its setpoint.
 
-    `kp` is in N m/rad and `kv` in N m s/rad; of a slide in N/m and N s/m.
+    `kp` is in N m/rad and `kv` in N m s/rad; of a slide in N/m and N s/m. `lasting` is the torque in N m that
+    it may give for good; without one that is its greatest.
     """
     motor = spec.add_actuator(
         name=joint.name,
@@ -26,6 +29,7 @@ def add_motor(spec: mujoco.MjSpec, joint: Joint | JointFacts, *, kp: float, kv: 
         ctrlrange=[joint.lower, joint.upper],
         forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
         forcerange=[-joint.max_torque, joint.max_torque],
+        userdata=[joint.max_torque if lasting is None else lasting],
     )
     motor.set_to_position(kp=kp, kv=kv)
 
@@ -34,12 +38,8 @@ Array = NDArray[np.float64]
 
 AMBIENT: Final = 25.0
 """Temperature of the air, and of motors that do nothing, in degrees Celsius."""
-_WARMTH: Final = 60.0
-"""Kelvin by which a motor that gives its greatest torque for good becomes warmer than the air; assumed.
-
-Of the legs that torque is about what the motors' data sheets allow for good: with it they become hot."""
 _TIME_CONSTANT: Final = 300.0
-"""Seconds in which a motor gains 63 % of that; assumed."""
+"""Seconds in which a motor comes 63 % nearer to the temperature that its torque gives it; assumed."""
 TOO_HOT: Final = 95.0
 """Temperature at which it gives none; assumed."""
 
@@ -48,8 +48,8 @@ class Motors:
     """Stiffness and temperature of every motor of a model; `tick` belongs to the thread of the physics.
 
     A motor's greatest torque and its gains are in proportion to its stiffness, as NAOqi's limit of the
-    current makes them. A motor warms by the square of its torque, as by the current in its winding, and
-    gives less torque from `HOT` on.
+    current makes them. A motor warms by the square of its torque, as by the current in its winding: with
+    the torque that its data sheet lets it give for good it comes to `HOT`. From there on it gives less.
     """
 
     def __init__(self, mj: mujoco.MjModel) -> None:
@@ -57,7 +57,7 @@ class Motors:
         self._gains = mj.actuator_gainprm[:, 0].copy()
         self._biases = mj.actuator_biasprm[:, 1:3].copy()
         self._forces = mj.actuator_forcerange.copy()
-        self._heating = _WARMTH / np.maximum(self._forces[:, 1], 1e-9) ** 2
+        self._heating = (HOT - AMBIENT) / np.maximum(mj.actuator_user[:, 0], 1e-9) ** 2
         self.stiffnesses: Array = np.ones(mj.nu)
         self.temperatures: Array = np.full(mj.nu, AMBIENT)
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)

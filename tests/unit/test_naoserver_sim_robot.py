@@ -2,11 +2,15 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from naoserver.body import H25
+from naoserver.condition import HOT
 from naoserver.errors import HardwareFailure
 from naoserver.robot import Robot
+from naoserver_sim.model import build_model
+from naoserver_sim.motors import AMBIENT, Motors
 from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock
 
@@ -238,3 +242,19 @@ def test_motors_that_hold_a_load_grow_warm(robot, clock):
     warm = robot.read().temperatures
     assert set(cold) == {25.0}
     assert warm[PLACE["LKneePitch"]] > warm[PLACE["HeadYaw"]] >= 25.0
+
+
+def test_a_motor_that_gives_for_good_what_its_data_sheet_allows_just_becomes_hot():
+    mj = build_model(skin=False).mj
+    motors = Motors(mj)
+    lasting = mj.actuator("LKneePitch").user[0]
+    assert lasting == H25.facts["joints"][PLACE["LKneePitch"]]["motor"]["continuous_torque_out_no_loss"]
+    torques = np.zeros(mj.nu)
+    torques[mj.actuator("LKneePitch").id] = lasting
+    torques[mj.actuator("LShoulderPitch").id] = mj.actuator("LShoulderPitch").forcerange[1]
+    for _ in range(3600):
+        motors.tick(1.0, torques)
+    assert motors.temperatures[mj.actuator("LKneePitch").id] == pytest.approx(HOT, abs=0.1)
+    assert motors.temperatures[mj.actuator("HeadYaw").id] == AMBIENT
+    torque = mj.actuator("LShoulderPitch").forcerange[1]
+    assert torque < H25.joints[PLACE["LShoulderPitch"]].max_torque, "a hot motor gives less"
