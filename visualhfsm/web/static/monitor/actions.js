@@ -13,7 +13,7 @@ const paused = () => monitor.newest?.component.status !== 0;
 const here = () => attached() && page.tab === monitor.tab;
 const selected = () => page.state ?? page.transition;
 /** Whether the selected thing can have a breakpoint: now, or when the component runs. */
-const breakable = () => Boolean(page.document && selected()) && (monitor.plansFor(page.tab) || steers());
+const breakable = () => Boolean(page.document && selected()) && (monitor.breakpoints.arePlanned(page.tab) || steers());
 const kind = () => (page.state ? "state" : "transition");
 
 const dialogs = () => import("./dialogs.js");
@@ -21,8 +21,8 @@ const dialogs = () => import("./dialogs.js");
 /** The action with which the shown automaton's selected thing has or has not a breakpoint. */
 function toggleBreakpoint() {
   const [automaton, id] = [page.automaton.id, selected().id];
-  const known = breakpointAt(monitor.breakpointsOf(page.tab), automaton, kind(), id);
-  return monitor.setBreakpoint(page.tab, automaton, kind(), id, known ? undefined : "");
+  const known = breakpointAt(monitor.breakpoints.of(page.tab), automaton, kind(), id);
+  return monitor.breakpoints.set(page.tab, automaton, kind(), id, known ? undefined : "");
 }
 
 /** Fire the selected transition, which has to leave the current state. */

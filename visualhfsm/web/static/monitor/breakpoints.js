@@ -1,4 +1,4 @@
-/** The breakpoints of a component, those that it had before it was started anew, and those of one that is not there yet. */
+/** The breakpoints of the followed component, those that it had before it was started anew, and those of one that is not there yet. */
 
 import {store} from "../store.js";
 
@@ -9,11 +9,53 @@ const MOST_DOCUMENTS = 50;
 const MOST_ARGUMENTS = 80;
 const LONGEST_CONDITION = 900; // characters that a command line takes here
 
+/** Where the followed component pauses, and where another one of a tab is to; `all` are those that the followed one has. */
 export class Breakpoints {
   /** @type {Breakpoint[]} */
   all = [];
   /** @type {Breakpoint[]} */
   #former = [];
+  #monitor;
+
+  /** @param {typeof import("./monitor.js").monitor} monitor */
+  constructor(monitor) {
+    this.#monitor = monitor;
+  }
+
+  /** Whether those of a tab are kept for later: its component is not followed, or has ended. */
+  arePlanned(tab) {
+    const {component, isOver, tab: followed} = this.#monitor;
+    return !component || isOver || followed !== tab;
+  }
+
+  /** Those of the component of a tab, or those that it is to have. */
+  of(tab) {
+    return this.arePlanned(tab) ? planned.of(tab) : this.all;
+  }
+
+  /** Put one, with a condition or with "" for always, or take it away with undefined. @param {"state" | "transition"} kind */
+  async set(tab, automaton, kind, id, condition) {
+    const all = withBreakpoint(this.of(tab), automaton, kind, id, condition);
+    if (!this.arePlanned(tab)) {
+      await this.#replace(all);
+      return;
+    }
+    planned.set(tab, all);
+    this.#tell();
+  }
+
+  async #replace(breakpoints) {
+    const monitor = this.#monitor;
+    if ((await monitor.steer("setBreakpoints", {breakpoints})) === undefined) return;
+    if (monitor.breakpoints !== this) return; // it follows another one meanwhile
+    this.all = breakpoints;
+    if (monitor.tab) planned.set(monitor.tab, breakpoints);
+    this.#tell();
+  }
+
+  #tell() {
+    for (const kind of ["structure", "shown"]) this.#monitor.dispatchEvent(new Event(kind));
+  }
 
   /** Keep them: the component that had them has ended. */
   keep() {
@@ -21,9 +63,10 @@ export class Breakpoints {
     this.all = [];
   }
 
-  /** Those that were kept, as far as there is still what they stand at. @param {import("./structure.js").Structure} structure */
-  keptIn(structure) {
-    return this.#former.filter((each) => structure.has(each));
+  /** Put those that were kept, as far as there is still what they stand at. @param {import("./structure.js").Structure} structure */
+  restore(structure) {
+    const kept = this.#former.filter((each) => structure.has(each));
+    if (kept.length) this.#replace(kept);
   }
 }
 
@@ -31,7 +74,7 @@ export class Breakpoints {
 export const breakpointAt = (all, automaton, kind, id) => all.find((each) => each.automaton === automaton && each[kind] === id);
 
 /** All with another one, which has a condition or "" for always; with undefined all without it. @param {Breakpoint[]} all */
-export function withBreakpoint(all, automaton, kind, id, condition) {
+function withBreakpoint(all, automaton, kind, id, condition) {
   const rest = all.filter((each) => !(each.automaton === automaton && each[kind] === id));
   return condition === undefined ? rest : [...rest, {automaton, state: 0, transition: 0, condition, [kind]: id}];
 }

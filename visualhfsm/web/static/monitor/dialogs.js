@@ -40,7 +40,7 @@ export async function askEvent() {
 /** Ask when a breakpoint is to count. */
 export async function askCondition(automaton, kind, {id, name}) {
   const {tab} = page;
-  const known = breakpointAt(monitor.breakpointsOf(tab), automaton, kind, id);
+  const known = breakpointAt(monitor.breakpoints.of(tab), automaton, kind, id);
   const variables = Object.keys(monitor.now(automaton)?.variables ?? {});
   const state = {condition: known?.condition ?? ""};
   const chosen = await showDialog({
@@ -52,7 +52,7 @@ export async function askCondition(automaton, kind, {id, name}) {
       ${known ? html`<button type="button" class="button danger" @click=${() => close("remove")}>Remove</button>` : nothing}
       <button type="button" class="button primary" @click=${() => close("set")}>Set</button>`,
   });
-  if (chosen) await monitor.setBreakpoint(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
+  if (chosen) await monitor.breakpoints.set(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
 }
 
 /** Tell what a reload could not keep. @param {string[]} notKept */

@@ -15,7 +15,7 @@
 
 import {notifyError} from "../notices.js";
 import {store} from "../store.js";
-import {Breakpoints, planned, withBreakpoint} from "./breakpoints.js";
+import {Breakpoints} from "./breakpoints.js";
 import {componentOfTab, tabOf} from "./components.js";
 import {Past} from "./past.js";
 import {RobotFacts} from "./robot-facts.js";
@@ -35,7 +35,7 @@ class Monitor extends EventTarget {
   component = "";
   /** @type {{name: string, document: string, parameters: object[], automata: object[]} | undefined} */
   structure = undefined;
-  breakpoints = new Breakpoints();
+  breakpoints = new Breakpoints(this);
   robot = new RobotFacts();
   /** The newest moment. @type {Snapshot | undefined} */
   newest = undefined;
@@ -190,7 +190,7 @@ class Monitor extends EventTarget {
   async detach() {
     const {component} = this;
     if (!component) return;
-    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: new Breakpoints(), since: 0, ended: undefined, writable: false, recording: undefined, past: new Past()});
+    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: new Breakpoints(this), since: 0, ended: undefined, writable: false, recording: undefined, past: new Past()});
     this.#learn(undefined);
     this.#emit("mode", "shown");
     if (store.online) await store.request("detach", {component}).catch(() => {}); // it is gone already
@@ -234,32 +234,6 @@ class Monitor extends EventTarget {
     }
   }
 
-  /** Whether the breakpoints of a tab are kept for later: its component is not followed, or has ended. */
-  plansFor(tab) {
-    return !this.component || this.isOver || this.tab !== tab;
-  }
-
-  /** The breakpoints of the component of a tab, or those that it is to have. */
-  breakpointsOf(tab) {
-    return this.plansFor(tab) ? planned.of(tab) : this.breakpoints.all;
-  }
-
-  /** Put a breakpoint, with a condition or with "" for always, or take it away with undefined. @param {"state" | "transition"} kind */
-  setBreakpoint(tab, automaton, kind, id, condition) {
-    const all = withBreakpoint(this.breakpointsOf(tab), automaton, kind, id, condition);
-    if (!this.plansFor(tab)) return this.#setBreakpoints(all);
-    planned.set(tab, all);
-    this.#emit("structure", "shown");
-    return undefined;
-  }
-
-  async #setBreakpoints(breakpoints) {
-    if ((await this.steer("setBreakpoints", {breakpoints})) === undefined) return;
-    this.breakpoints.all = breakpoints;
-    if (this.tab) planned.set(this.tab, breakpoints);
-    this.#emit("structure", "shown");
-  }
-
   #begin({structure, snapshot, timeline, since = 0, facts}) {
     this.since = since ?? 0;
     this.ended = undefined;
@@ -281,9 +255,7 @@ class Monitor extends EventTarget {
     if (value?.cameras?.length) this.robot.cameras = value.cameras;
     this.#known = new Structure(this.structure);
     this.#emit("structure", "shown");
-    if (!renewed || this.breakpoints.all.length) return;
-    const kept = this.breakpoints.keptIn(this.#known); // a component that is started anew knows of none
-    if (kept.length) this.#setBreakpoints(kept);
+    if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.#known); // a component that is started anew knows of none
   }
 
   #take(value) {

@@ -75,7 +75,7 @@ export function showOn(canvas) {
       marked = signature;
       document.querySelector("hfsm-tree")?.showLive(new Map(running.map(({id, state, ghost}) => [`${id}.${state}`, ghost ? "ghost" : "active"])));
     }
-    const planned = here || !page.automaton ? [] : monitor.breakpointsOf(page.tab);
+    const planned = here || !page.automaton ? [] : monitor.breakpoints.of(page.tab);
     if (!here && !shown && !planned.length) return;
     shown = Boolean(here || planned.length);
     if (here && monitor.follows) followDeepest();
