@@ -153,6 +153,8 @@ class WalkGuard:
     def _stop_where(self, condition: Callable[[_Drive], bool]) -> list[str]:
         """Stop the velocities that meet a condition; returns their kinds."""
         with self._lock:
+            if not self._walker.walking:
+                return []  # the robot has ended the walk, as `watch` tells
             stopped = [kind for kind, drive in self._drives.items() if condition(drive)]
             if stopped:
                 self._command({kind: drive for kind, drive in self._drives.items() if kind not in stopped})

@@ -228,6 +228,18 @@ def test_a_fall_ends_the_walk_and_is_told(rig):
         rig.walk.drive({"forward": 0.1}, "anna")
 
 
+def test_a_fall_is_told_also_when_a_velocity_was_not_renewed_or_its_client_is_lost(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.drive({"left": 0.05}, "ben")
+    rig.wall = 0.4
+    rig.walk.drive({"turn": 0.3}, "anna")
+    rig.walker.fall()
+    rig.wall = 0.6
+    rig.walk.drop_client("ben")
+    assert rig.walk.watch() is None
+    assert [message for message in rig.told() if "walk" in message][-1].startswith("the robot ended the walk")
+
+
 def test_once_closed_it_walks_no_more(rig):
     rig.walk.drive({"forward": 0.1}, "anna")
     rig.walk.close()
