@@ -15,12 +15,22 @@ import pytest
 import zenoh
 from hypothesis import HealthCheck, settings
 
+from tests.support.examples import examples, more_asked_for
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
-# How long an example takes says nothing on a busy machine.
-settings.register_profile("busy", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# How long an example takes says nothing on a busy machine. Every day the examples are the same, so that nobody
+# is stopped by what somebody else has done; other ones are tried when more are asked for.
+settings.register_profile(
+    "busy",
+    settings(),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    max_examples=examples(100),
+    derandomize=not more_asked_for(),
+    database=None,
+)
 settings.load_profile("busy")
 
 DECISIVE = frozenset(

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import os
 
-_TIMES = float(os.environ.get("VISUALHFSM_EXAMPLES", "1"))
+__all__ = ["examples", "more_asked_for"]
+
+_TIMES = os.environ.get("VISUALHFSM_EXAMPLES", "")
 
 
 def examples(count: int) -> int:
     """Return a number of examples, multiplied by VISUALHFSM_EXAMPLES."""
-    return max(1, round(count * _TIMES))
+    return max(1, round(count * float(_TIMES or "1")))
+
+
+def more_asked_for() -> bool:
+    """Return whether VISUALHFSM_EXAMPLES is set."""
+    return bool(_TIMES)

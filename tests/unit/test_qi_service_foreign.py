@@ -21,6 +21,7 @@ from naoserver.qi_service.posture import ALRobotPosture
 from naoserver.qi_service.sonar import ALSonar, Sonar
 from naoserver.qi_service.speech import ALTextToSpeech
 from naoserver.qi_service.video import ALVideoDevice
+from tests.support.examples import examples
 from tests.support.qi_service import Rig
 
 SENSIBLE = [
@@ -80,7 +81,7 @@ def operations():
     rig.close()
 
 
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 @given(st.lists(FOREIGN, min_size=5, max_size=5))
 def test_anything(operations, values):
     for operation in operations:

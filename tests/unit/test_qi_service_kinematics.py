@@ -16,6 +16,7 @@ from naoserver.capabilities import InertialReading
 from naoserver.errors import InvalidCommand
 from naoserver.qi_service.kinematics import angles_of, place_of, rotation
 from naoserver_sim.model import build_model
+from tests.support.examples import examples
 from tests.support.qi_service import Rig
 
 pytestmark = pytest.mark.sim
@@ -34,7 +35,7 @@ def rig():
     rig.close()
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(st.lists(st.floats(0.0, 1.0), min_size=len(H25.joints), max_size=len(H25.joints)))
 def test_joints_are_where_mujoco_has_their_links(shares):
     angles = {

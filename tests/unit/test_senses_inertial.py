@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.body import H25
+from tests.support.examples import examples
 from tests.support.physics import GRAVITY, Lab, rotation
 
 pytestmark = pytest.mark.sim
@@ -52,7 +53,7 @@ def test_while_it_topples_and_hits_the_floor():
     _compare_with_motion(lab, steps=400)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30))
 @given(
     roll=st.floats(-math.pi, math.pi),
     pitch=st.floats(-1.5, 1.5),

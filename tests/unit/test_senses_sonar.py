@@ -13,6 +13,7 @@ from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.senses.noise import SenseNoise
 from naoserver_sim.senses.sonar import RANGE, Sonar
 from naoserver_sim.world import BALL_RADIUS
+from tests.support.examples import examples
 from tests.support.physics import rotation
 from zenoh_ice.clock import VirtualClock
 
@@ -61,7 +62,7 @@ def transducer(side):
     return np.array([0.0, 0.0, HEIGHT]) + FACTS[side]["position"], axis
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60))
 @given(
     distance=st.floats(0.4, 2.4),
     bearing=st.floats(-1.2, 1.2),

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from naoserver.body import H25
 from naoserver_sim.model import build_model
 from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
+from tests.support.examples import examples
 
 pytestmark = pytest.mark.sim
 
@@ -76,7 +77,7 @@ def stances(draw):
 
 
 @given(stances())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60))
 def test_the_soles_come_to_lie_where_they_are_wanted(stance):
     found = soles(solved(Legs(), *stance))
     for wanted, (place, turned) in zip(stance, found, strict=True):
@@ -86,7 +87,7 @@ def test_the_soles_come_to_lie_where_they_are_wanted(stance):
 
 
 @given(stances())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 def test_the_difference_of_the_yaws_is_met_by_the_one_motor_of_the_hips(stance):
     found = soles(solved(Legs(), *stance))
     wrong = [
@@ -98,7 +99,7 @@ def test_the_difference_of_the_yaws_is_met_by_the_one_motor_of_the_hips(stance):
 
 
 @given(st.lists(stances(), min_size=1, max_size=5), stances())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30))
 def test_a_solution_is_the_same_whatever_was_solved_before(before, stance):
     legs = Legs()
     for other in before:
@@ -107,7 +108,7 @@ def test_a_solution_is_the_same_whatever_was_solved_before(before, stance):
 
 
 @given(st.tuples(*(st.floats(*RANGES[joint]) for joint in LEG_JOINTS)))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60))
 def test_where_the_soles_are_is_where_mujoco_has_them(angles):
     found = soles(dict(zip(LEG_JOINTS, angles, strict=True)))
     for (_, side), part, (place, _) in zip(SIDES, (angles[:6], angles[6:]), found, strict=True):
@@ -115,7 +116,7 @@ def test_where_the_soles_are_is_where_mujoco_has_them(angles):
 
 
 @given(st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), st.floats(-3.0, 3.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60))
 def test_what_is_out_of_reach_gives_finite_angles_and_a_stretched_leg(x, y, z, yaw):
     far = FootPose(x, y, z, yaw)
     angles = solved(Legs(), far, FootPose(0.0, -0.05, -0.31))

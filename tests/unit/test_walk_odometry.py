@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from naoserver_sim.walk.kinematics import FootPose, Legs
 from naoserver_sim.walk.odometry import Attitude, Odometer
+from tests.support.examples import examples
 
 TICK = 0.01
 STANDING = (25.0, 25.0)
@@ -24,7 +25,7 @@ def turning(rate):
 
 
 @given(st.floats(-0.04, 0.04), st.floats(-0.03, 0.03), st.floats(0.0, 50.0), st.floats(1.0, 50.0))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 def test_the_torso_moves_as_far_as_the_soles_that_carry_move_below_it(forward, left, one, other):
     odometer = Odometer(Legs())
     odometer.tick(TICK, joints(), Attitude(), (one, other))
@@ -43,7 +44,7 @@ def test_a_sole_that_carries_nothing_does_not_count():
 
 
 @given(st.floats(-3.0, 3.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20))
 def test_forward_is_where_the_robot_has_turned_to(angle):
     odometer = Odometer(Legs())
     odometer.tick(1.0, joints(), turning(angle), STANDING)
