@@ -43,7 +43,8 @@ class StiffnessRamps:
         with self._lock:
             return tuple(ramp.at(time) for ramp in self._ramps.values())
 
-    def settled(self, time: float) -> bool:
-        """Return whether every motor has the stiffness that it was commanded to have."""
+    def limp_since(self, time: float) -> dict[str, float]:
+        """Return the motors that are limp at a time, and since when."""
         with self._lock:
-            return all(time >= ramp.start + ramp.seconds for ramp in self._ramps.values())
+            ends = {motor: ramp.start + ramp.seconds for motor, ramp in self._ramps.items() if not ramp.after}
+        return {motor: end for motor, end in ends.items() if end <= time}

@@ -113,9 +113,7 @@ class FakeDevice:
     def read(self) -> JointReading:
         """Return the state of the joints now."""
         with self._lock:
-            if not self._closed:
-                self._time = self._clock.now()
-                self._motions = {name: motion.at(self._time) for name, motion in self._motions.items()}
+            self._go_on()
             motions = list(self._motions.values())
             time = self._time
         return JointReading(
@@ -141,8 +139,10 @@ class FakeDevice:
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
         """Change how strongly some motors hold; a limp one stays where it is."""
-        if not self._closed:
-            self._stiffnesses.command(stiffnesses, seconds, self._clock.now())
+        with self._lock:
+            self._go_on()
+            if not self._closed:
+                self._stiffnesses.command(stiffnesses, seconds, self._time)
 
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints somewhere at once, where they rest: a test's way to set a scene."""
@@ -158,6 +158,16 @@ class FakeDevice:
         self.read()
         with self._lock:
             self._closed = True
+
+    def _go_on(self) -> None:
+        """Let every joint come to where it is now; the setpoint of a limp motor is where its joint is."""
+        if self._closed:
+            return
+        now = self._time = self._clock.now()
+        for name, since in self._stiffnesses.limp_since(now).items():
+            stopped = self._motions[name].at(since)
+            self._motions[name] = _Motion(stopped.time, stopped.position, stopped.position)
+        self._motions = {name: motion.at(now) for name, motion in self._motions.items()}
 
     def _command(self, commands: Mapping[str, tuple[float, float]]) -> None:
         """Move setpoints to ends at speeds, all from the same moment on."""

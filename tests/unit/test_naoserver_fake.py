@@ -127,3 +127,16 @@ def test_a_joint_that_is_placed_is_there_at_once_and_stays(robot, clock):
     assert head(robot) == pytest.approx((-0.7, -0.7, 0.0))
     clock.advance(1.0)
     assert head(robot) == pytest.approx((-0.7, -0.7, 0.0))
+
+
+def test_a_joint_that_becomes_limp_on_its_way_stays_where_it_is(robot, clock):
+    robot.command_positions({"HeadYaw": 1.0}, {"HeadYaw": 1.0})
+    robot.command_stiffnesses({"HeadYaw": 0.0}, 0.5)
+    clock.advance(2.0)
+    reading = robot.read()
+    yaw = reading.positions[0]
+    assert yaw == pytest.approx(0.5, abs=0.03), "it moved until then"
+    assert reading.commands[0] == yaw
+    robot.command_stiffnesses({"HeadYaw": 1.0}, 0.0)
+    clock.advance(1.0)
+    assert robot.read().positions[0] == yaw
