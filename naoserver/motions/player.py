@@ -29,6 +29,8 @@ _STIFF: Final = 0.99
 _FASTEST: Final = {joint.name: joint.max_velocity for joint in H25.joints}
 _LIMP: Final = 0.05
 """Stiffness up to which a motor does not follow."""
+_SLOWEST: Final = 0.01
+"""Least pace: what is less counts as this, so that every motion has an end."""
 _SETTLING: Final = 0.3
 """Seconds after a leg until it is looked where it has led."""
 
@@ -117,7 +119,7 @@ class MotionPlayer:
             self._body.require(client)
             if self._closed:
                 return
-            action = _Action(kind, name, route, pace, client)
+            action = _Action(kind, name, route, max(pace, _SLOWEST), client)
             first = route.next_leg(self._situation(), self._commands())
             self._finish(ActionStatus.Stopped, f"{action.owner} began")
             try:

@@ -21,6 +21,8 @@ __all__ = ["MotionRoute", "PostureRoute", "Route", "RouteError", "change_posture
 
 _FRACTION: Final = 0.3
 """Highest speed of a change of posture as a fraction of the joints': of full pace."""
+_SLOWEST: Final = 0.01
+"""Least fraction of the full pace: what is less counts as this, so that every way has an end."""
 _SHORTEST: Final = 0.4
 """Seconds that a change of posture takes at least."""
 _PEAK: Final = 1.875  # of the smooth interpolation: highest by mean speed
@@ -137,7 +139,7 @@ def change_posture(posture: str, commands: Mapping[str, float], fraction: float)
     seconds = max(
         abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity for joint in H25.joints
     )
-    seconds = max(seconds * _PEAK / (_FRACTION * fraction), _SHORTEST)
+    seconds = max(seconds * _PEAK / (_FRACTION * max(fraction, _SLOWEST)), _SHORTEST)
     keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items()}
     for pair in H25.couplings:
         del keys[pair.follower]

@@ -6,7 +6,7 @@ from interfaces.nao import ActionStatus
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.motions.postures import POSTURES
-from naoserver.motions.routes import RouteError
+from naoserver.motions.routes import PostureRoute, RouteError
 from tests.support.motion_rig import MOTIONS, MotionRig
 from zenoh_ice import VirtualClock
 
@@ -44,6 +44,16 @@ def test_a_pace_makes_it_faster(rig):
     begun = rig.clock.now()
     rig.play("wave", pace=2.0)
     assert rig.clock.now() - begun == pytest.approx(MOTIONS["wave"].duration / 2, abs=0.5)
+
+
+@pytest.mark.parametrize("slow", [5e-324, 1e-300])
+def test_the_slowest_pace_is_a_hundredth(rig, slow):
+    rig.begin("wave", pace=slow)
+    rig.let_go(MOTIONS["wave"].duration)
+    assert rig.player.progress("motion").progress == pytest.approx(0.01, rel=0.1)
+    rig.player.begin("posture", "Crouch", PostureRoute("Crouch", MOTIONS.values(), slow))
+    rig.let_go(1.0)
+    assert 0.0 < rig.player.progress("posture").progress < 0.1
 
 
 def test_others_may_not_move_its_joints_but_those_that_it_leaves_alone(rig):
