@@ -147,6 +147,7 @@ class OwnPosturesI(PosturesI):
         self._body = body
         self._look_within = look_within
         self._lock = threading.Lock()
+        self._closed = False
         self._count = 0
 
     @property
@@ -170,7 +171,9 @@ class OwnPosturesI(PosturesI):
         joints = [joint.name for joint in self._body.joints]
         with self._lock:
             self._body.require(client)
-            self._body.claims.claim(_OWNER, joints, self.close)
+            if self._closed:
+                return
+            self._body.claims.claim(_OWNER, joints, self._end)
             try:
                 self._postures.go(name, fraction)
             except RobotError:
@@ -181,12 +184,12 @@ class OwnPosturesI(PosturesI):
         try:
             self._body.require(client)
         except CommandRefused:  # an emergency stop came in between
-            self.close()
+            self._end()
             raise
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
         """Stop on the way."""
-        self.close()
+        self._end()
 
     def getPosture(self, current: Current) -> str:  # noqa: ARG002
         """Return the posture that the robot is in; empty when it is in none."""
@@ -200,6 +203,12 @@ class OwnPosturesI(PosturesI):
         """Do nothing: the way that a client began goes on to its end, as a position command does."""
 
     def close(self) -> None:
+        """Stop on the way, and refuse further ones."""
+        with self._lock:
+            self._closed = True
+        self._end()
+
+    def _end(self) -> None:
         """Stop on the way, and free the joints: they need nothing more to come to rest."""
         self._postures.stop()
         self._body.claims.release(_OWNER)

@@ -103,3 +103,9 @@ def test_no_way_begins_while_something_else_moves_the_joints(assembly, servant, 
     with pytest.raises(InvalidCommand, match="the walk"):
         servant.go("Crouch", 1.0, "")
     assert not own.now.moving
+
+
+def test_once_closed_no_way_begins(servant, own):
+    servant.close()
+    servant.go("Crouch", 1.0, "")
+    assert not own.now.moving
