@@ -6,6 +6,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver_naoqi.link import CallFailed
 from naoserver_naoqi.robot import NaoqiRobot
+from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
@@ -15,6 +16,7 @@ STATE = "ALMemory.getListData"
 @pytest.fixture
 def naoqi(monkeypatch):
     monkeypatch.setattr("naoserver_naoqi.connection._RETRY", 0.01)  # seconds between two attempts
+    monkeypatch.setattr("naoserver_naoqi.lane._PATIENCE", LIMIT)  # seconds until the next command is sent
     return ScriptedNaoqi()
 
 
@@ -50,7 +52,7 @@ def test_while_it_is_lost_setpoints_stay_and_commands_do_nothing(naoqi):
     with naoqi.robot() as robot:
         robot.command_velocities({"HeadYaw": 0.5})
         naoqi.lose()
-        eventually(lambda: robot._connection._link is None)
+        eventually(lambda: robot._state._frozen is not None)
         setpoint = robot.read().commands[0]
         sent = len(naoqi.called("ALMotion.setAngles"))
         robot.command_positions({"HeadPitch": 0.2}, {"HeadPitch": 1.0})

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from naoserver.body import H25
 from naoserver_naoqi.joints import Order, calls_of
 from naoserver_naoqi.link import CallFailed
+from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
@@ -15,7 +16,8 @@ FULL = {joint.name: joint.max_velocity for joint in H25.joints}
 
 
 @pytest.fixture
-def naoqi():
+def naoqi(monkeypatch):
+    monkeypatch.setattr("naoserver_naoqi.lane._PATIENCE", LIMIT)  # seconds until the next command is sent
     return ScriptedNaoqi()
 
 
