@@ -224,7 +224,7 @@ class ScenePrx(ObjectPrx):
     ice_interface: ClassVar[Interface] = _Scene
 
     def reset(self) -> None:
-        """Put the robot and everything else back to where they began; time goes on."""
+        """Put the robot and everything else back to where they began; walks and motions end, time goes on."""
         return self.ice_invoke(_Scene_reset)
 
     def resetAsync(self) -> Future[None]:
@@ -251,7 +251,8 @@ class ScenePrx(ObjectPrx):
         return self.ice_invokeAsync(_Scene_placeObject, name, position)
 
     def placeRobot(self, x: float, y: float, heading: float) -> None:
-        """Put the robot on its feet somewhere: x and y in m, heading in rad, in the world's frame.
+        """Put the robot on its feet somewhere, where it stands still: x and y in m, heading in rad, in the
+        world's frame.
 
         Raises InvalidValueException.
         """
@@ -291,7 +292,7 @@ class Scene(Object):
 
     @abstractmethod
     def reset(self, current: Current) -> None:
-        """Put the robot and everything else back to where they began; time goes on."""
+        """Put the robot and everything else back to where they began; walks and motions end, time goes on."""
 
     @abstractmethod
     def getObjects(self, current: Current) -> SceneNames:
@@ -306,7 +307,8 @@ class Scene(Object):
 
     @abstractmethod
     def placeRobot(self, x: float, y: float, heading: float, current: Current) -> None:
-        """Put the robot on its feet somewhere: x and y in m, heading in rad, in the world's frame.
+        """Put the robot on its feet somewhere, where it stands still: x and y in m, heading in rad, in the
+        world's frame.
 
         Raises InvalidValueException.
         """
