@@ -50,7 +50,7 @@ def test_the_program_says_what_the_page_says(tmp_path):
     (tmp_path / "greet.py").write_text(program.text, "utf-8")
     said = next(block.text for block in blocks if block.text.startswith("$ python greet.py"))
     with ComponentProcess(
-        module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0", "--speed", "10")
+        module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0", "--speed", "3")
     ) as server:
         url = server.wait_for(r"^ready: (\S+)")[1]
         result = subprocess.run(

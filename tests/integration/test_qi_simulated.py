@@ -16,7 +16,7 @@ pytestmark = pytest.mark.sim
 def served():
     """The endpoint of a simulated robot, and its address as a NAOqi."""
     endpoint = free_endpoint()
-    options = ("--listen", endpoint, "--no-skin", "--speed", "10", "--qi", "tcp://127.0.0.1:0")
+    options = ("--listen", endpoint, "--no-skin", "--speed", "2", "--qi", "tcp://127.0.0.1:0")
     with ComponentProcess(module("naoserver_sim", *options)) as process:
         url = process.wait_for(r"^NAOqi: (\S+)")[1]
         process.wait_for("^ready")
