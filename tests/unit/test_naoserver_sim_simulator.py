@@ -16,7 +16,7 @@ PENDULUM = """
 <mujoco>
   <option timestep="0.0025" integrator="implicitfast"/>
   <worldbody><body><joint name="hinge"/><geom size="0.1" pos="0 0 1"/></body></worldbody>
-  <actuator><position joint="hinge" kp="100" kv="10"/></actuator>
+  <actuator><position joint="hinge" kp="100" kv="10" user="100"/></actuator>  <!-- N m for good -->
 </mujoco>
 """
 
