@@ -217,13 +217,13 @@ def test_a_camera_describes_itself(camera):
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize(("format", "channels"), [("RGB8", 3), ("BGR8", 3), ("GRAY8", 1)])
-def test_an_image_is_what_its_description_says(camera, format, channels):
-    assert format in camera.getImageFormat()
-    image = camera.getImageData(format)
-    shape = image.description
-    assert (shape.width, shape.height, shape.format) == (320, 240, format)
-    assert shape.size == len(image.pixelData) == 320 * 240 * channels
+def test_an_image_is_what_its_description_says(camera):
+    for name, channels in (("RGB8", 3), ("BGR8", 3), ("GRAY8", 1)):
+        assert name in camera.getImageFormat()
+        image = camera.getImageData(name)
+        shape = image.description
+        assert (shape.width, shape.height, shape.format) == (320, 240, name)
+        assert shape.size == len(image.pixelData) == 320 * 240 * channels
 
 
 @pytest.mark.gl
@@ -262,15 +262,17 @@ def test_size_and_rate_can_be_set_and_reset(camera):
     assert camera.getImageDescription().width == 320
 
 
-@pytest.mark.parametrize(
-    ("setting", "value", "reason"),
-    [("width", 321, "321x240"), ("rate", 1000.0, "up to 30"), ("rate", math.nan, "nan"), ("rate", 0.0, "0")],
-)
-def test_a_setting_that_a_camera_does_not_have_is_refused(camera, setting, value, reason):
-    description = camera.getCameraDescription()
-    setattr(description, setting, value)
-    with pytest.raises(ConfigurationNotExistException, match=reason):
-        camera.setCameraDescription(description)
+def test_a_setting_that_a_camera_does_not_have_is_refused(camera):
+    for setting, value, reason in (
+        ("width", 321, "321x240"),
+        ("rate", 1000.0, "up to 30"),
+        ("rate", math.nan, "nan"),
+        ("rate", 0.0, "0"),
+    ):
+        description = camera.getCameraDescription()
+        setattr(description, setting, value)
+        with pytest.raises(ConfigurationNotExistException, match=reason):
+            camera.setCameraDescription(description)
     assert camera.getCameraDescription().width == 320
 
 
@@ -348,20 +350,17 @@ def test_joints_of_one_motor_are_as_stiff_as_each_other(body):
     wait_for(body.getJointState, lambda state: [state.stiffnesses[joint] for joint in both] == [0.6, 0.6])
 
 
-@pytest.mark.parametrize(
-    ("stiffnesses", "seconds", "field"),
-    [
+def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body):
+    for stiffnesses, seconds, field in (
         ({"HeadYaw": 1.1}, 0.0, "HeadYaw"),
         ({"HeadYaw": math.nan}, 0.0, "HeadYaw"),
         ({"Tail": 0.5}, 0.0, "Tail"),
         ({"HeadYaw": 0.5}, -1.0, "seconds"),
         ({"HeadYaw": 0.5}, math.inf, "seconds"),
-    ],
-)
-def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body, stiffnesses, seconds, field):
-    with pytest.raises(InvalidValueException) as refusal:
-        body.setStiffnesses(stiffnesses, seconds)
-    assert refusal.value.field == field
+    ):
+        with pytest.raises(InvalidValueException) as refusal:
+            body.setStiffnesses(stiffnesses, seconds)
+        assert refusal.value.field == field
     assert set(body.getJointState().stiffnesses) == {1.0}
 
 
