@@ -291,7 +291,9 @@ def test_a_reload_keeps_the_state_and_tells_the_new_structure(robot: ServedRobot
         compile_to(running.file.parent, walker("beats -= 1"), "walker")
         report = await opened.do("reload")
         assert report.generation == 1
-        await opened.pushes.next(Structure, lambda push: push.value.structure.generation == 1)
+        await opened.pushes.until(
+            lambda: any(push.value.structure.generation == 1 for push in opened.pushes.of(Structure))
+        )
         assert (await opened.snapshot()).component.automata[1].state == 2
 
     on_page(robot, go)
@@ -312,7 +314,7 @@ def test_a_lost_component_is_silent_since_then_and_recovers(
         )
         assert stale.since >= last.at - 1
         with start(robot, later):
-            await opened.pushes.next(Stale, lambda push: push.since == 0)
+            await opened.pushes.until(lambda: opened.pushes.of(Stale)[-1].since == 0)
             again = await opened.snapshot()
             assert again.component.startedAt > last.component.startedAt
             await opened.pushes.until(
