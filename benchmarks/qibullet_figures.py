@@ -2,8 +2,8 @@
 
 It needs an environment of its own:
 
-    python -m venv /tmp/qibullet && /tmp/qibullet/bin/python -m pip install qibullet
-    /tmp/qibullet/bin/python benchmarks/qibullet_figures.py
+    python -m venv qibullet-venv && qibullet-venv/bin/python -m pip install qibullet
+    qibullet-venv/bin/python benchmarks/qibullet_figures.py
 
 The meshes of its robots are not needed: their license has to be accepted by whoever uses them, and their
 installer ends with Python 3.9. The robot is loaded from qiBullet's URDF with a box of 4 cm for each mesh that
