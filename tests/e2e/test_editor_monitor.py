@@ -104,7 +104,7 @@ def test_imported_automaton_is_followed_where_it_is_imported(shown: EditorPage, 
     path.with_name("guide.xml").write_text(f"{kept}{stub}</VisualHFSM>")
     shown.press("Control+o")
     shown.page.get_by_role("option", name="guide.xml").dblclick()
-    shown.page.get_by_role("tab", name=re.compile("guide")).wait_for()
+    shown.page.get_by_role("tab", name=re.compile("guide"), selected=True).wait_for()
     run(shown)
     shown.state("wait").focus()
     shown.press("Control+Enter")
