@@ -28,6 +28,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.walker import LIMITS
+from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 
 CONSOLE = Console(width=100)
@@ -66,25 +67,14 @@ class Run:
     def place(self) -> tuple[float, float, float]:
         """Return where the robot really is on the floor, and its heading."""
         torso = self.robot.stage.truth().torso
-        w, x, y, z = torso.orientation
-        return torso.position[0], torso.position[1], math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return torso.position[0], torso.position[1], torso.heading
 
 
 def reached(velocity: WalkVelocity, seconds: float = 10.0) -> tuple[float, float, float]:
     """Return the mean velocity in the robot's own frame, once it walks."""
     run = Run(0)
     run.walk(velocity, 3.0)
-    forward = left = turned = 0.0
-    x, y, heading = run.place()
-    for _ in range(round(seconds / 0.02)):
-        run.go(0.02)
-        to_x, to_y, to_heading = run.place()
-        cosine, sine = math.cos(to_heading), math.sin(to_heading)
-        forward += cosine * (to_x - x) + sine * (to_y - y)
-        left += cosine * (to_y - y) - sine * (to_x - x)
-        turned += math.remainder(to_heading - heading, math.tau)
-        x, y, heading = to_x, to_y, to_heading
-    return forward / seconds, left / seconds, turned / seconds
+    return mean_velocity(run.place, run.go, seconds, 0.02)
 
 
 def print_speeds() -> None:

@@ -223,6 +223,12 @@ class Pose:
     orientation: tuple[float, float, float, float]
     """Unit quaternion w, x, y, z."""
 
+    @property
+    def heading(self) -> float:
+        """The direction of its x axis on the floor in rad, positive to the left."""
+        w, x, y, z = self.orientation
+        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
 
 @dataclass(frozen=True, slots=True)
 class Truth:

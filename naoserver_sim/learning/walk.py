@@ -114,8 +114,7 @@ class WalkEnvironment(NaoEnvironment):
 
 def velocity_of(truth: Truth) -> WalkVelocity:
     """Return how the torso moves over the floor, in its own frame."""
-    w, x, y, z = truth.torso.orientation
-    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    heading = truth.torso.heading
     cosine, sine = math.cos(heading), math.sin(heading)
     vx, vy, _ = truth.velocity
     return WalkVelocity(cosine * vx + sine * vy, cosine * vy - sine * vx, truth.angular_velocity[2])

@@ -70,11 +70,6 @@ def scene():
     scene.robot.close()
 
 
-def heading(pose):
-    w, x, y, z = pose.orientation
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-
-
 def test_a_simulated_robot_has_a_stage(scene):
     assert isinstance(scene.stage, Stage)
     assert scene.stage.objects == ("BallRed", "Ball", "Cube")
@@ -83,7 +78,7 @@ def test_a_simulated_robot_has_a_stage(scene):
 def test_robot_and_objects_begin_where_their_world_says(scene):
     truth = scene.stage.truth()
     assert truth.torso.position[:2] == pytest.approx((1.0, -0.5), abs=0.02)
-    assert heading(truth.torso) == pytest.approx(1.2, abs=0.02)
+    assert truth.torso.heading == pytest.approx(1.2, abs=0.02)
     assert truth.objects["Ball"].position == pytest.approx((1.0, 1.0, 0.05), abs=0.002)
     assert truth.objects["Cube"].position == pytest.approx((-1.0, 0.0, 0.1), abs=0.002)
     angle = 1.2 + 0.5
@@ -149,7 +144,7 @@ def test_placed_robot_stands_there(scene, place):
     scene.stage.place_robot(*place)
     truth = scene.after(1.0)
     assert truth.torso.position[:2] == pytest.approx(place[:2], abs=0.03)
-    assert heading(truth.torso) == pytest.approx(place[2], abs=0.03)
+    assert truth.torso.heading == pytest.approx(place[2], abs=0.03)
     assert np.linalg.norm(truth.velocity) < 0.01
     assert not scene.robot.state().fallen
 

@@ -10,6 +10,7 @@ from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.kinematics import LEG_JOINTS
+from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -34,23 +35,11 @@ class Rig:
     def truth(self):
         """Return place and heading on the floor."""
         torso = self.robot.stage.truth().torso
-        w, x, y, z = torso.orientation
-        heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        return torso.position[0], torso.position[1], heading
+        return torso.position[0], torso.position[1], torso.heading
 
     def speeds(self, seconds):
         """Walk on for some seconds; return the mean velocity in the robot's own frame."""
-        forward = left = turned = 0.0
-        x, y, heading = self.truth()
-        for _ in range(round(seconds / 0.05)):
-            self.go(0.05)
-            to_x, to_y, to_heading = self.truth()
-            cosine, sine = math.cos(to_heading), math.sin(to_heading)
-            forward += cosine * (to_x - x) + sine * (to_y - y)
-            left += cosine * (to_y - y) - sine * (to_x - x)
-            turned += math.remainder(to_heading - heading, math.tau)
-            x, y, heading = to_x, to_y, to_heading
-        return forward / seconds, left / seconds, turned / seconds
+        return mean_velocity(self.truth, self.go, seconds, 0.05)
 
     def end(self):
         """End the walk; return the seconds until it stands."""
