@@ -145,7 +145,9 @@ def _read_toml(path: Path) -> dict[str, Any]:
             return tomllib.load(file)
     except OSError as error:
         raise ConfigurationException(f"{path}: cannot read the settings: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except RecursionError as error:
+        raise ConfigurationException(f"{path}: not TOML: nested too deeply") from error
+    except ValueError as error:  # of a path with a null byte, of bytes, of syntax, or of a number's length
         raise ConfigurationException(f"{path}: not TOML: {error}") from error
 
 
@@ -169,7 +171,10 @@ def _shown(value: object) -> str:
         return str(value).lower()
     if isinstance(value, (tuple, list)):
         return "[" + ", ".join(_shown(item) for item in value) + "]"
-    return repr(value) if isinstance(value, str) else str(value)
+    try:
+        return repr(value) if isinstance(value, str) else str(value)
+    except ValueError:  # Python refuses to write the longest numbers
+        return "a number of thousands of digits"
 
 
 # What a text of the environment becomes; the checks below judge the result.
@@ -269,7 +274,7 @@ def _one_of(words: tuple[str, ...]) -> Callable[[object], str]:
 
 def _seconds(lowest: float, highest: float) -> Callable[[object], float]:
     def check(value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
             raise ValueError("write a number of seconds")
         if not lowest <= value <= highest:
             raise ValueError(f"write a number of seconds from {lowest:g} to {highest:g}")

@@ -90,6 +90,11 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         ("log_level = 'loud'", ["log_level"]),
         ("max_message_size = 0", ["max_message_size"]),
         ("realm = \nclock = 1", ["TOML", "line 1"]),
+        pytest.param(f"timeout = {'9' * 400}", ["timeout", "60"], id="longer than a float"),
+        pytest.param(f"timeout = {'9' * 5000}", ["TOML", "4300 digits"], id="longer than Python reads"),
+        pytest.param(f"timeout = 0x{'f' * 5000}", ["thousands of digits"], id="longer than Python writes"),
+        pytest.param(f"realm = {{a = 0x{'f' * 5000}}}", ["thousands of digits"], id="long in a table"),
+        pytest.param(f"connect = {'[' * 5000}", ["TOML", "too deeply"], id="too deep"),
     ],
 )
 def test_a_bad_file_is_refused_with_its_name(tmp_path: Path, text: str, expected: list[str]) -> None:
@@ -105,6 +110,11 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path: Path, text: str, expected
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationException, match="cannot read the settings: No such file"):
         load_settings(tmp_path / "none.toml", environment={})
+
+
+def test_a_file_of_an_impossible_name_is_told() -> None:
+    with pytest.raises(ConfigurationException, match="null byte"):
+        load_settings(environment={"VISUALHFSM_CONFIG": "a\0b"})
 
 
 @pytest.mark.parametrize(
