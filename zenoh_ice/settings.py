@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import tomllib
@@ -274,9 +273,9 @@ def _one_of(words: tuple[str, ...]) -> Callable[[object], str]:
 
 def _seconds(lowest: float, highest: float) -> Callable[[object], float]:
     def check(value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ValueError("write a number of seconds")
-        if not lowest <= value <= highest:
+        if not lowest <= value <= highest:  # nor is nan
             raise ValueError(f"write a number of seconds from {lowest:g} to {highest:g}")
         return float(value)
 
