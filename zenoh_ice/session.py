@@ -18,8 +18,14 @@ __all__ = ["close_session", "connect_endpoints", "open_session", "send_limit"]
 _RETRY_FIRST: Final = 50  # ms; with the longest, a restarted server is found again within some 0.2 s
 _RETRY_LONGEST: Final = 200  # ms
 _OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; whoever needs a servant waits longer
+_SHORTEST_OPENING: Final = 2000  # ms after which the making of a link has failed
 _KEEP_ALIVES: Final = 4  # in a lease
 _MESSAGE_OVERHEAD: Final = 1 << 16
+# Our own messages tell what Zenoh's warnings would. Some of its errors are none for a user: an answer that came
+# after its call's timeout, a link that a bad network let fail and that is tried again. RUST_LOG shows all.
+_ZENOH_LOG: Final = (
+    "error,zenoh::api::handlers=off,zenoh_transport::unicast::establishment=off,zenoh_codec=off"
+)
 _SOURCE_PLACE: Final = re.compile(r" at /\S+\.rs:\d+\.?")
 
 _logger = logging.getLogger(__name__)
@@ -31,9 +37,7 @@ def open_session(settings: Settings) -> zenoh.Session:
     Raises EndpointInUseException when another process listens already, ConfigurationException for anything
     else that Zenoh refuses.
     """
-    # Our own messages tell what Zenoh's warnings would, and that the answer of a call came after its timeout
-    # is no error. RUST_LOG shows everything.
-    zenoh.init_log_from_env_or("error,zenoh::api::handlers=off")
+    zenoh.init_log_from_env_or(_ZENOH_LOG)
     lease = round(settings.lease * 1000)
     values = {
         "mode": "peer",
@@ -53,6 +57,9 @@ def open_session(settings: Settings) -> zenoh.Session:
             "period_increase_factor": 2,
         },
         "transport/link/tx/lease": lease,
+        # A link whose making got lost on the way must not keep the next one, that may work, waiting.
+        "transport/unicast/open_timeout": max(lease, _SHORTEST_OPENING),
+        "transport/unicast/accept_timeout": max(lease, _SHORTEST_OPENING),
         "transport/link/tx/keep_alive": _KEEP_ALIVES,
         "transport/link/tx/queue/congestion_control/block/wait_before_close": round(
             send_limit(settings) * 1e6

@@ -1,18 +1,22 @@
-"""Stand between two processes as a network does, and hold up what travels when told to."""
+"""Stand between two processes as a network does: hold up, slow down, garble or cut what travels, when told to."""
 
 from __future__ import annotations
 
 import socket
+import struct
 import threading
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from tests.support.limits import LIMIT
 
 __all__ = ["Relay"]
 
 _BUFFER = 1 << 16
+_RESET = struct.pack("ii", 1, 0)  # of SO_LINGER: closing throws away what was not sent, and says so
 
 
 class Relay:
@@ -23,17 +27,41 @@ class Relay:
         self._server = (host, int(port))
         self._flowing = threading.Event()
         self._flowing.set()
+        self._garble: Callable[[bytearray], object] | None = None
+        self._delay = 0.0
+        self._is_cut = False
+        self._lock = threading.Lock()
         self._sockets: list[socket.socket] = []
         self._threads: list[threading.Thread] = []
         self._door = socket.create_server(("127.0.0.1", 0))
         self.endpoint = f"tcp/127.0.0.1:{self._door.getsockname()[1]}"
+        self.passed = 0
+        """Bytes passed on so far, in both directions."""
 
     def hold(self) -> None:
-        """Pass nothing on until `resume`."""
+        """Pass nothing on until `resume`, and keep the connections: a cable that is pulled out."""
         self._flowing.clear()
 
+    def delay(self, seconds: float) -> None:
+        """Pass every piece on only some s after it has come, until `resume`."""
+        self._delay = seconds
+
+    def garble(self, change: Callable[[bytearray], object]) -> None:
+        """Let a function change every piece that passes, until `resume`."""
+        self._garble = change
+
+    def cut(self) -> None:
+        """Break all connections, and any that is made, until `resume`."""
+        with self._lock:
+            self._is_cut = True
+            for end in self._sockets:
+                _reset(end)
+
     def resume(self) -> None:
-        """Pass on what was held up, and what follows."""
+        """Pass on what was held up, and what follows, at once and as it is."""
+        self._garble = None
+        self._delay = 0.0
+        self._is_cut = False
         self._flowing.set()
 
     def __enter__(self) -> Self:
@@ -43,19 +71,17 @@ class Relay:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._flowing.set()
         self._door.shutdown(socket.SHUT_RDWR)
         self._threads[0].join(LIMIT)
-        for end in self._sockets:
-            with suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
+        self.cut()
+        self._flowing.set()
         for thread in self._threads:
             thread.join(LIMIT)
         for end in (self._door, *self._sockets):
             end.close()
 
-    def _start(self, function: object, *arguments: object) -> None:
-        thread = threading.Thread(target=function, args=arguments, daemon=True)  # type: ignore[arg-type]
+    def _start(self, function: Callable[..., object], *arguments: Any) -> None:
+        thread = threading.Thread(target=function, args=arguments, name="relay", daemon=True)
         self._threads.append(thread)
         thread.start()
 
@@ -70,7 +96,11 @@ class Relay:
             except OSError:
                 client.close()
                 continue
-            self._sockets += [client, server]
+            with self._lock:
+                self._sockets += [client, server]
+                if self._is_cut:
+                    _reset(client)
+                    _reset(server)
             self._start(self._pass, client, server)
             self._start(self._pass, server, client)
 
@@ -78,7 +108,20 @@ class Relay:
         with suppress(OSError):
             while data := source.recv(_BUFFER):
                 self._flowing.wait()
+                if self._delay:
+                    time.sleep(self._delay)
+                if (garble := self._garble) is not None:
+                    changed = bytearray(data)
+                    garble(changed)
+                    data = bytes(changed)
                 sink.sendall(data)
+                self.passed += len(data)
         for end in (source, sink):
             with suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
+
+
+def _reset(end: socket.socket) -> None:
+    with suppress(OSError):
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
+        end.shutdown(socket.SHUT_RDWR)
