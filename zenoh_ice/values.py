@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import sys
 from abc import ABC, abstractmethod
+from array import array
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import msgspec
@@ -32,7 +33,9 @@ class Struct(msgspec.Struct):
     """
 
     def __hash__(self) -> int:
-        return hash(msgspec.structs.astuple(self))
+        # Not that of the tuple, which anybody can foresee: a dictionary whose keys were chosen to collide
+        # would take its receiver minutes to fill. Python salts the hashes of bytes.
+        return hash(array("q", map(hash, msgspec.structs.astuple(self))).tobytes())
 
 
 class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
