@@ -13,6 +13,7 @@ from msgspec import inspect
 
 from .arrival import Arrival, arrives_as_it_is
 from .exceptions import MarshalException
+from .text import printable
 from .values import TYPE_FIELD, Reference, Value, derived_classes
 
 if TYPE_CHECKING:
@@ -171,14 +172,14 @@ def _explain(error: BaseException) -> tuple[str, str]:
         return "nested too deeply", ""
     if isinstance(error, MemoryError):
         return "announces more elements than fit into memory", ""
-    message, path = str(error), ""
+    message, path = str(error), ""  # it quotes texts of the payload
     if match := _PATH.search(message):
         message, path = message[: match.start()], match[1]
     if path.endswith(f".{TYPE_FIELD}") and message.startswith(_INVALID):
         message = f"no class that fits is known as {message.removeprefix(_INVALID)}"
     if isinstance(error, msgspec.ValidationError) and (match := _MISSING_FIELD.search(message)):
         path = f"{path or '$'}.{match[1]}"
-    return message, path or ("$" if isinstance(error, msgspec.ValidationError) else "")
+    return printable(message), path or ("$" if isinstance(error, msgspec.ValidationError) else "")
 
 
 def _holds_bytes(node: object, seen: set[type]) -> bool:

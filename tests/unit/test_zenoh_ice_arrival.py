@@ -204,3 +204,11 @@ def test_whatever_arrives_is_taken_or_refused_with_our_exception(value: Any, noi
             for sent in (payload, payload[:at] + noise + payload[at + len(noise) :]):
                 with suppress(MarshalException):
                     assert isinstance(codec.unpack(sent, "x", DESK), struct)
+
+
+def test_what_an_error_quotes_of_a_payload_is_cut_and_made_printable() -> None:
+    name = "\x1b]0;owned\x07\x1b[2J\nERROR forged" + "x" * 100_000
+    with pytest.raises(MarshalException, match="no class that fits is known as") as caught:
+        ANIMAL.unpack(animal(friend={"@type": name, "name": "b", "friend": None}), "x")
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < 5000
