@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Coroutine
+from concurrent.futures import Future
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 from msgspec import Meta
 
@@ -17,6 +19,7 @@ from .values import Struct, Value
 __all__ = [
     "Byte",
     "Current",
+    "Dispatched",
     "Int",
     "Interface",
     "Long",
@@ -30,6 +33,11 @@ __all__ = [
     "Value",
     "streamed",
 ]
+
+V = TypeVar("V")
+
+Dispatched: TypeAlias = V | Future[V] | Coroutine[Any, Any, V]
+"""What the method of an operation marked ["amd"] returns: its value now, or what has it later."""
 
 Byte = Annotated[int, Meta(ge=0, le=255)]
 """Slice's byte."""

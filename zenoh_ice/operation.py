@@ -23,7 +23,8 @@ V = TypeVar("V")
 class Operation(Generic[P, V]):
     """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns.
 
-    `method` is its name in Python where that is another one: `_from` for `from`.
+    `method` is its name in Python where that is another one: `_from` for `from`. `amd` lets the
+    servant's method return a future, or be a coroutine.
     """
 
     def __init__(
@@ -36,6 +37,7 @@ class Operation(Generic[P, V]):
         method: str | None = None,
         idempotent: bool = False,
         streamed: bool = False,
+        amd: bool = False,
     ) -> None:
         self.name: Final = name
         self.method: Final = method or name
@@ -44,6 +46,12 @@ class Operation(Generic[P, V]):
         self.exceptions: Final = exceptions
         self.idempotent: Final = idempotent
         self.streamed: Final = streamed
+        self.amd: Final = amd
+
+    @property
+    def oneway(self) -> bool:
+        """Whether it may be called one way: it returns nothing and declares no exceptions."""
+        return not self.result.fields and not self.exceptions
 
     def __repr__(self) -> str:
         return f"<operation {self.name}>"
