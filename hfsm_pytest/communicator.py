@@ -20,9 +20,9 @@ from zenoh_ice import (
     Settings,
 )
 from zenoh_ice.codec import Codec
+from zenoh_ice.identity import Target
 from zenoh_ice.incoming import Incoming
 from zenoh_ice.operation import Interface, Operation
-from zenoh_ice.presence import Target
 
 from .calls import CLIENT, CallLog, InlineDispatcher, InProcessCall
 from .clock import TaskClock

@@ -15,7 +15,7 @@ from zenoh_ice.exceptions import (
     CommunicatorDestroyedException,
     ConnectionLostException,
     ObjectNotExistException,
-    OverloadedException,
+    BusyException,
     TimeoutException,
 )
 
@@ -35,7 +35,7 @@ _QUIET: Final = 10.0
 UNAVAILABLE: Final = (
     ConnectionLostException,
     ObjectNotExistException,
-    OverloadedException,
+    BusyException,
     TimeoutException,
 )
 """What a proxy raises while its server is away: no fault of the user's code, and it may pass."""

@@ -13,7 +13,7 @@ from interfaces import jderobot, nao
 from naoserver.hinges import HINGES
 from zenoh_ice import Communicator, ObjectPrx, initialize
 from zenoh_ice.command import run, with_settings
-from zenoh_ice.presence import Target
+from zenoh_ice.identity import Target
 from zenoh_ice.settings import Settings
 
 __all__ = ["survey", "table"]

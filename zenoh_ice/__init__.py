@@ -5,24 +5,29 @@ from .clients import ClientWatch
 from .clock import Clock, VirtualClock, WallClock
 from .communicator import Communicator, initialize
 from .exceptions import (
+    AccessDeniedException,
     AlreadyRegisteredException,
+    BusyException,
     CommunicatorDestroyedException,
     ConfigurationException,
     ConnectFailedException,
     ConnectionLostException,
     EndpointInUseException,
+    FacetNotExistException,
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
     OperationNotExistException,
-    OverloadedException,
     SystemException,
     TimeoutException,
+    TwowayOnlyException,
     UnknownException,
     UserException,
     ZenohIceError,
 )
+from .identity import Identity, identityToString, stringToIdentity
 from .object import Current, Object
+from .presence import ServantInfo
 from .proxy import ObjectPrx
 from .publisher import Publisher
 from .settings import Settings, load_settings
@@ -30,7 +35,9 @@ from .stream_reader import Sample
 from .subscription import Subscription
 
 __all__ = [
+    "AccessDeniedException",
     "AlreadyRegisteredException",
+    "BusyException",
     "ClientWatch",
     "Clock",
     "Communicator",
@@ -40,6 +47,8 @@ __all__ = [
     "ConnectionLostException",
     "Current",
     "EndpointInUseException",
+    "FacetNotExistException",
+    "Identity",
     "InterfaceMismatchException",
     "MarshalException",
     "Object",
@@ -47,18 +56,21 @@ __all__ = [
     "ObjectNotExistException",
     "ObjectPrx",
     "OperationNotExistException",
-    "OverloadedException",
     "Publisher",
     "Sample",
+    "ServantInfo",
     "Settings",
     "Subscription",
     "SystemException",
     "TimeoutException",
+    "TwowayOnlyException",
     "UnknownException",
     "UserException",
     "VirtualClock",
     "WallClock",
     "ZenohIceError",
+    "identityToString",
     "initialize",
     "load_settings",
+    "stringToIdentity",
 ]

@@ -13,9 +13,9 @@ from .exceptions import (
     CommunicatorDestroyedException,
     ObjectNotExistException,
 )
+from .identity import Target, stringToIdentity
 from .incoming import Incoming
 from .object import Object
-from .presence import Target
 from .proxy import ObjectPrx
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ class ObjectAdapter:
         Raises AlreadyRegisteredException when this process or, as far as it knows, another one of the realm
         serves the identity, ConfigurationException when it is no valid identity.
         """
+        identity = str(stringToIdentity(identity))
         proxy = self._communicator.stringToProxy(identity)
         with self._lock:
             if identity in self._servants:

@@ -28,6 +28,7 @@ from typing import (
 import msgspec
 
 from .exceptions import MarshalException
+from .identity import PROXY_TEXT
 from .values import TYPE_FIELD, Reference, Struct, Value, classes_made, derived_classes
 
 if TYPE_CHECKING:
@@ -40,9 +41,7 @@ S = TypeVar("S", bound=msgspec.Struct)
 _Convert = Callable[[Any, "Communicator | None"], Any]
 
 _MOST_SLICED: Final = 16  # unknown classes in one payload
-_PROXY_TEXT: Final = Annotated[
-    str, msgspec.Meta(pattern=r"\A[A-Za-z0-9_.\-]{1,128}(@[A-Za-z0-9_.\-]{1,128})?\Z")
-]
+_PROXY_TEXT: Final = Annotated[str, msgspec.Meta(pattern=PROXY_TEXT, max_length=600)]
 # A type field as MessagePack has it: key, header of the text, type ids.
 _TYPE_ENTRY: Final = re.compile(
     rb"\xa5@type(?:[\xa0-\xbf]|\xd9.|\xda..)((?:::\w+)+(?: (?:::\w+)+)*)", re.DOTALL

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Annotated, Final
 
 import msgspec
@@ -14,14 +16,17 @@ from .exceptions import MarshalException
 __all__ = [
     "NO_ATTACHMENT",
     "Attachment",
+    "check_context",
     "decode_attachment",
     "encode_call_attachment",
     "encode_sample_attachment",
 ]
 
-_LIMIT: Final = 512  # bytes; ours has some 100
+_LIMIT: Final = 512  # bytes without a context; ours has some 100
+_CONTEXT_LIMIT: Final = 4096  # bytes of keys and values
 
 _Name = Annotated[str, Meta(max_length=128)]
+_Context = Annotated[dict[_Name, Annotated[str, Meta(max_length=1024)]], Meta(max_length=32)]
 
 
 class Attachment(msgspec.Struct, array_like=True, frozen=True):
@@ -39,6 +44,8 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
     """`{session id}/{number}` of a call, empty in a sample."""
     timeout: float = 0.0
     """Seconds after which the caller gives up; 0 in a sample."""
+    context: _Context = {}
+    """What the caller says beside the parameters; absent when that is nothing."""
 
     @property
     def client(self) -> str:
@@ -50,12 +57,32 @@ NO_ATTACHMENT: Final = Attachment()
 
 _encoder: Final = msgspec.msgpack.Encoder()
 _decoder: Final = msgspec.msgpack.Decoder(Attachment)
+_context_decoder: Final = msgspec.msgpack.Decoder(_Context)
 
 
-def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
-    """Return the attachment of a call as it travels."""
+def encode_call_attachment(
+    fingerprint: str, number: int, client: str, timeout: float, context: Mapping[str, str] | None = None
+) -> bytes:
+    """Return the attachment of a call as it travels; `context` is one that `check_context` accepts."""
     # A tuple rather than the struct: it saves a microsecond in every call.
-    return _encoder.encode((fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout))
+    about = (fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout)
+    return _encoder.encode((*about, context) if context else about)
+
+
+def check_context(context: Mapping[str, str]) -> Mapping[str, str]:
+    """Return a copy of a context.
+
+    Raises MarshalException when it is none: at most 32 texts of at most 1024 characters by names of at most
+    128, 4096 bytes in all.
+    """
+    try:
+        encoded = _encoder.encode(dict(context))
+        checked = _context_decoder.decode(encoded)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise MarshalException(f"context: {error}") from error
+    if len(encoded) > _CONTEXT_LIMIT:
+        raise MarshalException(f"context: {len(encoded)} bytes where at most {_CONTEXT_LIMIT} travel")
+    return MappingProxyType(checked)
 
 
 def encode_sample_attachment(fingerprint: str, sequence: int, robot_time: float) -> bytes:
@@ -65,8 +92,10 @@ def encode_sample_attachment(fingerprint: str, sequence: int, robot_time: float)
 
 def decode_attachment(data: bytes) -> Attachment:
     """Return the attachment that arrived; raises MarshalException for a malformed one."""
-    if len(data) > _LIMIT:
-        raise MarshalException(f"attachment: {len(data)} bytes where at most {_LIMIT} are taken")
+    if len(data) > _LIMIT + _CONTEXT_LIMIT:
+        raise MarshalException(
+            f"attachment: {len(data)} bytes where at most {_LIMIT + _CONTEXT_LIMIT} are taken"
+        )
     try:
         return _decoder.decode(data)
     except (ValueError, RecursionError, OverflowError) as error:

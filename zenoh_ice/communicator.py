@@ -22,10 +22,11 @@ from .clock import Clock, WallClock
 from .codec import Codec
 from .dispatch import Dispatcher, Lane, is_marked_thread
 from .exceptions import CommunicatorDestroyedException, ConfigurationException
+from .identity import PROXY_TEXT, Identity, Target
 from .incoming import Incoming
 from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
-from .presence import Presence, Target
+from .presence import Presence, ServantInfo
 from .proxy import ObjectPrx
 from .session import close_session, connect_endpoints, open_session
 from .settings import Settings, load_settings
@@ -37,7 +38,7 @@ __all__ = ["Communicator", "initialize"]
 
 V = TypeVar("V")
 
-_NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,128}")
+_PROXY: Final = re.compile(PROXY_TEXT)
 _LONGEST_TIMEOUT: Final = 60.0  # s; Zenoh keeps a kilobyte for each call until its limit has passed
 _MAX_UNSENT: Final = 1024  # calls of one servant that wait to be sent
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
@@ -104,18 +105,20 @@ class Communicator:
     # Proxies and servants.
 
     def stringToProxy(self, text: str) -> ObjectPrx:
-        """Return the proxy of an identity, as `Head` or, of another realm, `Head@otherrealm`.
+        """Return the proxy of a text: `Head`, `soccer/Ball -f debug`, or of another realm `Head@otherrealm`.
 
         Raises ConfigurationException when the text is no proxy.
         """
-        identity, separator, realm = text.partition("@")
-        for name in (identity, realm) if separator else (identity,):
-            if not _NAME.fullmatch(name):
-                raise ConfigurationException(
-                    f"{text!r} is no proxy: write IDENTITY or IDENTITY@REALM, of letters, digits, '_', '-' "
-                    "and '.' alone"
-                )
-        return ObjectPrx(self, Target(realm or self.realm, identity), self.settings.timeout)
+        match = _PROXY.match(" ".join(text.split()).replace(" @ ", "@"))
+        if match is None:
+            hint = "; endpoints are settings, such as --connect" if ":" in text else ""
+            raise ConfigurationException(
+                f"{text!r} is no proxy: write [CATEGORY/]NAME[ -f FACET][@REALM], each of letters, digits, "
+                f"'_', '-' and '.' alone{hint}"
+            )
+        category, name, facet, _, realm = match.groups()
+        identity = str(Identity(name, category or ""))
+        return ObjectPrx(self, Target(realm or self.realm, identity, facet or ""), self.settings.timeout)
 
     def proxyToString(self, proxy: ObjectPrx) -> str:
         """Return a proxy as text that `stringToProxy` takes."""
@@ -133,6 +136,11 @@ class Communicator:
         """Return the identities served in a realm as far as known by now, sorted."""
         self.presence.watch(realm or self.realm)
         return self.presence.identities(realm or self.realm)
+
+    def servants(self, realm: str | None = None) -> list[ServantInfo]:
+        """Return the servants of a realm as far as known by now, sorted by identity and facet."""
+        self.presence.watch(realm or self.realm)
+        return self.presence.servants(realm or self.realm)
 
     def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client of the realm that ends or is lost, until closed.

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Final
 
-from .exceptions import ObjectNotExistException, OverloadedException
+from .exceptions import BusyException, ObjectNotExistException
 
 __all__ = ["Dispatcher", "Lane", "is_marked_thread", "mark_thread"]
 
@@ -149,14 +149,14 @@ class Lane:
     def submit(self, job: Job) -> None:
         """Run a job after those before it.
 
-        Raises OverloadedException when too many wait, ObjectNotExistException after `close`.
+        Raises BusyException when too many wait, ObjectNotExistException after `close`.
         """
         with self._condition:
             if self._closed:
                 raise ObjectNotExistException(f"{self._name} is no longer served")
             if self._running >= self._width:
                 if len(self._waiting) >= self._depth:
-                    raise OverloadedException(
+                    raise BusyException(
                         f"{self._name}: {len(self._waiting)} calls wait already; this one was not executed"
                     )
                 self._waiting.append(job)

@@ -10,19 +10,22 @@ import msgspec
 from .text import cut, printable
 
 __all__ = [
+    "AccessDeniedException",
     "AlreadyRegisteredException",
+    "BusyException",
     "CommunicatorDestroyedException",
     "ConfigurationException",
     "ConnectFailedException",
     "ConnectionLostException",
     "EndpointInUseException",
+    "FacetNotExistException",
     "InterfaceMismatchException",
     "MarshalException",
     "ObjectNotExistException",
     "OperationNotExistException",
-    "OverloadedException",
     "SystemException",
     "TimeoutException",
+    "TwowayOnlyException",
     "UnknownException",
     "UserException",
     "ZenohIceError",
@@ -39,6 +42,10 @@ class SystemException(ZenohIceError):
 
 class ObjectNotExistException(SystemException):
     """No servant with this identity is present in the realm."""
+
+
+class FacetNotExistException(ObjectNotExistException):
+    """The identity is served, and the facet is not."""
 
 
 class OperationNotExistException(SystemException):
@@ -104,8 +111,16 @@ class CommunicatorDestroyedException(SystemException):
     """The communicator was destroyed before or during the operation."""
 
 
-class OverloadedException(SystemException):
+class BusyException(SystemException):
     """Too many calls wait for the servant; this one was not executed."""
+
+
+class AccessDeniedException(SystemException):
+    """Access control lets nobody with the caller's certificate or user do this; it was not executed."""
+
+
+class TwowayOnlyException(SystemException):
+    """The operation returns something, or declares exceptions: it cannot be called oneway."""
 
 
 class AlreadyRegisteredException(SystemException):

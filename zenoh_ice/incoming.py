@@ -24,10 +24,11 @@ from .exceptions import (
     UserException,
     ZenohIceError,
 )
+from .identity import Target
 from .object import OBJECT_INTERFACE, Current, Object
 from .operation import Operation
 from .outgoing import settle
-from .presence import Target, servant_token
+from .presence import servant_token
 from .publisher import Channel, Publisher
 from .wire_errors import ERROR_ENCODING, encode_error, unknown_exception
 
@@ -77,7 +78,7 @@ class Incoming:
         self._lane: Final = Lane(
             communicator.dispatcher, target.identity, width=self._width, depth=_MAX_WAITING
         )
-        self._prefix: Final = f"{target.realm}/{target.identity}/"
+        self._prefix: Final = target.prefix
         self._queryable: zenoh.Queryable[zenoh.Handler[zenoh.Query]] | None = None
         self._threads: list[threading.Thread] = []
         self._tokens: list[zenoh.LivelinessToken] = []
@@ -110,7 +111,9 @@ class Incoming:
             self._threads.append(thread)
         # Its own last: who waits for the servant's own interface finds the others, too.
         for known in reversed(interface.lineage):
-            key = servant_token(self.target, known.type_id, known.fingerprint)
+            key = servant_token(
+                self.target, known.type_id, known.fingerprint, self._communicator.client_id, time.time()
+            )
             self._tokens.append(session.liveliness().declare_token(key))
 
     def withdraw(self) -> None:
@@ -142,7 +145,7 @@ class Incoming:
 
         Both are as they would travel.
 
-        Raises TimeoutException, OverloadedException, ObjectNotExistException.
+        Raises TimeoutException, BusyException, ObjectNotExistException.
         """
         if self._is_running_here():  # the servant calls itself: it must not wait for its own turn
             return self._run(name, payload, attachment, time.monotonic())

@@ -15,16 +15,16 @@ from zenoh.handlers import Callback
 
 from .attachment import encode_call_attachment
 from .exceptions import (
+    BusyException,
     CommunicatorDestroyedException,
     ConnectionLostException,
     InterfaceMismatchException,
     MarshalException,
-    OverloadedException,
     TimeoutException,
 )
+from .identity import Target
 from .mismatch import with_difference
 from .operation import Interface, Operation
-from .presence import Target
 from .session import send_limit
 from .stop_signals import unbroken
 from .wire_errors import ERROR_ENCODING, decode_error
@@ -80,7 +80,7 @@ class OutgoingCall:
         # express: it halves the calls in flight.
         self._priority: Final = zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH
         self._querier: Final = communicator.session.declare_querier(
-            f"{target.realm}/{target.identity}/{operation.name}",
+            target.prefix + operation.name,
             timeout=timeout,
             consolidation=zenoh.ConsolidationMode.NONE,
             congestion_control=zenoh.CongestionControl.BLOCK,
@@ -140,7 +140,7 @@ class OutgoingCall:
             return
         try:
             self._lane.submit(send_in_time)
-        except OverloadedException as error:
+        except BusyException as error:
             fail(future, error)
 
     def _encode(self, arguments: tuple[Any, ...]) -> bytes:
@@ -250,7 +250,7 @@ class OutgoingCall:
                 raise ConnectionLostException(f"{self.what}: the connection was lost during the call")
             if left <= 0:
                 raise self._unanswered_in_time()
-            raise OverloadedException(
+            raise BusyException(
                 f"{self.what} was not executed: too many calls wait for {self._target}, or access control "
                 "denies it"
             )

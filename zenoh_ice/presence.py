@@ -8,7 +8,8 @@ import math
 import re
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 import zenoh
@@ -21,9 +22,10 @@ from .exceptions import (
     ObjectNotExistException,
     SystemException,
 )
+from .identity import ANY_NAME, NAME, Target
 from .stop_signals import unbroken
 
-__all__ = ["ABSENT", "Presence", "Target", "servant_token"]
+__all__ = ["ABSENT", "Presence", "ServantInfo", "servant_token"]
 
 # s after which a servant that is not heard of is absent, counted from the newest link: its tokens come over a
 # link within milliseconds of its making, and gossip makes the links to others within tens of them.
@@ -36,35 +38,54 @@ _LINK_NOTICE: Final = 0.1
 
 _MAX_SERVANTS: Final = 4096
 _MAX_INTERFACES: Final = 64  # of one servant
+_MAX_SERVERS: Final = 64  # of one identity
 _MOST_NAMED: Final = 8  # servants in an error message
 # What we make tokens of; anything else could not be called, and would reach error messages and logs.
 _SERVANT_TOKEN: Final = re.compile(
-    r"@servant/([A-Za-z0-9_.\-]{1,128})/([A-Za-z0-9_.\-]{1,128})/((?:::[A-Za-z_][A-Za-z0-9_]*)+)/"
-    r"([0-9A-Za-z]{1,64}|-)"
+    rf"@servant/({NAME})/((?:{NAME}/)?(?:{NAME}|{ANY_NAME}))(?:/\+({NAME}))?/"
+    r"((?:::[A-Za-z_][A-Za-z0-9_]*)+)/([0-9A-Za-z]{1,64}|-)/(~?)([0-9a-f]{1,32})/([0-9]{1,15})"
 )
 _LONGEST_TYPE_ID: Final = 256
 
 _logger = logging.getLogger(__name__)
 
 
-class Target(NamedTuple):
-    """What a call is addressed to."""
-
-    realm: str
-    identity: str
-
-    def __str__(self) -> str:
-        return f"{self.identity}@{self.realm}"
-
-
 ABSENT: Final[dict[str, str]] = {}
 """The interfaces of a servant that is not there."""
 
 
-def servant_token(target: Target, type_id: str, fingerprint: str) -> str:
-    """Return the key of the token that a servant holds for one of its interfaces."""
+class ServantInfo(NamedTuple):
+    """A servant that is there, as its tokens tell."""
+
+    identity: str
+    """The identity as text."""
+    facet: str
+    interfaces: dict[str, str]
+    """The fingerprint of each of its interfaces by type id."""
+    server: str
+    """Id of the session that serves it."""
+    since: float
+    """Wall time of the server's machine since when it does, in s since the epoch."""
+    replicated: bool
+    """Whether others may serve the identity beside it."""
+
+
+def servant_token(
+    target: Target,
+    type_id: str,
+    fingerprint: str,
+    server: str,
+    since: float,
+    *,
+    replicated: bool = False,
+) -> str:
+    """Return the key of the token that a servant holds for one of its interfaces.
+
+    `server` is the id of its session, `since` the wall time in s since when it is served.
+    """
     # An empty chunk is no key: an interface without a fingerprint gives a dash.
-    return f"@servant/{target.realm}/{target.identity}/{type_id}/{fingerprint or '-'}"
+    who = f"~{server}" if replicated else server
+    return f"@servant/{target.prefix}{type_id}/{fingerprint or '-'}/{who}/{round(since * 1000)}"
 
 
 class Presence:
@@ -82,6 +103,7 @@ class Presence:
         self._notify: Final = notify
         self._changed = threading.Condition()
         self._servants: dict[Target, dict[str, str]] = {}
+        self._servers: dict[Target, dict[str, ServantInfo]] = {}
         self._lost: dict[Target, float] = {}
         self._listeners: list[Callable[[], None]] = []
         self._linked: set[str] = set()
@@ -99,17 +121,38 @@ class Presence:
         """Return the fingerprints of a servant's interfaces by type id; none when it is not there."""
         return self._servants.get(target, ABSENT)
 
+    def servants(self, realm: str) -> list[ServantInfo]:
+        """Return the servants of a realm, sorted by identity and facet."""
+        with self._changed:
+            found = [
+                info
+                for target, servers in self._servers.items()
+                if target.realm == realm
+                for info in servers.values()
+            ]
+        return sorted(found, key=lambda info: (info.identity, info.facet, info.since))
+
+    def servers(self, target: Target) -> list[ServantInfo]:
+        """Return who serves an identity, whoever did so first in front."""
+        with self._changed:
+            found = list(self._servers.get(target, {}).values())
+        return sorted(found, key=lambda info: (info.since, info.server))
+
     def identities(self, realm: str) -> list[str]:
         """Return the identities that are served in a realm, sorted."""
         with self._changed:
-            return sorted(target.identity for target in self._servants if target.realm == realm)
+            return sorted(
+                target.identity
+                for target in self._servants
+                if target.realm == realm and not target.facet and not target.identity.endswith(ANY_NAME)
+            )
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was there and is no longer."""
         return target in self._lost and target not in self._servants
 
     def lost_since(self, target: Target, moment: float) -> bool:
-        """Return whether a servant that was there went away after a moment of the monotonic clock."""
+        """Return whether a servant, or one of several, went away after a moment of the monotonic clock."""
         return self._lost.get(target, -1.0) >= moment
 
     def wait_for_link_loss(self, moment: float, timeout: float) -> bool:
@@ -237,37 +280,57 @@ class Presence:
 
     def _on_servant(self, sample: zenoh.Sample) -> None:
         token = _SERVANT_TOKEN.fullmatch(str(sample.key_expr))
-        if token is None or len(token[3]) > _LONGEST_TYPE_ID:
+        if token is None or len(token[4]) > _LONGEST_TYPE_ID:
             return
-        realm, identity, type_id, fingerprint = token.groups()
-        target = Target(realm, identity)
+        realm, identity, facet, type_id, fingerprint, replicated, server, since = token.groups()
+        target = Target(realm, identity, facet or "")
+        if sample.kind == zenoh.SampleKind.PUT:
+            info = ServantInfo(identity, facet or "", {}, server, int(since) / 1000, bool(replicated))
+            change = partial(self._on_token, target, info)
+        else:
+            change = partial(self._on_token_lost, target, server)
         with self._changed:
-            if target not in self._servants and len(self._servants) >= _MAX_SERVANTS:
-                return  # no robot has so many: somebody floods the realm
-            # Replaced rather than changed: readers take no lock.
-            known = dict(self._servants.get(target, ABSENT))
-            if sample.kind == zenoh.SampleKind.PUT:
-                if type_id not in known and len(known) >= _MAX_INTERFACES:
-                    return
-                known[type_id] = "" if fingerprint == "-" else fingerprint
-                if not self._servants.get(target) and target in self._lost:
-                    _logger.info("%s is back", target)
-                self._servants[target] = known
-            elif known.get(type_id) in (fingerprint, ""):
-                del known[type_id]
-                if known:
-                    self._servants[target] = known
-                else:
-                    self._servants.pop(target, None)
-                    while len(self._lost) >= _MAX_SERVANTS:
-                        del self._lost[next(iter(self._lost))]
-                    self._lost.pop(target, None)  # so that it becomes the newest
-                    self._lost[target] = time.monotonic()
-                    _logger.info("%s is gone", target)
+            change(type_id, "" if fingerprint == "-" else fingerprint)
             self._changed.notify_all()
             listeners = list(self._listeners)
         for listener in listeners:
             self._notify(listener)
+
+    def _on_token(self, target: Target, info: ServantInfo, type_id: str, fingerprint: str) -> None:
+        if target not in self._servers and len(self._servers) >= _MAX_SERVANTS:
+            return  # no robot has so many: somebody floods the realm
+        servers = self._servers.setdefault(target, {})
+        if info.server not in servers and len(servers) >= _MAX_SERVERS:
+            return
+        # Replaced rather than changed: readers take no lock.
+        interfaces = dict(servers.get(info.server, info).interfaces)
+        if type_id not in interfaces and len(interfaces) >= _MAX_INTERFACES:
+            return
+        interfaces[type_id] = fingerprint
+        servers[info.server] = info._replace(interfaces=interfaces)
+        if target not in self._servants and target in self._lost:
+            _logger.info("%s is back", target)
+        self._servants[target] = _merged(servers)
+
+    def _on_token_lost(self, target: Target, server: str, type_id: str, fingerprint: str) -> None:
+        servers = self._servers.get(target, {})
+        info = servers.get(server)
+        if info is None or info.interfaces.get(type_id) != fingerprint:
+            return
+        interfaces = {known: value for known, value in info.interfaces.items() if known != type_id}
+        if interfaces:
+            servers[server] = info._replace(interfaces=interfaces)
+        else:
+            del servers[server]
+            while len(self._lost) >= _MAX_SERVANTS:
+                del self._lost[next(iter(self._lost))]
+            self._lost.pop(target, None)  # so that it becomes the newest
+            self._lost[target] = time.monotonic()
+        if servers:
+            self._servants[target] = _merged(servers)
+        else:
+            del self._servers[target], self._servants[target]
+            _logger.info("%s is gone", target)
 
     def _on_link(self, event: zenoh.TransportEvent) -> None:
         peer = str(event.transport.zid)
@@ -283,3 +346,11 @@ class Presence:
                         "no process is linked any more; connecting again to %s", ", ".join(self._endpoints)
                     )
             self._changed.notify_all()
+
+
+def _merged(servers: Mapping[str, ServantInfo]) -> dict[str, str]:
+    """Return the interfaces that an identity has; where its servers differ, those of the first of them."""
+    merged: dict[str, str] = {}
+    for info in sorted(servers.values(), key=lambda info: (info.since, info.server), reverse=True):
+        merged |= info.interfaces
+    return merged

@@ -8,11 +8,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar, cast
 
 from .exceptions import CommunicatorDestroyedException, InterfaceMismatchException, ZenohIceError
+from .identity import Target
 from .mismatch import describe_difference
 from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
 from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
-from .presence import Target
 from .stream_reader import Sample, StreamReader
 from .subscription import Subscription
 from .values import Reference

@@ -17,8 +17,8 @@ from .exceptions import (
     MarshalException,
     TimeoutException,
 )
+from .identity import Target
 from .operation import Operation
-from .presence import Target
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -77,7 +77,7 @@ class StreamReader(Generic[V]):
         self._target: Final = target
         self._operation: Final = operation
         self._limit: Final = communicator.size_limit(operation.result)
-        self._key: Final = f"{target.realm}/{target.identity}/{operation.name}"
+        self._key: Final = target.prefix + operation.name
         self._changed = threading.Condition()
         self._subscriber: zenoh.Subscriber[zenoh.Handler[zenoh.Sample]] | None = None
         self._try_receive: Callable[[], zenoh.Sample | None] = self._take_pending

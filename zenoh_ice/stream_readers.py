@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import zenoh
 
 from . import stream_reader
+from .identity import Target
 from .operation import Operation
-from .presence import Target
 from .stream_reader import StreamReader
 
 if TYPE_CHECKING:

@@ -10,12 +10,14 @@ import zenoh
 
 from .codec import Codec, encode
 from .exceptions import (
+    AccessDeniedException,
+    BusyException,
     ConnectionLostException,
+    FacetNotExistException,
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
     OperationNotExistException,
-    OverloadedException,
     SystemException,
     TimeoutException,
     UnknownException,
@@ -40,10 +42,12 @@ _LIMIT: Final = 1 << 20
 _REMOTE: Final[dict[str, type[SystemException]]] = {
     _PREFIX + cls.__name__: cls
     for cls in (
+        AccessDeniedException,
         ConnectionLostException,
+        FacetNotExistException,
         ObjectNotExistException,
         OperationNotExistException,
-        OverloadedException,
+        BusyException,
         TimeoutException,
         UnknownException,
     )

@@ -11,8 +11,8 @@ import msgspec
 
 from zenoh_ice import ObjectPrx, Sample, Subscription, exceptions
 from zenoh_ice.exceptions import MarshalException, SystemException, TimeoutException, UnknownException
+from zenoh_ice.identity import Target
 from zenoh_ice.operation import Operation
-from zenoh_ice.presence import Target
 from zenoh_ice.stream_reader import StreamReader
 from zenoh_ice.wire_errors import decode_error
 

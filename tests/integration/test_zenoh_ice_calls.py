@@ -26,6 +26,7 @@ from tests.support.calculator import (
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.limits import AT_ONCE, LIMIT
 from zenoh_ice import (
+    BusyException,
     CommunicatorDestroyedException,
     ConfigurationException,
     InterfaceMismatchException,
@@ -33,12 +34,11 @@ from zenoh_ice import (
     ObjectNotExistException,
     ObjectPrx,
     OperationNotExistException,
-    OverloadedException,
     TimeoutException,
     UnknownException,
 )
 from zenoh_ice.generated import Operation, Struct
-from zenoh_ice.presence import Target
+from zenoh_ice.identity import Target
 from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error
 
 
@@ -212,12 +212,15 @@ class TestHostileTokens:
     @pytest.mark.parametrize(
         "token",
         [
-            pytest.param("Odd\x1b[2J/::test::Calculator/c0ffee", id="identity"),
-            pytest.param("Odd/::test::Calc\x1b[2Julator/c0ffee", id="type id"),
-            pytest.param("Odd/::test" + "::x" * 200 + "/c0ffee", id="long type id"),
-            pytest.param("Odd/Calculator/c0ffee", id="no type id"),
-            pytest.param("Odd/::test::Calculator/c0\x1b[2Jffee", id="fingerprint"),
-            pytest.param("Odd/::test::Calculator/" + "0" * 65, id="long fingerprint"),
+            pytest.param("Odd\x1b[2J/::test::Calculator/c0ffee/c0ffee/1", id="identity"),
+            pytest.param("Odd/::test::Calc\x1b[2Julator/c0ffee/c0ffee/1", id="type id"),
+            pytest.param("Odd/::test" + "::x" * 200 + "/c0ffee/c0ffee/1", id="long type id"),
+            pytest.param("Odd/Calculator/c0ffee/c0ffee/1", id="no type id"),
+            pytest.param("Odd/::test::Calculator/c0\x1b[2Jffee/c0ffee/1", id="fingerprint"),
+            pytest.param("Odd/::test::Calculator/" + "0" * 65 + "/c0ffee/1", id="long fingerprint"),
+            pytest.param("Odd/::test::Calculator/c0ffee/SERVER/1", id="server"),
+            pytest.param("Odd/::test::Calculator/c0ffee/c0ffee/" + "1" * 16, id="time"),
+            pytest.param("a/b/Odd/::test::Calculator/c0ffee/c0ffee/1", id="two categories"),
             pytest.param("Odd", id="too short"),
         ],
     )
@@ -230,7 +233,7 @@ class TestHostileTokens:
     def test_servant_of_too_many_interfaces_is_cut(self, pair: Pair) -> None:
         with ExitStack() as tokens:
             for number in range(200):
-                key = f"@servant/nao/Odd/::test::I{number}/c0ffee"
+                key = f"@servant/nao/Odd/::test::I{number}/c0ffee/c0ffee/1"
                 tokens.enter_context(pair.server.session.liveliness().declare_token(key))
             pair.adapter.add(CalculatorI(), "Calculator")
             CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
@@ -456,7 +459,7 @@ class TestTime:
         busy = remote.sleepAsync(LIMIT)
         assert servant.entered.wait(LIMIT)
         calls = [remote.countAsync() for _ in range(80)]
-        with pytest.raises(OverloadedException, match="not executed"):
+        with pytest.raises(BusyException, match="not executed"):
             calls[0].result(LIMIT)  # the oldest give way to the newest
         servant.leave.set()
         busy.result(LIMIT)

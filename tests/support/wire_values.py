@@ -11,7 +11,7 @@ import msgspec
 from hypothesis import strategies as st
 
 from zenoh_ice import ObjectPrx
-from zenoh_ice.presence import Target
+from zenoh_ice.identity import Target
 from zenoh_ice.values import TYPE_FIELD, Value, derived_classes
 
 _NAMES = ("Head", "Body@nao", "LeftArm.Motors@other-realm")

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.support.limits import LIMIT
-from zenoh_ice import ObjectNotExistException, OverloadedException
+from zenoh_ice import ObjectNotExistException, BusyException
 from zenoh_ice.dispatch import Dispatcher, Lane
 
 
@@ -111,7 +111,7 @@ def test_full_lane_refuses(dispatcher: Dispatcher) -> None:
     leave = threading.Event()
     for _ in range(3):
         lane.submit(lambda: leave.wait(LIMIT))
-    with pytest.raises(OverloadedException, match="servant: 2 calls wait already"):
+    with pytest.raises(BusyException, match="servant: 2 calls wait already"):
         lane.submit(leave.set)
     leave.set()
     assert lane.close(LIMIT)

@@ -13,7 +13,7 @@ from zenoh_ice import (
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
-    OverloadedException,
+    BusyException,
     UnknownException,
     UserException,
     ZenohIceError,
@@ -58,7 +58,7 @@ def test_members_that_cannot_travel_make_it_unknown() -> None:
     "error",
     [
         ObjectNotExistException("gone"),
-        OverloadedException("busy"),
+        BusyException("busy"),
         MarshalException("bad", "$.a.b"),
         InterfaceMismatchException("other", "aa", "bb", "member x"),
     ],
