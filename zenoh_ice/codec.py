@@ -13,6 +13,7 @@ from msgspec import inspect
 
 from .arrival import Arrival, arrives_as_it_is
 from .exceptions import MarshalException
+from .pieces import Pieces, byte_sequences, split_off, take_out
 from .text import printable
 from .values import TYPE_FIELD, Reference, Value, derived_classes
 
@@ -90,6 +91,10 @@ class Codec(Generic[S]):
         return None if arrives_as_it_is(self.struct) else Arrival(self.struct)
 
     @cached_property
+    def _byte_sequences(self) -> tuple[tuple[str, ...], ...]:
+        return byte_sequences(self.struct) if self.holds_bytes else ()
+
+    @cached_property
     def _values(self) -> attrgetter[Any]:
         return attrgetter(*self.fields)
 
@@ -103,20 +108,32 @@ class Codec(Generic[S]):
 
         Raises TypeError for a wrong number of values, MarshalException for one that cannot travel.
         """
-        struct = self._make(*values)
-        try:
-            return _encoder.encode(struct)
-        except _ENCODE_ERRORS as error:
-            raise MarshalException(f"{what}: {_why_not_encoded(error)}") from error
+        return bytes(self.gather(values, what))
 
     def pack_result(self, value: object, what: str) -> bytes:
         """Return what stands for the struct, None, a value or a tuple, as MessagePack.
 
         Raises MarshalException when it does not fit.
         """
+        return bytes(self.gather_result(value, what))
+
+    def gather(self, values: tuple[object, ...], what: str) -> bytes | Pieces:
+        """Do as `pack` does, but leave large byte sequences where they are, as pieces."""
+        struct: msgspec.Struct = self._make(*values)
+        try:
+            if not self._byte_sequences:
+                return _encoder.encode(struct)
+            struct, taken = take_out(struct, self._byte_sequences)
+            encoded = _encoder.encode(struct)
+        except _ENCODE_ERRORS as error:
+            raise MarshalException(f"{what}: {_why_not_encoded(error)}") from error
+        return split_off(encoded, taken) if taken else encoded
+
+    def gather_result(self, value: object, what: str) -> bytes | Pieces:
+        """Do as `pack_result` does, but leave large byte sequences where they are, as pieces."""
         count = len(self.fields)
         if count == 1:
-            return self.pack((value,), what)
+            return self.gather((value,), what)
         if count == 0:
             values: tuple[object, ...] = ()
             fits = value is None
@@ -126,7 +143,7 @@ class Codec(Generic[S]):
         if not fits:
             expected = f"a tuple ({', '.join(self.fields)})" if count else "None"
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")
-        return self.pack(values, what)
+        return self.gather(values, what)
 
     def unpack(self, payload: bytes, what: str, communicator: Communicator | None = None) -> S:
         """Return the struct that a payload holds; proxies in it become those of the communicator.

@@ -1,0 +1,137 @@
+"""Large payloads through shared memory: between the processes of one machine they are written once and read once.
+
+Zenoh's own way of doing that unasked is off (see `session`), as it copies once more and overwrites what a
+receiver may still be reading. Whoever cannot read shared memory, on another machine or without the right to lock
+memory, gets the same payload over the network: Zenoh sees to that for each receiver.
+"""
+
+from __future__ import annotations
+
+import logging
+import resource
+import threading
+from collections import deque
+from pathlib import Path
+from typing import Final
+
+import zenoh
+from zenoh import shm
+
+from .exceptions import MarshalException
+from .pieces import LARGE, Pieces
+
+__all__ = ["POOL_SIZE", "SharedMemory", "may_lock_enough", "read_payload"]
+
+POOL_SIZE: Final = 32 << 20
+"""Bytes of a process's pool, which is made when the first large payload is sent: eight images of 1280x960."""
+
+# A process that receives locks the pools of all who send to it, and Zenoh lets go of none of a process that ended
+# (zenoh#2787). Beyond the limit it would lose what comes without a word (zenoh#2788).
+_LOCKED_AT_LEAST: Final = 1 << 30
+_CAP_IPC_LOCK: Final = 14
+
+# First what is free, then what nobody holds, last what is held by somebody who gave no sign of life for 100 ms: a
+# receiver that was killed gives nothing back. One that was only held up finds out by `read_payload`.
+_POLICY: Final = shm.GarbageCollect(shm.GarbageCollect())
+_UNHURRIED: Final = shm.GarbageCollect()
+
+_logger = logging.getLogger(__name__)
+
+
+class SharedMemory:
+    """The pool of a communicator, from which payloads are sent; may be used from any thread."""
+
+    def __init__(self, *, enabled: bool, size: int | None = None) -> None:
+        self._size: Final = POOL_SIZE if size is None else size
+        self._lock = threading.Lock()
+        self._wanted = enabled
+        self._provider: shm.ShmProvider | None = None
+        # What was sent last. While its sender holds it too, it stays valid on the way to a receiver that is held
+        # up; otherwise 100 ms would make Zenoh drop it there without a word (zenoh#2628).
+        self._sent: deque[zenoh.ZBytes] = deque()
+
+    @property
+    def used(self) -> bool:
+        """Whether anything was sent through shared memory, and more would be."""
+        return self._provider is not None
+
+    def place(self, payload: bytes | Pieces) -> bytes | zenoh.ZBytes:
+        """Return a payload as it is best sent: a large one in shared memory, if there is room."""
+        if len(payload) < LARGE:
+            return bytes(payload)
+        with self._lock:
+            buffer = self._allocate(len(payload))
+        if buffer is None:
+            return bytes(payload)
+        position = 0
+        for part in payload.parts if isinstance(payload, Pieces) else (payload,):
+            end = position + len(part)
+            buffer[position:end] = part
+            position = end
+        placed = zenoh.ZBytes(buffer)
+        with self._lock:
+            self._sent.append(placed)
+        return placed
+
+    def close(self) -> None:
+        """Give the pool back; everything goes over the network from now on."""
+        with self._lock:
+            self._wanted = False
+            self._sent.clear()
+            self._provider = None
+
+    def _allocate(self, size: int) -> shm.ZShmMut | None:
+        provider = self._provider
+        if provider is None:
+            if not self._wanted:
+                return None
+            provider = self._open()
+            if provider is None:
+                return None
+        while True:
+            last = not self._sent
+            try:
+                return provider.alloc(size, _POLICY if last else _UNHURRIED)
+            except zenoh.ZError as error:
+                if last:
+                    _logger.debug("no shared memory for %d bytes, which go over the network: %s", size, error)
+                    return None
+                self._sent.popleft()
+
+    def _open(self) -> shm.ShmProvider | None:
+        try:
+            self._provider = shm.ShmProvider.default_backend(self._size)
+        except zenoh.ZError as error:
+            self._wanted = False
+            _logger.warning("no shared memory, large payloads go over the network: %s", error)
+        return self._provider
+
+
+def read_payload(payload: zenoh.ZBytes, what: str) -> bytes:
+    """Return a payload that came, copied out of shared memory if it was there.
+
+    Raises MarshalException when it was overwritten meanwhile: this process was held up for too long.
+    """
+    data = payload.to_bytes()
+    if len(data) >= LARGE:
+        shared = payload.as_shm()
+        if shared is not None and not shared.is_valid():
+            raise MarshalException(
+                f"{what}: {len(data)} bytes of shared memory were given back before they were read"
+            )
+    return data
+
+
+def may_lock_enough() -> bool:
+    """Return whether this process may lock the memory that others share with it, for long."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+    return limit == resource.RLIM_INFINITY or limit >= _LOCKED_AT_LEAST or _may_lock_everything()
+
+
+def _may_lock_everything() -> bool:
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return False
+    capabilities = int(status.partition("\nCapEff:")[2].split(maxsplit=1)[0], 16)
+    return bool(capabilities >> _CAP_IPC_LOCK & 1)
