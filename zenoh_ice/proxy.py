@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import copy
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Final, ParamSpec, Self, TypeVar, cast
 
+from .attachment import check_context
 from .exceptions import CommunicatorDestroyedException, InterfaceMismatchException, ZenohIceError
 from .identity import Target
 from .mismatch import describe_difference
@@ -25,6 +27,9 @@ __all__ = ["ObjectPrx"]
 P = ParamSpec("P")
 V = TypeVar("V")
 
+# What a copy of a proxy takes over.
+_STATE: Final = ("_communicator", "_target", "_timeout", "_context")
+
 
 class ObjectPrx(Reference):
     """A proxy: it stands for a servant, wherever that is, and survives the restart of its server.
@@ -38,6 +43,7 @@ class ObjectPrx(Reference):
         self._communicator = communicator
         self._target = target
         self._timeout = timeout
+        self._context: Mapping[str, str] | None = None
         self._calls: dict[Operation[..., Any], OutgoingCall] = {}
 
     @classmethod
@@ -55,7 +61,9 @@ class ObjectPrx(Reference):
     @classmethod
     def uncheckedCast(cls, proxy: ObjectPrx) -> Self:
         """Return a proxy of this type without asking anybody."""
-        return cls(proxy._communicator, proxy._target, proxy._timeout)
+        cast = cls(proxy._communicator, proxy._target, proxy._timeout)
+        cast._context = proxy._context
+        return cast
 
     def ice_getIdentity(self) -> str:
         """Return the identity of the servant."""
@@ -72,7 +80,7 @@ class ObjectPrx(Reference):
     def ice_toString(self) -> str:
         """Return the proxy as text that `stringToProxy` takes."""
         realm = self._target.realm
-        return self._target.identity if realm == self._communicator.realm else str(self._target)
+        return self._target.object if realm == self._communicator.realm else str(self._target)
 
     def ice_toWire(self) -> str:
         """Return the proxy as text that means the same in every realm."""
@@ -85,13 +93,22 @@ class ObjectPrx(Reference):
 
     def ice_invocationTimeout(self, milliseconds: float) -> Self:
         """Return a copy whose calls end within another limit, in ms as in Ice."""
-        return type(self)(
-            self._communicator, self._target, self._communicator.check_timeout(milliseconds / 1000)
-        )
+        return self._copy(_timeout=self._communicator.check_timeout(milliseconds / 1000))
 
     def ice_getInvocationTimeout(self) -> float:
         """Return the limit of calls in ms."""
         return self._timeout * 1000
+
+    def ice_context(self, context: Mapping[str, str]) -> Self:
+        """Return a copy whose calls tell the servant a context: texts by name, in `Current.ctx`.
+
+        Raises MarshalException when it is none, or larger than 4096 bytes.
+        """
+        return self._copy(_context=check_context(context), _calls=self._calls)
+
+    def ice_getContext(self) -> dict[str, str]:
+        """Return the context of calls."""
+        return dict(self._context or {})
 
     def ice_ping(self) -> None:
         """Return once the servant has answered."""
@@ -127,7 +144,7 @@ class ObjectPrx(Reference):
             call = self._calls[operation]
         except KeyError:
             call = self._prepare(operation)
-        return cast("V", call.invoke(args))
+        return cast("V", call.invoke(args, self._context))
 
     def ice_invokeAsync(
         self,
@@ -167,6 +184,13 @@ class ObjectPrx(Reference):
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self._target}>"
 
+    def _copy(self, **changes: object) -> Self:
+        """Return a proxy that differs in some attributes; calls are got ready anew unless they are given."""
+        copied = copy.copy(self)
+        # What hangs on the one, such as its streams, is not for the other.
+        copied.__dict__ = {name: self.__dict__[name] for name in _STATE} | {"_calls": {}} | changes
+        return copied
+
     def _prepare_and_begin(
         self, operation: Operation[..., Any], args: tuple[Any, ...], future: Future[Any]
     ) -> None:
@@ -175,7 +199,7 @@ class ObjectPrx(Reference):
         except ZenohIceError as error:
             fail(future, error)
         else:
-            call.begin(args, future)
+            call.begin(args, future, self._context)
 
     def _prepare(self, operation: Operation[..., Any]) -> OutgoingCall:
         """Wait until the servant is there, for not longer than a call, and get ready to call it."""

@@ -397,7 +397,15 @@ class TestPresence:
             CalculatorPrx.checkedCast(other.stringToProxy("Calculator"))
         assert CalculatorPrx.checkedCast(other.stringToProxy("Calculator@nao")).add(1.0, 2.0) == 3.0
 
-    @pytest.mark.parametrize("text", ["", "a/b", "*", "a@", "@nao", "a b", "a@b@c", "x" * 200])
+    @pytest.mark.parametrize("text", ["soccer/Ball", "Ball -f debug", "soccer/Ball -f debug@field"])
+    def test_proxy_is_the_same_as_text(self, pair: Pair, text: str) -> None:
+        assert pair.client.stringToProxy(text).ice_toString() == text
+
+    def test_proxy_text_with_an_endpoint_is_told_where_that_belongs(self, pair: Pair) -> None:
+        with pytest.raises(ConfigurationException, match="endpoints are settings"):
+            pair.client.stringToProxy("Head:default -h localhost -p 9999")
+
+    @pytest.mark.parametrize("text", ["", "a/b/c", "/a", "a/", "a -f", "a -x b", "*", "a@", "@nao", "a b", "a@b@c", "x" * 200])
     def test_invalid_proxy_is_refused(self, pair: Pair, text: str) -> None:
         with pytest.raises(ConfigurationException):
             pair.client.stringToProxy(text)

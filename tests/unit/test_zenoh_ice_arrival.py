@@ -168,7 +168,7 @@ def test_a_proxy_arrives_as_one_of_the_communicator() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "a/b", "*", "Head@", "@nao", "Head\n", "a@b@c", "x" * 200, 5, {}, ["Head"]]
+    "text", ["", "a/b/c", "*", "Head@", "@nao", "Head\n", "a@b@c", "x" * 200, 5, {}, ["Head"]]
 )
 def test_what_is_no_proxy_is_refused_with_its_place(text: object) -> None:
     with pytest.raises(MarshalException) as caught:
