@@ -39,6 +39,7 @@ _LINK_NOTICE: Final = 0.1
 _MAX_SERVANTS: Final = 4096
 _MAX_INTERFACES: Final = 64  # of one servant
 _MAX_SERVERS: Final = 64  # of one identity
+_MAX_TOKENS: Final = 1 << 14  # of all servants
 _MOST_NAMED: Final = 8  # servants in an error message
 # What we make tokens of; anything else could not be called, and would reach error messages and logs.
 _SERVANT_TOKEN: Final = re.compile(
@@ -105,7 +106,9 @@ class Presence:
         self._servants: dict[Target, dict[str, str]] = {}
         self._servers: dict[Target, dict[str, ServantInfo]] = {}
         self._lost: dict[Target, float] = {}
+        self._tokens = 0
         self._listeners: list[Callable[[], None]] = []
+        self._telling = False  # the listeners, or about to
         self._linked: set[str] = set()
         self._last_link_made = time.monotonic()
         self._last_link_lost = -math.inf
@@ -292,22 +295,33 @@ class Presence:
         with self._changed:
             change(type_id, "" if fingerprint == "-" else fingerprint)
             self._changed.notify_all()
+            tell, self._telling = not self._telling, True
+        if tell:  # once for all that comes meanwhile: a flood of tokens must not fill the queue of jobs
+            self._notify(self._tell)
+
+    def _tell(self) -> None:
+        """Tell the listeners, on another thread than Zenoh's."""
+        with self._changed:
+            self._telling = False
             listeners = list(self._listeners)
         for listener in listeners:
-            self._notify(listener)
+            listener()
 
     def _on_token(self, target: Target, info: ServantInfo, type_id: str, fingerprint: str) -> None:
         if target not in self._servers and len(self._servers) >= _MAX_SERVANTS:
             return  # no robot has so many: somebody floods the realm
-        servers = self._servers.setdefault(target, {})
+        servers = self._servers.get(target, {})
         if info.server not in servers and len(servers) >= _MAX_SERVERS:
             return
         # Replaced rather than changed: readers take no lock.
         interfaces = dict(servers.get(info.server, info).interfaces)
-        if type_id not in interfaces and len(interfaces) >= _MAX_INTERFACES:
-            return
+        if type_id not in interfaces:
+            if len(interfaces) >= _MAX_INTERFACES or self._tokens >= _MAX_TOKENS:
+                return
+            self._tokens += 1
         interfaces[type_id] = fingerprint
         servers[info.server] = info._replace(interfaces=interfaces)
+        self._servers[target] = servers
         if target not in self._servants and target in self._lost:
             _logger.info("%s is back", target)
         self._servants[target] = _merged(servers)
@@ -317,6 +331,7 @@ class Presence:
         info = servers.get(server)
         if info is None or info.interfaces.get(type_id) != fingerprint:
             return
+        self._tokens -= 1
         interfaces = {known: value for known, value in info.interfaces.items() if known != type_id}
         if interfaces:
             servers[server] = info._replace(interfaces=interfaces)

@@ -1,0 +1,291 @@
+"""The doors through which bytes of others come in, each with sound ones, for hostile input to be tried on."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import msgpack
+import msgspec
+import zenoh
+
+import interfaces
+from zenoh_ice import (
+    ConfigurationException,
+    MarshalException,
+    ObjectPrx,
+    Settings,
+    UserException,
+    ZenohIceError,
+)
+from zenoh_ice.attachment import (
+    Attachment,
+    decode_attachment,
+    encode_call_attachment,
+    encode_sample_attachment,
+)
+from zenoh_ice.clients import client_token
+from zenoh_ice.codec import Codec
+from zenoh_ice.estimated_clock import EstimatedClock
+from zenoh_ice.generated import Int, Long, Struct, Value
+from zenoh_ice.identity import Target
+from zenoh_ice.presence import Presence, servant_token
+from zenoh_ice.settings import load_settings
+from zenoh_ice.text import LONGEST_TEXT
+from zenoh_ice.wire_errors import decode_error, encode_error
+
+from .calculator import CALCULATOR, CalculatorError, DivisionByZero
+from .generated_types import structs_of
+from .wire_values import Desk
+
+__all__ = ["DOORS", "Door", "SilentSession", "check_error", "tell"]
+
+_LONGEST_ERROR = 2 * LONGEST_TEXT
+
+
+class Animal(Value, tag="::zoo::Animal"):
+    name: str
+    friend: Animal | None
+
+
+class Dog(Animal, tag="::zoo::Dog ::zoo::Animal", kw_only=True):
+    tricks: Int | None = None
+    legs: Int = 4
+
+
+class Place(Struct):
+    row: Long
+    name: str
+
+
+class Menagerie(Struct):
+    star: Animal | None
+    keeper: ObjectPrx | None
+    cages: dict[Place, list[Animal | None]]
+    weights: dict[Long, float]
+    photo: bytes
+    notes: list[list[str]]
+
+
+class NoRoomError(UserException):
+    ice_type_id = "::zoo::NoRoomError"
+
+    class Members(Struct):
+        animal: Animal | None
+        place: Place
+
+    def __init__(self, animal: Animal | None, place: Place) -> None:
+        super().__init__("no room")
+        self.animal = animal
+        self.place = place
+
+
+@dataclass(frozen=True)
+class Door:
+    """Where bytes of others come in."""
+
+    name: str
+    sound: Sequence[bytes]
+    """What is taken."""
+    take: Callable[[bytes], object]
+    """Take some bytes; raises AssertionError when that goes other than it should."""
+
+
+def check_error(error: ZenohIceError) -> None:
+    """Raise AssertionError for an error that tells nothing, too much, or what would steer a terminal."""
+    assert not isinstance(error, UserException), error
+    assert 0 < len(str(error)) <= _LONGEST_ERROR
+    assert str(error).isprintable(), str(error)
+
+
+def _refusable(take: Callable[[bytes], object]) -> Callable[[bytes], object]:
+    def checked(data: bytes) -> object:
+        try:
+            return take(data)
+        except (MarshalException, ConfigurationException) as error:
+            check_error(error)
+            return None
+
+    return checked
+
+
+# Payloads.
+
+_DESK: Any = Desk()
+
+
+def _payload() -> Door:
+    codec = Codec(Menagerie)
+
+    def take(data: bytes) -> None:
+        value = codec.unpack(data, "it", _DESK)
+        assert type(value) is Menagerie
+        again = codec.pack(msgspec.structs.astuple(value), "it")
+        assert codec.pack(msgspec.structs.astuple(codec.unpack(again, "it", _DESK)), "it") == again
+
+    dog = Dog("Rex", Animal("Tom", None), tricks=3)
+    values = (
+        dog,
+        _DESK.stringToProxy("Head"),
+        {Place(1, "x"): [dog, None], Place(-2, "y"): []},
+        {1: 1.5, -(1 << 60): math.nan},
+        b"\x00\xff",
+        [["a", "ñ"], []],
+    )
+    return Door("payload", [codec.pack(values, "it")], _refusable(take))
+
+
+def _payloads_of_interfaces() -> Door:
+    structs = structs_of(interfaces)[::4]
+    for operation in CALCULATOR.operations:
+        structs += [operation.arguments.struct, operation.result.struct]
+    doors = [_refusable(partial(Codec(struct).unpack, what="it", communicator=_DESK)) for struct in structs]
+
+    def take(data: bytes) -> None:
+        for door in doors:
+            door(data)
+
+    sound = [msgpack.packb({"returnValue": {"time": 1.5, "count": 1, "values": [0.5]}, "a": 1, "b": 2.0})]
+    return Door("any payload", sound, take)
+
+
+def _attachments() -> Door:
+    def take(data: bytes) -> None:
+        about = decode_attachment(data)
+        assert isinstance(about, Attachment)
+        assert len(about.client) <= 128
+        assert len(about.context) <= 32
+
+    sound = [
+        encode_call_attachment("c0ffee", 7, "abc", 2.0),
+        encode_call_attachment("c0ffee", 7, "abc", 2.0, {"user": "nao", "language": "ñ"}),
+        encode_sample_attachment("c0ffee", 7, 12.5),
+    ]
+    return Door("attachment", sound, _refusable(take))
+
+
+def _errors() -> Door:
+    def take(data: bytes) -> None:
+        error = decode_error(data, (CalculatorError, NoRoomError), "it", _DESK)
+        if not isinstance(error, UserException):
+            check_error(error)
+
+    raised: list[ZenohIceError] = [
+        DivisionByZero("why", 2.0),
+        NoRoomError(Dog("Rex", None), Place(1, "x")),
+        MarshalException("bad", "$.a"),
+    ]
+    return Door("error", [encode_error(error) for error in raised], take)
+
+
+# What is known of others.
+
+
+class SilentSession:
+    """What stands for a session that nothing is asked of."""
+
+    def __init__(self) -> None:
+        self.info = self
+
+    def declare_transport_events_listener(self, *_: object, **__: object) -> None:
+        return None
+
+
+def tell(presence: Presence, kind: zenoh.SampleKind, key: str) -> None:
+    """Let a token come or go, as Zenoh would tell of it."""
+    presence._on_servant(SimpleNamespace(key_expr=key, kind=kind))  # type: ignore[arg-type]
+
+
+def _tokens() -> Door:
+    def take(data: bytes) -> None:
+        key = data.decode("utf-8", "replace")
+        presence = Presence(SilentSession(), [], lambda _: None)  # type: ignore[arg-type]
+        for kind in (zenoh.SampleKind.PUT, zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE):
+            tell(presence, kind, key)
+            for realm in ("nao", "soccer"):
+                check_error(presence.explain_absence(Target(realm, "Hand")))
+        assert not presence.servants("nao")
+        assert not presence.identities("nao")
+
+    head = Target("nao", "Head")
+    ball = Target("nao", "soccer/Ball", "debug")
+    sound = [
+        servant_token(head, "::nao::PoseHead", "c0ffee", "abc", 1.7e9),
+        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, replicated=True),
+        client_token("nao", "abc"),
+    ]
+    return Door("token", [key.encode() for key in sound], take)
+
+
+class _Clockwork(Struct):
+    time: float
+    rate: float
+    simulated: bool
+
+
+def _clock_readings() -> Door:
+    codec = Codec(_Clockwork)
+
+    def take(data: bytes) -> None:
+        reading = codec.unpack(data, "it")
+        clock = EstimatedClock(1.0, 1.0, simulated=True)
+        clock.update(reading.time, reading.rate, reading.simulated)
+        clock.update(2.0, 1.0, simulated=True)
+        assert 0.0 <= clock.now() <= 2e11
+        clock.close()
+
+    return Door(
+        "clock", [codec.pack((1.5, 1.0, True), "it"), codec.pack((0.0, 0.0, False), "it")], _refusable(take)
+    )
+
+
+# Texts.
+
+
+def _proxies() -> Door:
+    codec = Codec(type("Proxies", (Struct,), {"__annotations__": {"proxy": ObjectPrx}}))
+
+    def take(data: bytes) -> None:
+        text = data.decode("utf-8", "replace")
+        proxy = codec.unpack(msgspec.msgpack.encode({"proxy": text}), "it", _DESK).proxy
+        assert zenoh.KeyExpr(proxy._target.prefix + "operation")
+        assert proxy.ice_toString().isprintable()
+
+    sound = [b"Head", b"Head@nao", b"soccer/Ball -f debug -o@nao"]
+    return Door("proxy", sound, _refusable(take))
+
+
+def _settings() -> Door:
+    directory = tempfile.TemporaryDirectory()
+    path = Path(directory.name) / "robot.toml"
+
+    def take(data: bytes) -> None:
+        assert directory  # it lives as long as the door
+        path.write_bytes(data)
+        settings = load_settings(path, environment={})
+        assert isinstance(settings, Settings)
+        assert settings.describe()
+
+    sound = [
+        b"realm = 'nao'\nconnect = ['tcp/127.0.0.1:7447', 'unixsock-stream/nao.sock']\ntimeout = 2.5\n",
+        b'shared_memory = true\nmax_message_size = 0x100000\nclock = "auto"\n[a.b]\nc = 1979-05-27\n',
+    ]
+    return Door("settings", sound, _refusable(take))
+
+
+DOORS: tuple[Door, ...] = (
+    _payload(),
+    _payloads_of_interfaces(),
+    _attachments(),
+    _errors(),
+    _tokens(),
+    _clock_readings(),
+    _proxies(),
+    _settings(),
+)

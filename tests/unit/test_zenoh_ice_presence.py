@@ -1,0 +1,57 @@
+"""What a process remembers of the servants of others, whoever tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import zenoh
+
+from tests.support.wire_doors import SilentSession, tell
+from zenoh_ice.identity import Target
+from zenoh_ice.presence import Presence, servant_token
+
+PUT, DELETE = zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE
+HEAD = Target("nao", "Head")
+
+
+def make_presence(notify: Callable[[Callable[[], None]], None] = lambda _: None) -> Presence:
+    return Presence(SilentSession(), [], notify)  # type: ignore[arg-type]
+
+
+def flood() -> list[str]:
+    """Tokens of more servants, servers and interfaces than are remembered."""
+    return [
+        servant_token(Target("nao", f"I{identity}"), f"::flood::T{kind}", "f", f"{server:x}", 1.0)
+        for identity in range(120)
+        for server in range(1, 17)
+        for kind in range(12)
+    ]
+
+
+def test_a_flood_of_tokens_is_bounded_and_forgotten() -> None:
+    presence = make_presence()
+    tokens = flood()
+    for token in tokens:
+        tell(presence, PUT, token)
+    known = [info for info in presence.servants("nao") for _ in info.interfaces]
+    assert len(known) == 1 << 14 < len(tokens)
+    for token in tokens:
+        tell(presence, DELETE, token)
+    assert not presence.servants("nao")
+    tell(presence, PUT, servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
+    assert presence.interfaces(HEAD) == {"::nao::PoseHead": "f"}
+    assert presence.identities("nao") == ["Head"]
+
+
+def test_listeners_are_told_once_of_what_comes_before_they_are() -> None:
+    jobs: list[Callable[[], None]] = []
+    told: list[str] = []
+    presence = make_presence(jobs.append)
+    presence.add_listener(lambda: told.append("told"))
+    for token in flood()[:100]:
+        tell(presence, PUT, token)
+    assert len(jobs) == 1
+    jobs.pop()()
+    assert told == ["told"]
+    tell(presence, PUT, servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
+    assert len(jobs) == 1
