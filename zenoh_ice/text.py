@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["LONGEST_TEXT", "cut", "printable"]
+__all__ = ["LONGEST_TEXT", "cut", "encodable", "printable"]
 
 LONGEST_TEXT: Final = 4096  # characters of the text of an error
 
@@ -14,6 +14,11 @@ _ELLIPSIS: Final = "..."
 def cut(text: str, longest: int = LONGEST_TEXT) -> str:
     """Return a text with at most `longest` characters."""
     return text if len(text) <= longest else text[: longest - len(_ELLIPSIS)] + _ELLIPSIS
+
+
+def encodable(text: str) -> str:
+    """Return a text that UTF-8 can hold: half a surrogate pair, as in names of files, becomes its escape."""
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def printable(text: str, longest: int = LONGEST_TEXT) -> str:

@@ -24,7 +24,7 @@ from .exceptions import (
     UserException,
     ZenohIceError,
 )
-from .text import cut, printable
+from .text import cut, encodable, printable
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -94,11 +94,12 @@ def encode_error(error: ZenohIceError) -> bytes:
         except Exception as problem:  # noqa: BLE001 - its members are the user's own code
             return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
         return _encoder.encode(_WireError(type_id, bases, members))
-    wire = _WireError(_PREFIX + type(error).__name__, message=cut(str(error)))
+    wire = _WireError(_PREFIX + type(error).__name__, message=encodable(cut(str(error))))
     if isinstance(error, MarshalException):
-        wire.path = cut(error.path)
+        wire.path = encodable(cut(error.path))
     elif isinstance(error, InterfaceMismatchException):
-        wire.expected, wire.found, wire.member = error.expected, error.found, cut(error.member)
+        texts = (error.expected, error.found, error.member)
+        wire.expected, wire.found, wire.member = (encodable(cut(text)) for text in texts)
     elif wire.exception not in _REMOTE:
         return encode_error(unknown_exception(error))
     return _encoder.encode(wire)
@@ -121,7 +122,7 @@ def decode_error(
         wire = _decoder.decode(payload if isinstance(payload, bytes) else payload.to_bytes())
     except (ValueError, RecursionError, OverflowError) as problem:
         return MarshalException(printable(f"{what}: malformed error: {problem}"))
-    message = printable(wire.message)
+    message = printable(wire.message) or f"{what} failed, and the servant gives no reason"
     if wire.exception == _MARSHAL:
         return MarshalException(message, printable(wire.path))
     if wire.exception == _MISMATCH:

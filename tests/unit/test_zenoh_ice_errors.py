@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from tests.support.calculator import CalculatorError, DivisionByZero, OtherError
 from zenoh_ice import (
+    BusyException,
     CommunicatorDestroyedException,
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
-    BusyException,
     UnknownException,
     UserException,
     ZenohIceError,
@@ -79,6 +79,17 @@ def test_own_affairs_of_the_server_are_unknown_to_the_client() -> None:
 def test_long_texts_are_cut() -> None:
     arrived = decode_error(encode_error(unknown_exception(ValueError("x" * 100_000))), (), "call")
     assert len(str(arrived)) == 4096
+
+
+def test_a_text_that_utf8_cannot_hold_travels_all_the_same() -> None:
+    for error in (unknown_exception(OSError("no file \udcff")), MarshalException("\udcff", "$.\udcff")):
+        assert "\\udcff" in str(decode_error(encode_error(error), (), "call"))
+
+
+@pytest.mark.parametrize("name", ["UnknownException", "MarshalException", "InterfaceMismatchException"])
+def test_an_error_without_a_text_gets_one(name: str) -> None:
+    error = decode_error(msgpack.packb({"exception": f"::zenoh_ice::{name}"}), (), "Head.stop")
+    assert str(error) == "Head.stop failed, and the servant gives no reason"
 
 
 HOSTILE = "\x1b]0;owned\x07\x1b[2J\nERROR forged\u202e\x00" + "x" * 100_000

@@ -1,0 +1,30 @@
+"""Whatever bytes come in through whichever door, they are taken or refused with an error that says why."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.support.hostile_bytes import BOMBS, HostileBytes
+from tests.support.wire_doors import DOORS, Door
+
+
+@pytest.fixture(params=DOORS, ids=lambda door: door.name)
+def door(request: pytest.FixtureRequest) -> Door:
+    return request.param  # type: ignore[no-any-return]
+
+
+def test_what_is_sound_is_taken(door: Door) -> None:
+    for sound in door.sound:
+        door.take(sound)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_hostile_input_is_taken_or_refused_with_a_reason(door: Door, seed: int) -> None:
+    hostile = HostileBytes(seed)
+    for _ in range(400):
+        door.take(hostile.next_input(door.sound))
+
+
+def test_bombs_are_refused(door: Door) -> None:
+    for bomb in BOMBS:
+        door.take(bomb)
