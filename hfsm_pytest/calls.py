@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -113,26 +113,31 @@ class InProcessCall:
         self._interface: Final = interface
         self._timeout: Final = timeout
 
-    def invoke(self, arguments: tuple[Any, ...]) -> object:
+    def invoke(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None = None) -> object:
         """Call, and return what the operation returns or raise what it raises."""
         servant = self._find()
         what = f"{servant.target.identity}.{self._operation.name}"
         payload = self._operation.arguments.pack(arguments, what)
         try:
-            result = self._exchange(servant, what, payload)
+            result = self._exchange(servant, what, payload, context)
         except Exception as error:
             self._log(what, arguments, None, error)
             raise
         self._log(what, arguments, result, None)
         return result
 
-    def begin(self, arguments: tuple[Any, ...], future: Future[Any]) -> None:
+    def begin(
+        self, arguments: tuple[Any, ...], future: Future[Any], context: Mapping[str, str] | None = None
+    ) -> None:
         """Call, and let the future tell the outcome, which it has when this returns."""
-        settle(future, lambda: self.invoke(arguments))
+        settle(future, lambda: self.invoke(arguments, context))
 
-    def _exchange(self, servant: Incoming, what: str, payload: bytes) -> object:
+    def _exchange(
+        self, servant: Incoming, what: str, payload: bytes, context: Mapping[str, str] | None
+    ) -> object:
         number = next(self._numbers)
-        attachment = encode_call_attachment(self._interface.fingerprint, number, CLIENT, self._timeout)
+        fingerprint = self._interface.fingerprint
+        attachment = encode_call_attachment(fingerprint, number, CLIENT, self._timeout, context)
         succeeded, answer = servant.call_here(self._operation.name, payload, attachment, self._timeout)
         communicator = self._communicator.as_communicator
         if succeeded:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from functools import partial
@@ -41,6 +41,8 @@ _LOSS_NOTICE: Final = 0.25
 _CLOSE_NOTICE: Final = 1.0
 # s for which the one retry of an idempotent call waits for the servant to be back.
 _RETRY_WAIT: Final = 0.5
+
+_Request = tuple[bytes, bytes]  # payload and attachment
 
 _logger = logging.getLogger(__name__)
 
@@ -88,22 +90,24 @@ class OutgoingCall:
         )
         self._get: Final = self._querier.get
 
-    def invoke(self, arguments: tuple[Any, ...]) -> object:
+    def invoke(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None = None) -> object:
         """Call, wait for the answer, and return what the operation returns."""
         if self._communicator.destroyed:
             raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
-        payload = self._encode(arguments)
+        request = self._encode(arguments), self._attachment(context)
         started = time.monotonic()
         servant = self._local.get(self._target)
         if servant is not None:
-            return self._invoke_local(servant, payload)
-        return self._interpret(self._exchange(payload), payload, started, retry=self._operation.idempotent)
+            return self._invoke_local(servant, request)
+        return self._interpret(self._exchange(request), request, started, retry=self._operation.idempotent)
 
-    def begin(self, arguments: tuple[Any, ...], future: Future[Any]) -> None:
+    def begin(
+        self, arguments: tuple[Any, ...], future: Future[Any], context: Mapping[str, str] | None = None
+    ) -> None:
         """Call, and let the future tell the outcome; does not wait for that."""
         dispatcher = self._communicator.dispatcher
         try:
-            payload = self._encode(arguments)
+            request = self._encode(arguments), self._attachment(context)
         except Exception as error:  # noqa: BLE001 - it is told by the future
             fail(future, error)
             return
@@ -113,7 +117,7 @@ class OutgoingCall:
 
         def interpret() -> object:
             reply = replies[0] if replies else None
-            return self._interpret(reply, payload, started, retry=self._operation.idempotent)
+            return self._interpret(reply, request, started, retry=self._operation.idempotent)
 
         def ended() -> None:  # on Zenoh's thread; whatever waits for the future runs on ours
             dispatcher.submit(partial(settle, future, interpret))
@@ -122,8 +126,8 @@ class OutgoingCall:
             try:
                 self._get(
                     Callback(replies.append, unbroken(ended), indirect=False),
-                    payload=payload,
-                    attachment=self._attachment(),
+                    payload=request[0],
+                    attachment=request[1],
                 )
             except zenoh.ZError as error:
                 fail(future, self._closed(error))
@@ -151,26 +155,27 @@ class OutgoingCall:
             )
         return payload
 
-    def _attachment(self) -> bytes:
-        return encode_call_attachment(self._fingerprint, next(self._numbers), self._client, self._timeout)
+    def _attachment(self, context: Mapping[str, str] | None) -> bytes:
+        number = next(self._numbers)
+        return encode_call_attachment(self._fingerprint, number, self._client, self._timeout, context)
 
-    def _exchange(self, payload: bytes) -> zenoh.Reply | None:
+    def _exchange(self, request: _Request) -> zenoh.Reply | None:
         if self._hurried:
-            send = partial(self._get, payload=payload, attachment=self._attachment())
+            send = partial(self._get, payload=request[0], attachment=request[1])
             return self._exchange_within(send, self._timeout)
         try:
-            handler = self._get(payload=payload, attachment=self._attachment())
+            handler = self._get(payload=request[0], attachment=request[1])
         except zenoh.ZError as error:
             raise self._closed(error) from error
         return _first(handler)
 
-    def _exchange_again(self, payload: bytes, timeout: float) -> zenoh.Reply | None:
+    def _exchange_again(self, request: _Request, timeout: float) -> zenoh.Reply | None:
         # Not through the querier: what is left of the call's time is shorter than the querier's limit.
         send = partial(
             self._communicator.session.get,
             self._querier.key_expr,
-            payload=payload,
-            attachment=self._attachment(),
+            payload=request[0],
+            attachment=request[1],
             timeout=timeout,
             consolidation=zenoh.ConsolidationMode.NONE,
             congestion_control=zenoh.CongestionControl.BLOCK,
@@ -201,9 +206,11 @@ class OutgoingCall:
             raise self._closed(error) from error
         return _first(handler)
 
-    def _interpret(self, reply: zenoh.Reply | None, payload: bytes, started: float, *, retry: bool) -> object:
+    def _interpret(
+        self, reply: zenoh.Reply | None, request: _Request, started: float, *, retry: bool
+    ) -> object:
         if reply is None:
-            return self._unanswered(payload, started, retry=retry)
+            return self._unanswered(request, started, retry=retry)
         sample = reply.ok
         if sample is not None:
             data = sample.payload
@@ -224,7 +231,7 @@ class OutgoingCall:
             return with_difference(error, proxy, self._interface)
         return error
 
-    def _unanswered(self, payload: bytes, started: float, *, retry: bool) -> object:
+    def _unanswered(self, request: _Request, started: float, *, retry: bool) -> object:
         """Find out why a call ended without an answer; an idempotent one is sent once more."""
         presence = self._communicator.presence
         if self._communicator.destroyed:
@@ -240,7 +247,7 @@ class OutgoingCall:
                 left = self._timeout - (time.monotonic() - started)
                 if left > 0:
                     _logger.debug("%s: sent once more after the connection was lost", self.what)
-                    return self._interpret(self._exchange_again(payload, left), payload, started, retry=False)
+                    return self._interpret(self._exchange_again(request, left), request, started, retry=False)
         if presence.interfaces(self._target):
             if lost_now:
                 raise ConnectionLostException(f"{self.what}: the server restarted during the call")
@@ -269,9 +276,8 @@ class OutgoingCall:
             return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         return ConnectionLostException(f"{self.what} could not be sent: {error}")
 
-    def _invoke_local(self, servant: Incoming, payload: bytes) -> object:
-        attachment = self._attachment()
-        ok, answer = servant.call_here(self._operation.name, payload, attachment, self._timeout)
+    def _invoke_local(self, servant: Incoming, request: _Request) -> object:
+        ok, answer = servant.call_here(self._operation.name, *request, self._timeout)
         if ok:
             return self._unpack(answer, self.what, self._communicator)
         raise self._error(answer)
