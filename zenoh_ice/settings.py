@@ -10,7 +10,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
+from .endpoints import check_endpoint
 from .exceptions import ConfigurationException
+from .security import PATHS, Security, resolved
 
 __all__ = ["DEFAULT_ENDPOINT", "ENVIRONMENT_PREFIX", "Settings", "load_settings"]
 
@@ -20,6 +22,7 @@ DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"
 """`VISUALHFSM_REALM` sets `realm`, and so on for every setting."""
 
+MODES: Final = ("peer", "client", "router")
 CLOCKS: Final = ("auto", "wall", "sim")
 LOG_LEVELS: Final = ("debug", "info", "warning", "error", "critical")
 
@@ -34,9 +37,6 @@ _MAX_TIMEOUT: Final = (
 _MAX_SIZE: Final = 1 << 30
 # A chunk of a Zenoh key: no separator, no wildcard; '@' splits identity and realm in "Head@otherrealm".
 _REALM: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
-_HOST_AND_PORT: Final = re.compile(r"(\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9_.\-]+):([0-9]{1,5})")
-_INTERNET_PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws")
-_PROTOCOLS: Final = (*_INTERNET_PROTOCOLS, "unixsock-stream")
 _TRUE: Final = frozenset({"1", "true", "yes", "on"})
 _FALSE: Final = frozenset({"0", "false", "no", "off"})
 
@@ -55,6 +55,9 @@ class Settings:
     """Zenoh endpoints to connect to; lost ones are tried again for ever."""
     listen: tuple[str, ...] = ("tcp/127.0.0.1:0",)
     """Zenoh endpoints to listen on; port 0 lets the system pick one."""
+    mode: str = "peer"
+    """`peer` talks to every other peer directly; `client` through the router, or the server, that it connects
+    to; `router` passes on what others say to one another."""
     clock: str = "auto"
     """`wall`, `sim`, or `auto`: the robot's time if the robot is simulated, otherwise the wall's."""
     timeout: float = 2.0
@@ -71,6 +74,8 @@ class Settings:
     """Largest payload that is decoded, in bytes, of an operation with byte sequences, such as images."""
     dispatch_threads: int = 8
     """Threads that run callbacks and the calls within the process."""
+    security: Security = field(default_factory=Security)
+    """Certificates, passwords, and what others may do through this component: `[security]` of a file."""
     origins: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
     """Where each setting came from, by name; a setting that is missing here has its default."""
 
@@ -80,8 +85,9 @@ class Settings:
             try:
                 object.__setattr__(self, key, check(value))
             except ValueError as error:
-                origin = self.origins.get(key, _CODE_ORIGIN)
-                raise ConfigurationException(f"{origin}: {key} = {_shown(value)}: {error}") from None
+                raise ConfigurationException(
+                    f"{self._origin(key)}: {key} = {_shown(value)}: {error}"
+                ) from None
 
     def override(self, **changes: object) -> Settings:
         """Return a copy with some fields changed by the program.
@@ -92,16 +98,37 @@ class Settings:
 
     def describe(self) -> str:
         """Return a table of every setting: its name, its value and where that came from."""
-        rows = [(key, _shown(getattr(self, key)), self.origins.get(key, _DEFAULT_ORIGIN)) for key in _CHECKS]
+        rows = [
+            (key, _shown(getattr(self, key)), self.origins.get(key, _DEFAULT_ORIGIN))
+            for key in _CHECKS
+            if key != "security"
+        ]
+        rows += [
+            (f"security.{key}", value, self.origins.get(f"security.{key}", self._origin("security")))
+            for key, value in self.security.describe().items()
+        ]
         widths = [max(len(row[column]) for row in rows) for column in range(2)]
         return "\n".join(f"{key:<{widths[0]}}  {value:<{widths[1]}}  {origin}" for key, value, origin in rows)
 
+    def _origin(self, key: str) -> str:
+        return self.origins.get(key, _CODE_ORIGIN)
+
     def _overlaid(self, changes: Mapping[str, Any], origins: Mapping[str, str]) -> Settings:
+        changes, origins = dict(changes), dict(origins)
         for key in changes:
             if key not in _CHECKS:
                 raise ConfigurationException(
                     f"{origins[key]}: there is no setting {key!r}; the settings are {', '.join(_CHECKS)}"
                 )
+        if "security" in changes:
+            # Piece by piece: a password may come from the environment, and the rest from a file.
+            pieces = changes["security"]
+            try:
+                changes["security"] = self.security.merged(pieces)
+            except ValueError as error:
+                raise ConfigurationException(f"{origins['security']}: security: {error}") from None
+            if isinstance(pieces, Mapping):
+                origins = {**{f"security.{key}": origins["security"] for key in pieces}, **origins}
         return replace(self, **changes, origins={**self.origins, **origins})
 
 
@@ -116,7 +143,8 @@ def load_settings(
 
     1. the defaults, with those of the component over those of `Settings`;
     2. the top-level keys of the TOML file (without one, of the file that VISUALHFSM_CONFIG names);
-    3. the environment: VISUALHFSM_REALM, VISUALHFSM_CONNECT, ... (lists are separated by commas);
+    3. the environment: VISUALHFSM_REALM, VISUALHFSM_CONNECT, ... (lists are separated by commas), and
+       VISUALHFSM_SECURITY_AUTHORITY, ... for the texts of `[security]`;
     4. the flags; a flag that is None was not given.
 
     Raises ConfigurationException, naming the source, for a file that cannot be read, an unknown key or a bad
@@ -135,19 +163,24 @@ def load_settings(
     values, origins = _read_environment(environment)
     settings = settings._overlaid(values, origins)
     given = {key: value for key, value in (flags or {}).items() if value is not None}
-    return settings._overlaid(given, {key: f"--{key.replace('_', '-')}" for key in given})
+    origins = {key: f"--{key.replace('_', '-')}" for key in given}
+    return settings._overlaid(*_with_security({key: key for key in PATHS}, given, origins))
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
     try:
         with path.open("rb") as file:
-            return tomllib.load(file)
+            values = tomllib.load(file)
     except OSError as error:
         raise ConfigurationException(f"{path}: cannot read the settings: {error.strerror}") from error
     except RecursionError as error:
         raise ConfigurationException(f"{path}: not TOML: nested too deeply") from error
     except ValueError as error:  # of a path with a null byte, of bytes, of syntax, or of a number's length
         raise ConfigurationException(f"{path}: not TOML: {error}") from error
+    if isinstance(values.get("security"), dict):
+        # Files are named as seen from the file that names them, so that a folder of them can be moved.
+        values["security"] = resolved(values["security"], path.parent)
+    return values
 
 
 def _read_environment(environment: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -162,6 +195,19 @@ def _read_environment(environment: Mapping[str, str]) -> tuple[dict[str, Any], d
         except ValueError as error:
             raise ConfigurationException(f"{variable}: {environment[variable]!r}: {error}") from None
         origins[key] = variable
+    pieces = {key: key.removeprefix("security_") for key in values if key.startswith("security_")}
+    return _with_security(pieces, values, origins)
+
+
+def _with_security(
+    pieces: Mapping[str, str], values: dict[str, Any], origins: dict[str, str]
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Move what is given under names of its own into the table `security`: `pieces` tells the names in it."""
+    given = [key for key in pieces if key in values]
+    if given:
+        values["security"] = {pieces[key]: values.pop(key) for key in given}
+        origins["security"] = ", ".join(origins[key] for key in given)
+        origins |= {f"security.{pieces[key]}": origins.pop(key) for key in given}
     return values, origins
 
 
@@ -213,6 +259,7 @@ _PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
     "max_message_size": _parse_integer,
     "max_bulk_size": _parse_integer,
     "dispatch_threads": _parse_integer,
+    "security_mutual": _parse_boolean,
 }
 
 
@@ -225,35 +272,12 @@ def _check_realm(value: object) -> str:
     return value
 
 
-def _check_endpoint(endpoint: object, *, any_port: bool) -> str:
-    if not isinstance(endpoint, str):
-        raise ValueError("write endpoints as text, such as tcp/127.0.0.1:7447")
-    protocol, slash, rest = endpoint.partition("/")
-    address = re.split(r"[?#]", rest, maxsplit=1)[0]
-    if not slash or protocol not in _PROTOCOLS:
-        raise ValueError(
-            f"{endpoint!r} is no endpoint: write PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447, with one of "
-            f"{', '.join(_PROTOCOLS)}"
-        )
-    if protocol not in _INTERNET_PROTOCOLS:
-        if not address:
-            raise ValueError(f"{endpoint!r} has no path: write {protocol}/PATH")
-        return endpoint
-    match = _HOST_AND_PORT.fullmatch(address)
-    if match is None:
-        raise ValueError(f"{endpoint!r} needs a host and a port: write {protocol}/HOST:PORT")
-    lowest = 0 if any_port else 1
-    if not lowest <= int(match[2]) <= 65535:
-        raise ValueError(f"port {match[2]} of {endpoint!r} is not between {lowest} and 65535")
-    return endpoint
-
-
 def _check_connect(value: object) -> tuple[str, ...]:
-    return tuple(_check_endpoint(endpoint, any_port=False) for endpoint in _items(value))
+    return tuple(check_endpoint(endpoint, any_port=False) for endpoint in _items(value))
 
 
 def _check_listen(value: object) -> tuple[str, ...]:
-    return tuple(_check_endpoint(endpoint, any_port=True) for endpoint in _items(value))
+    return tuple(check_endpoint(endpoint, any_port=True) for endpoint in _items(value))
 
 
 def _items(value: object) -> list[object]:
@@ -297,10 +321,17 @@ def _check_boolean(value: object) -> bool:
     return value
 
 
+def _check_security(value: object) -> Security:
+    if not isinstance(value, Security):
+        raise ValueError("write a table, such as [security]")
+    return value
+
+
 _CHECKS: Final[Mapping[str, Callable[[Any], object]]] = {
     "realm": _check_realm,
     "connect": _check_connect,
     "listen": _check_listen,
+    "mode": _one_of(MODES),
     "clock": _one_of(CLOCKS),
     "timeout": _seconds(0.001, _MAX_TIMEOUT),
     "lease": _seconds(0.1, _MAX_TIMEOUT),
@@ -309,4 +340,5 @@ _CHECKS: Final[Mapping[str, Callable[[Any], object]]] = {
     "max_message_size": _whole(1, _MAX_SIZE),
     "max_bulk_size": _whole(1, _MAX_SIZE),
     "dispatch_threads": _whole(1, 256),
+    "security": _check_security,
 }

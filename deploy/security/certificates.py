@@ -1,0 +1,172 @@
+"""Make an authority and the certificates that it vouches for, for mutual TLS.
+
+The authority is one for a laboratory or a class: its key lies in a file beside the certificates. Whoever has
+that key can become anybody, so it belongs on no robot and on no router.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Final
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+__all__ = ["LOCAL_HOSTS", "Authority", "SecurityFilesError", "write_private", "write_public"]
+
+LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
+"""Names under which every machine reaches itself."""
+
+_NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
+_HOST: Final = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9\-]{0,62})(\.[A-Za-z0-9\-]{1,63})*")
+_CLOCKS_APART: Final = timedelta(minutes=10)  # by which the clocks of two machines may differ
+
+
+class SecurityFilesError(Exception):
+    """A certificate, a key or a file of settings cannot be made or read: the message names the file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Authority:
+    """Who vouches for certificates: its own certificate, and the key that signs."""
+
+    certificate: x509.Certificate
+    key: ec.EllipticCurvePrivateKey
+
+    @classmethod
+    def create(cls, name: str, valid: timedelta) -> Authority:
+        """Return a new authority."""
+        key = ec.generate_private_key(ec.SECP256R1())
+        subject = _subject(name)
+        certificate = (
+            _builder(subject, subject, key.public_key(), valid)
+            .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+            .add_extension(_key_usage(signs_certificates=True), critical=True)
+            .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
+            .sign(key, hashes.SHA256())
+        )
+        return cls(certificate, key)
+
+    @classmethod
+    def load(cls, certificate: Path, key: Path) -> Authority:
+        """Read an authority from its two files; raises SecurityFilesError."""
+        try:
+            loaded = serialization.load_pem_private_key(key.read_bytes(), password=None)
+            if not isinstance(loaded, ec.EllipticCurvePrivateKey):
+                raise SecurityFilesError(f"{key}: not a key on an elliptic curve")
+            return cls(x509.load_pem_x509_certificate(certificate.read_bytes()), loaded)
+        except OSError as error:
+            raise SecurityFilesError(f"{error.filename}: cannot be read: {error.strerror}") from error
+        except (TypeError, ValueError) as error:
+            raise SecurityFilesError(
+                f"{certificate}, {key}: not the files of an authority: {error}"
+            ) from error
+
+    def save(self, certificate: Path, key: Path) -> None:
+        """Write the two files, the key readable by its owner alone; raises SecurityFilesError."""
+        write_private(key, _pem(self.key))
+        write_public(certificate, self.certificate.public_bytes(serialization.Encoding.PEM))
+
+    def issue(self, name: str, hosts: Sequence[str], valid: timedelta) -> tuple[bytes, bytes]:
+        """Return a certificate and its key in PEM.
+
+        `name` is the common name, by which access is granted. With `hosts`, the names and addresses under
+        which others reach it, the certificate serves whoever listens too; without, only who connects.
+        Raises SecurityFilesError for a name or a host that is none.
+        """
+        key = ec.generate_private_key(ec.SECP256R1())
+        usages = [ExtendedKeyUsageOID.CLIENT_AUTH]
+        if hosts:
+            usages.append(ExtendedKeyUsageOID.SERVER_AUTH)
+        builder = (
+            _builder(_subject(name), self.certificate.subject, key.public_key(), valid)
+            .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+            .add_extension(_key_usage(signs_certificates=False), critical=True)
+            .add_extension(x509.ExtendedKeyUsage(usages), critical=False)
+            .add_extension(
+                x509.AuthorityKeyIdentifier.from_issuer_public_key(self.key.public_key()), critical=False
+            )
+        )
+        if hosts:
+            names = x509.SubjectAlternativeName([_host(host) for host in dict.fromkeys(hosts)])
+            builder = builder.add_extension(names, critical=False)
+        certificate = builder.sign(self.key, hashes.SHA256())
+        return certificate.public_bytes(serialization.Encoding.PEM), _pem(key)
+
+
+def write_private(path: Path, content: bytes) -> None:
+    """Write a new file that nobody but its owner may read; raises SecurityFilesError, also if it exists."""
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content)
+    except OSError as error:
+        raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def write_public(path: Path, content: bytes) -> None:
+    """Write a new file; raises SecurityFilesError, also if it exists."""
+    try:
+        with path.open("xb") as file:
+            file.write(content)
+    except OSError as error:
+        raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def _builder(
+    subject: x509.Name, issuer: x509.Name, public_key: ec.EllipticCurvePublicKey, valid: timedelta
+) -> x509.CertificateBuilder:
+    now = datetime.now(UTC)
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(public_key)
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - _CLOCKS_APART)
+        .not_valid_after(now + valid)
+    )
+
+
+def _key_usage(*, signs_certificates: bool) -> x509.KeyUsage:
+    return x509.KeyUsage(
+        digital_signature=not signs_certificates,
+        key_cert_sign=signs_certificates,
+        crl_sign=signs_certificates,
+        content_commitment=False,
+        key_encipherment=False,
+        data_encipherment=False,
+        key_agreement=False,
+        encipher_only=False,
+        decipher_only=False,
+    )
+
+
+def _subject(name: str) -> x509.Name:
+    if not _NAME.fullmatch(name):
+        raise SecurityFilesError(f"{name!r} is no name: write 1 to 64 letters, digits, '_', '-' or '.'")
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+
+
+def _host(text: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ipaddress.ip_address(text))
+    except ValueError:
+        pass
+    if not _HOST.fullmatch(text):
+        raise SecurityFilesError(f"{text!r} is neither the name nor the address of a machine")
+    return x509.DNSName(text)
+
+
+def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
+    return key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
