@@ -145,11 +145,19 @@ def _decode_user_exception(
             known.setdefault(subclass.ice_type_id, subclass)
     for type_id in (wire.exception, *wire.bases):
         if (nearest := known.get(type_id)) is not None:
-            codec: Codec[Any] = Codec(nearest.Members)
             try:
-                members = codec.unpack(bytes(wire.members), f"{what}: {type_id}", communicator)
+                members = _codec(nearest).unpack(bytes(wire.members), f"{what}: {type_id}", communicator)
                 return nearest.ice_from_members(members)
             except MarshalException as problem:
                 return problem
     name = printable(wire.exception, _LONGEST_NAME)
     return UnknownException(f"{what} raised {name}, which the operation does not declare")
+
+
+def _codec(exception: type[UserException]) -> Codec[Any]:
+    """Return the codec of an exception's members; making it takes a millisecond or more."""
+    codec: Codec[Any] | None = vars(exception).get("_ice_codec")
+    if codec is None:
+        codec = Codec(exception.Members)
+        exception._ice_codec = codec  # type: ignore[attr-defined] # with the class it goes
+    return codec
