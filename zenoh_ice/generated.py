@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Coroutine
 from concurrent.futures import Future
+from concurrent.futures import Future as InvocationFuture
 from typing import Annotated, Any, TypeAlias, TypeVar
 
 from msgspec import Meta
@@ -22,6 +23,7 @@ __all__ = [
     "Dispatched",
     "Int",
     "Interface",
+    "InvocationFuture",
     "Long",
     "Object",
     "ObjectPrx",

@@ -69,6 +69,10 @@ class Definition:
 
     kind: ClassVar[str] = "definition"
 
+    def is_marked(self, text: str) -> bool:
+        """Return whether it has this metadata."""
+        return any(metadata.text == text for metadata in self.metadata)
+
     @property
     def module(self) -> str:
         """The scoped name of the module around it, without the leading colons: `jderobot`."""
@@ -119,12 +123,14 @@ class Operation(Definition):
     parameters: list[Parameter] = field(default_factory=list)
     throws: list[NamedType] = field(default_factory=list)
     idempotent: bool = False
+    amd: bool = False
+    """Whether it, or its interface, is marked `["amd"]`: its servant may answer later; set by the checker."""
     kind: ClassVar[str] = "operation"
 
     @property
     def streamed(self) -> bool:
         """Whether its results are also published as a stream."""
-        return any(metadata.text == "stream" for metadata in self.metadata)
+        return self.is_marked("stream")
 
     @property
     def inputs(self) -> list[Parameter]:

@@ -145,6 +145,9 @@ def _operation(before: ast.Operation, after: ast.Operation) -> Iterator[Breaking
         yield _changed(BreakingRule.STREAM_REMOVED, f"`{name}` is no longer streamed", before, after)
     if after.streamed and not before.streamed:
         yield _changed(BreakingRule.STREAM_ADDED, f"`{name}` is now streamed", before, after)
+    if before.amd and not after.amd:
+        message = f"`{name}` is no longer answered asynchronously"
+        yield _changed(BreakingRule.AMD_REMOVED, message, before, after)
 
 
 def _parameters(before: ast.Operation, after: ast.Operation) -> Iterator[BreakingChange]:

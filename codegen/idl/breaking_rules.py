@@ -56,6 +56,7 @@ class BreakingRule(Enum):
     BASES_REARRANGED = _Facts(
         "B216", (Break.WIRE,), "the sides refuse each other, although nothing else changed"
     )
+    AMD_REMOVED = _Facts("B217", (Break.SOURCE,), "servants must return values: no futures, no coroutines")
 
     MEMBER_REMOVED = _Facts("B301", _BOTH, "receivers miss it, and code that reads it fails")
     MEMBER_ADDED = _Facts("B302", _BOTH, "old senders lack it, and code that makes the value must give it")

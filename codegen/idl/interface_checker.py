@@ -77,6 +77,7 @@ class InterfaceChecker:
         if operation.name.lower() == owner.name.lower():
             message = f"operation `{operation.name}` has the name of its {owner.kind}"
             self._resolver.error(Code.REDEFINITION, message, operation.token)
+        operation.amd = operation.is_marked("amd") or owner.is_marked("amd")
         if operation.streamed and operation.returns is None and not operation.outputs:
             message = f"operation `{operation.name}` is streamed but returns nothing"
             self._resolver.error(Code.BAD_STREAM, message, operation.token)

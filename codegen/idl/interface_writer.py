@@ -90,6 +90,8 @@ class _InterfaceWriter:
             items.append("idempotent=True")
         if operation.streamed:
             items.append("streamed=True")
+        if operation.amd:
+            items.append("amd=True")
         final = self._names.imported("typing", "Final")
         return [*chunks, bracketed(f"{private}: {final}[{kind}] = {class_}(", items, ")")]
 
@@ -148,21 +150,26 @@ class _InterfaceWriter:
         lines = self._class("Prx", "ObjectPrx", self._class_doc("Proxy"))
         for operation in self._interface.operations:
             name, private = python_name(operation), self._operations[operation.name]
-            parameters = ["self", *self._parameters_with_defaults(operation)]
+            context = self._own_parameter("context", operation)
+            kind = f"{self._names.imported('collections.abc', 'Mapping')}[{self._names.builtin('str')}, "
+            kind += f"{self._names.builtin('str')}] | None"
+            parameters = ["self", *self._parameters_with_defaults(operation), f"{context}: {kind} = None"]
             arguments = [private, *(python_name(parameter) for parameter in operation.inputs)]
+            # Most calls have no context, and those shall not pay for it.
+            proxy = f"(self if {context} is None else self.ice_context({context}))"
             returned = self._returned(operation)
-            future = self._names.imported("concurrent.futures", "Future")
+            future = self._names.runtime("InvocationFuture")
             lines.append("")
             if operation.streamed:
                 lines.append(f"{INDENT}@{self._names.runtime('streamed')}({private})")
             lines += [
                 *bracketed(f"def {name}(", parameters, f") -> {returned}:", INDENT),
                 *docstring(self._operation_doc(operation, servant=False), INDENT * 2),
-                *bracketed("return self.ice_invoke(", arguments, ")", INDENT * 2),
+                *bracketed(f"return {proxy}.ice_invoke(", arguments, ")", INDENT * 2),
                 "",
                 *bracketed(f"def {operation.name}Async(", parameters, f") -> {future}[{returned}]:", INDENT),
                 *docstring(f"Call `{name}` without waiting.", INDENT * 2),
-                *bracketed("return self.ice_invokeAsync(", arguments, ")", INDENT * 2),
+                *bracketed(f"return {proxy}.ice_invokeAsync(", arguments, ")", INDENT * 2),
             ]
         return lines
 
@@ -170,18 +177,19 @@ class _InterfaceWriter:
         lines = self._class("", "Object", self._class_doc("Servant"))
         for operation in self._interface.operations:
             name, private = python_name(operation), self._operations[operation.name]
-            used = {python_name(parameter) for parameter in operation.inputs}
-            current = "current_" if "current" in used else "current"
+            current = self._own_parameter("current", operation)
             parameters = [
                 "self",
                 *self._parameters(operation),
                 f"{current}: {self._names.runtime('Current')}",
             ]
-            returned = self._returned(operation)
+            returned = dispatched = self._returned(operation)
+            if operation.amd:
+                dispatched = f"{self._names.runtime('Dispatched')}[{returned}]"
             lines += [
                 "",
                 f"{INDENT}@{self._names.imported('abc', 'abstractmethod')}",
-                *bracketed(f"def {name}(", parameters, f") -> {returned}:", INDENT),
+                *bracketed(f"def {name}(", parameters, f") -> {dispatched}:", INDENT),
                 *docstring(self._operation_doc(operation, servant=True), INDENT * 2),
             ]
             if operation.streamed:
@@ -197,6 +205,11 @@ class _InterfaceWriter:
 
     def _type(self, parameter: ast.Parameter) -> str:
         return self._annotations.type(parameter.type, optional=parameter.tag is not None)
+
+    @staticmethod
+    def _own_parameter(name: str, operation: ast.Operation) -> str:
+        """Return the name of a parameter that Slice does not know, apart from those that it does."""
+        return f"{name}_" if any(python_name(each) == name for each in operation.inputs) else name
 
     def _parameters(self, operation: ast.Operation) -> list[str]:
         return [f"{python_name(parameter)}: {self._type(parameter)}" for parameter in operation.inputs]

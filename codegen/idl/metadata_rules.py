@@ -22,6 +22,12 @@ _KNOWN |= {
 }
 
 
+def _dispatched(definition: ast.Definition) -> bool:
+    """Return whether servants answer to it: an operation, or all those of an interface or a class."""
+    declared = definition.of if isinstance(definition, ast.ForwardDeclaration) else type(definition)
+    return issubclass(declared, ast.Operation | ast.Interface | ast.Class)
+
+
 def check_metadata(definition: ast.Definition, resolver: Resolver) -> None:
     """Report metadata that is unknown or out of place."""
     for metadata in definition.metadata:
@@ -29,6 +35,10 @@ def check_metadata(definition: ast.Definition, resolver: Resolver) -> None:
         if text == "stream" and not isinstance(definition, ast.Operation):
             message = f"only operations can be streamed, not {with_article(definition.kind)}"
             resolver.error(Code.BAD_STREAM, message, metadata.token)
+        elif text == "amd" and not _dispatched(definition):
+            kind = with_article(definition.kind)
+            message = f'["amd"] is ignored: it is for operations and interfaces, not for {kind}'
+            resolver.warning(Code.MISPLACED_AMD, message, metadata.token)
         elif ":" not in text and text not in _KNOWN:
             message = f'unknown metadata ["{text}"] is ignored'
             resolver.warning(Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _KNOWN))

@@ -25,10 +25,11 @@ def operation_signature(operation: ast.Operation) -> str:
         f"{'out ' if each.out else ''}{_tag(each.tag)}{type_name(each.type)} {each.name}"
         for each in operation.parameters
     )
+    marks = [f'"{mark}"' for mark, given in (("amd", operation.amd), ("stream", operation.streamed)) if given]
     thrown = [named.definition.scoped if named.definition else named.name for named in operation.throws]
     return "".join(
         (
-            '["stream"] ' if operation.streamed else "",
+            f"[{', '.join(marks)}] " if marks else "",
             "idempotent " if operation.idempotent else "",
             f"{_tag(operation.return_tag)}{type_name(operation.returns)} {operation.name}({parameters})",
             f" throws {', '.join(thrown)}" if thrown else "",

@@ -30,7 +30,7 @@ module m {
   interface Other { void pong(); };
   interface Device extends Base {
     ["stream"] idempotent Point where(int axis, Ints more, out Color color) throws Bad;
-    void move(Point to, double speed);
+    ["amd"] void move(Point to, double speed);
   };
 };
 """
@@ -58,7 +58,7 @@ CASES = [
     ("sequence<int> MoreInts;", "", ["B102"]),
     ("struct Point {", "exception Gone {}; struct Point {", []),
     ("struct Point { int x; double y; };", "class Point { int x; double y; };", ["B103"]),
-    ("    void move(Point to, double speed);\n", "", ["B201"]),
+    ('    ["amd"] void move(Point to, double speed);\n', "", ["B201"]),
     ("void ping();", "void ping(); void again();", ["B202"]),
     ("void ping();", "int ping();", ["B203"]),
     ("void ping();", "optional(2) int ping();", ["B203"]),
@@ -72,6 +72,7 @@ CASES = [
     (" throws Bad;", ";", ["B210"]),
     ("idempotent Point", "Point", ["B211"]),
     ('["stream"] ', "", ["B212"]),
+    ('["amd"] ', "", ["B217"]),
     ("void pong();", '["stream"] int pong();', ["B203", "B213"]),
     ("Device extends Base", "Device", ["B214"]),
     ("Device extends Base", "Device extends Base, Other", ["B215"]),

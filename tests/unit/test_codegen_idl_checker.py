@@ -130,6 +130,8 @@ def test_what_breaks_a_rule_is_told_once_with_its_place(
         ("sequence<int> K; dictionary<K, int> D;", "W004", 29),
         ("class C; class c { };", "W009", 16),
         ("struct S { int a; }; local interface L { };", "N001", 38),
+        ('["amd"] struct S { int a; };', "W010", 2),
+        ('interface I { void f(["amd"] int a); };', "W010", 23),
         ('const string s = "\\xff";', "W008", 18),
         ('const string s = "\\q";', "W005", 18),
     ],
