@@ -226,7 +226,8 @@ class OutgoingCall:
 
     def _error(self, payload: bytes | zenoh.ZBytes) -> Exception:
         error = decode_error(payload, self._operation.exceptions, self.what, self._communicator)
-        if isinstance(error, InterfaceMismatchException) and not error.member:
+        # Not of the call that asks for the difference: who refused it, too, would be asked for ever.
+        if isinstance(error, InterfaceMismatchException) and not error.member and self._fingerprint:
             proxy = self._communicator.stringToProxy(str(self._target))
             return with_difference(error, proxy, self._interface)
         return error

@@ -1,0 +1,251 @@
+"""What strangers on the network can do to servers and clients: nothing but get errors."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import msgpack
+import pytest
+import zenoh
+
+from tests.conftest import Pair
+from tests.support.calculator import CALCULATOR, CalculatorError, CalculatorPrx, Reading
+from tests.support.calculator_servant import CalculatorI
+from tests.support.hostile_bytes import BOMBS, HostileBytes
+from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.stranger import Stranger, stranger
+from tests.support.wire_doors import check_error
+from zenoh_ice import (
+    InterfaceMismatchException,
+    MarshalException,
+    UserException,
+    ZenohIceError,
+)
+from zenoh_ice.attachment import encode_call_attachment, encode_sample_attachment
+from zenoh_ice.identity import Target
+from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error, encode_error
+
+TARGET = Target("nao", "Calculator")
+INPUTS = 300
+
+PAYLOADS = [
+    msgpack.packb({"a": 1.0, "b": 2.0}),
+    msgpack.packb({"head": {"value": 1, "next": {"value": 2, "next": None}}}),
+    msgpack.packb({"text": "declared"}),
+    msgpack.packb({"data": b"123"}),
+    msgpack.packb({"values": [1.0, 2.0]}),
+]
+ATTACHMENTS = [
+    encode_call_attachment(CALCULATOR.fingerprint, 1, "abc", 2.0, {"user": "x"}),
+    encode_sample_attachment(CALCULATOR.fingerprint, 1, 12.5),
+]
+RESULTS = [
+    msgpack.packb({"returnValue": 3.0}),
+    msgpack.packb({"returnValue": 1.0, "remainder": 2.0}),
+    msgpack.packb({"returnValue": {"count": 1, "values": [1.5]}}),
+    encode_error(CalculatorError("why")),
+    encode_error(MarshalException("bad", "$.a")),
+    encode_error(InterfaceMismatchException("other", "aa", "bb")),
+]
+SELECTORS = [
+    *(
+        f"{TARGET.prefix}{name}"
+        for name in ("add", "total", "fail", "echo", "split", "getReading", "ice_isA")
+    ),
+    f"{TARGET.prefix}add?history=1000000;_time=[now(-1h)..];x=%00",
+    f"{TARGET.prefix}getReading?history=-1;history=nan",
+    f"{TARGET.prefix}*",
+    f"{TARGET.prefix}add$*",
+    f"{TARGET.prefix}{'x' * 5000}",
+    f"{TARGET.prefix}\u202e\x1b[2J",
+    "nao/**",
+    "**",
+]
+
+
+@pytest.fixture
+def intruder(pair: Pair) -> Iterator[Stranger]:
+    with stranger(pair.endpoint) as opened:
+        yield opened
+
+
+@pytest.fixture
+def servant(pair: Pair) -> CalculatorI:
+    servant = CalculatorI()
+    pair.adapter.add(servant, "Calculator")
+    return servant
+
+
+def a_call_works(pair: Pair) -> None:
+    assert CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")).add(1.0, 2.0) == 3.0
+
+
+class TestServer:
+    def test_whatever_is_asked_is_answered_with_a_result_or_a_typed_error(
+        self, pair: Pair, servant: CalculatorI, intruder: Stranger
+    ) -> None:
+        a_call_works(pair)
+        hostile = HostileBytes(0)
+        errors = results = 0
+        for _ in range(INPUTS):
+            selector = hostile.choose(SELECTORS)
+            payload = hostile.choose((None, *[hostile.next_input(PAYLOADS)] * 4))
+            attachment = hostile.choose((None, ATTACHMENTS[0], hostile.next_input(ATTACHMENTS)))
+            replies = intruder.ask(selector, payload, attachment)
+            assert len(replies) <= 1
+            for reply in replies:
+                if reply.ok is not None:
+                    results += 1
+                    assert "*" not in str(reply.ok.key_expr)
+                else:
+                    errors += 1
+                    assert reply.err is not None
+                    assert str(reply.err.encoding) == ERROR_ENCODING
+                    error = decode_error(reply.err.payload, (CalculatorError,), "call")
+                    if not isinstance(error, UserException):
+                        check_error(error)
+        assert errors > INPUTS / 10
+        assert results > INPUTS / 20
+        a_call_works(pair)
+
+    def test_bombs_are_refused(self, pair: Pair, servant: CalculatorI, intruder: Stranger) -> None:
+        a_call_works(pair)
+        for bomb in BOMBS:
+            for payload, attachment in ((bomb, None), (PAYLOADS[0], bomb)):
+                (reply,) = intruder.ask(TARGET.prefix + "total", payload, attachment)
+                assert reply.err is not None
+                error = decode_error(reply.err.payload, (), "call")
+                assert isinstance(error, MarshalException)
+                check_error(error)
+        a_call_works(pair)
+
+    def test_what_asks_for_several_operations_executes_none(
+        self, pair: Pair, servant: CalculatorI, intruder: Stranger
+    ) -> None:
+        a_call_works(pair)
+        for selector in ("nao/**", "**", TARGET.prefix + "*", TARGET.prefix + "cou$*", "nao/*/count"):
+            for reply in intruder.ask(selector, b"\x80", None):
+                assert reply.ok is None
+        assert servant.counted == 0
+
+
+class TestClient:
+    def test_whatever_is_answered_a_call_ends_with_a_result_or_an_error(
+        self, pair: Pair, intruder: Stranger
+    ) -> None:
+        hostile = HostileBytes(1)
+
+        def answer(query: zenoh.Query) -> None:
+            with query:
+                data = hostile.next_input(RESULTS)
+                match hostile.choose(range(8)):
+                    case 0:
+                        query.reply_err(data)
+                    case 1 | 2 | 3:
+                        query.reply_err(data, encoding=ERROR_ENCODING)
+                    case 4:
+                        query.reply_del(query.key_expr)
+                    case 5:
+                        for _ in range(20):
+                            query.reply(query.key_expr, data)
+                    case 6 if hostile.choose(range(12)) == 0:
+                        pass  # says nothing at all, which takes a while to explain
+                    case _:
+                        query.reply(query.key_expr, data, attachment=hostile.next_input(ATTACHMENTS))
+
+        with intruder.impersonating(TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, answer):
+            calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+            # Of a call without an answer the reason is looked for.
+            calculator = calculator.ice_invocationTimeout(AT_ONCE * 1000)
+            for number in range(INPUTS):
+                try:
+                    match number % 4:
+                        case 0:
+                            assert isinstance(calculator.add(1.0, 2.0), float)
+                        case 1:
+                            assert len(calculator.divide(1.0, 2.0)) == 2
+                        case 2:
+                            assert isinstance(calculator.getReading(), Reading)
+                        case _:
+                            assert isinstance(calculator.addAsync(1.0, 2.0).result(LIMIT), float)
+                except ZenohIceError as error:
+                    if not isinstance(error, UserException):
+                        check_error(error)
+
+    def test_a_servant_that_finds_every_interface_different_is_asked_for_its_own_once(
+        self, pair: Pair, intruder: Stranger
+    ) -> None:
+        asked: list[str] = []
+
+        def answer(query: zenoh.Query) -> None:
+            with query:
+                asked.append(str(query.key_expr).removeprefix(TARGET.prefix))
+                error = InterfaceMismatchException("different", "aa", "bb")
+                query.reply_err(encode_error(error), encoding=ERROR_ENCODING)
+
+        with intruder.impersonating(TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, answer):
+            calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+            with pytest.raises(InterfaceMismatchException):
+                calculator.add(1.0, 2.0)
+        assert asked == ["add", "ice_describe"]
+
+    def test_whatever_is_published_a_reader_gets_a_sample_or_an_error(
+        self, pair: Pair, servant: CalculatorI, intruder: Stranger
+    ) -> None:
+        calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+        hostile = HostileBytes(2)
+        key = TARGET.prefix + "getReading"
+        publisher = intruder.session.declare_publisher(key)
+        sample = calculator.getReading.latest()
+        intruder.wait_for_reader(publisher)
+        samples = errors = 0
+        for _ in range(INPUTS):
+            payload = hostile.next_input(RESULTS[2:3])
+            attachment = hostile.choose((None, hostile.next_input(ATTACHMENTS[1:])))
+            match hostile.choose(range(20)):
+                case 0:
+                    publisher.delete()
+                case 1:
+                    intruder.session.put("nao/**", payload, attachment=attachment)
+                case _:
+                    publisher.put(payload, attachment=attachment)
+            try:
+                sample = calculator.getReading.wait(sample, timeout=LIMIT)
+            except MarshalException as error:
+                check_error(error)
+                errors += 1
+            else:
+                assert isinstance(sample.value, Reading)
+                assert sample.age >= 0.0
+                assert repr(sample).isprintable()
+                samples += 1
+        assert samples > INPUTS / 20
+        assert errors > INPUTS / 20
+        sound = RESULTS[2]
+        publisher.put(sound)
+        assert calculator.getReading.wait(sample, timeout=LIMIT).value == Reading(1, [1.5])
+
+    def test_tokens_of_any_kind_leave_the_servants_that_are_there(
+        self, pair: Pair, servant: CalculatorI, intruder: Stranger
+    ) -> None:
+        a_call_works(pair)
+        hostile = HostileBytes(3)
+        tokens = []
+        for number in range(INPUTS):
+            text = hostile.next_input([b"nao/Other/::test::Calculator/c0ffee/abc/1700000000000"])
+            for key in (f"@servant/{text.decode('utf-8', 'replace')}", f"@servant/nao/I{number}/::T/-/a/1"):
+                try:
+                    expression = zenoh.KeyExpr(key)
+                except zenoh.ZError:
+                    continue
+                tokens.append(intruder.session.liveliness().declare_token(expression))
+        deadline = time.monotonic() + LIMIT
+        while f"I{INPUTS - 1}" not in pair.client.identities():
+            assert time.monotonic() < deadline
+            time.sleep(0.005)
+        assert "Calculator" in pair.client.identities()
+        a_call_works(pair)
+        for token in tokens:
+            token.undeclare()
+        a_call_works(pair)

@@ -1,0 +1,77 @@
+"""A process of somebody else on the network, who says over Zenoh whatever it likes."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import zenoh
+
+from tests.support.limits import CALL_LIMIT, LIMIT
+from zenoh_ice.identity import Target
+from zenoh_ice.presence import servant_token
+
+__all__ = ["Stranger", "stranger"]
+
+
+class Stranger:
+    """A Zenoh session that keeps to none of our rules."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self.session = session
+        self.id = str(session.zid())
+
+    def ask(self, selector: str, payload: bytes | None, attachment: bytes | None) -> list[zenoh.Reply]:
+        """Send a query and return all that is answered."""
+        return list(
+            self.session.get(
+                selector,
+                payload=payload,
+                attachment=attachment,
+                timeout=CALL_LIMIT,
+                consolidation=zenoh.ConsolidationMode.NONE,
+            )
+        )
+
+    @contextmanager
+    def impersonating(
+        self, target: Target, type_id: str, fingerprint: str, answer: Callable[[zenoh.Query], Any]
+    ) -> Iterator[None]:
+        """Pretend to be a servant for as long as the block lasts."""
+        queryable: zenoh.Queryable[None] = self.session.declare_queryable(target.prefix + "*", answer)
+        token = self.session.liveliness().declare_token(
+            servant_token(target, type_id, fingerprint, self.id, 1.0)
+        )
+        try:
+            yield
+        finally:
+            token.undeclare()
+            queryable.undeclare()
+
+    def wait_for_reader(self, publisher: zenoh.Publisher) -> None:
+        """Wait until somebody listens to a publisher."""
+        changed = threading.Event()
+        listener = publisher.declare_matching_listener(
+            lambda status: changed.set() if status.matching else None
+        )
+        if not publisher.matching_status.matching:  # type: ignore[attr-defined]
+            assert changed.wait(LIMIT)
+        listener.undeclare()
+
+
+@contextmanager
+def stranger(endpoint: str) -> Iterator[Stranger]:
+    """Open the session of a stranger that is linked to an endpoint."""
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "peer",
+        "scouting/multicast/enabled": False,
+        "connect/endpoints": [endpoint],
+        "listen/endpoints": ["tcp/127.0.0.1:0"],
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    with zenoh.open(config) as session:
+        yield Stranger(session)
