@@ -1,0 +1,170 @@
+"""The command `nao`: its subcommands and their options.
+
+What a subcommand does is imported when it runs, so that help and completion come at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from deploy.nao.completion import complete_call, complete_camera, complete_stream
+from zenoh_ice.command import finite, with_settings
+from zenoh_ice.settings import Settings
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    name="nao",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["--help", "-h"]},
+)
+
+_DEFAULTS = {"clock": "wall"}
+
+_Json = Annotated[bool, typer.Option("--json", help="Print JSON on one line, for programs.")]
+_Facet = Annotated[str, typer.Option("--facet", metavar="NAME", help="Facet of the servant.")]
+
+
+def _examples(*lines: str) -> str:
+    return "Examples:\n\n" + "\n\n".join(lines)
+
+
+@app.callback(
+    epilog=_examples(
+        "nao list",
+        "nao call Head.getPose",
+        "nao watch Body",
+        "nao doctor",
+    )
+)
+def nao() -> None:
+    """Look at a running robot and everything around it, and call whatever it serves."""
+
+
+@app.command(
+    epilog=_examples(
+        "nao call Head.getPose",
+        "nao call Head.setPose 0.3 -0.1 0.5",
+        "nao call Head.setPose pan=0.3 tilt=-0.1 fraction=0.5",
+        """nao call LeftShoulderMotors.setPose3DMotorsData '{"tilt": 1.2}'""",
+        "nao call Camera.getImageData RGB8 --json",
+    ),
+    # Negative numbers are no options.
+    context_settings={"ignore_unknown_options": True},
+)
+@with_settings(defaults=_DEFAULTS)
+def call(
+    *,
+    settings: Settings,
+    operation: Annotated[
+        str,
+        typer.Argument(
+            metavar="SERVANT.OPERATION",
+            help="What to call.",
+            autocompletion=complete_call,
+            show_default=False,
+        ),
+    ],
+    arguments: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[VALUE|NAME=VALUE]...",
+            help="Its arguments as JSON, in their order or by name; @FILE reads one from a file, @- from"
+            " standard input. Members of a struct that are left out are zero.",
+            show_default=False,
+        ),
+    ] = None,
+    facet: _Facet = "",
+    json: _Json = False,
+) -> None:
+    """Call an operation of a servant and print what it returns."""
+    words = arguments or []
+    unknown = next((word for word in words if word.startswith("--")), None)
+    if unknown is not None:
+        raise typer.BadParameter(f"there is no option {unknown}")
+    from deploy.nao.call import call
+
+    call(settings, operation, words, facet, as_json=json)
+
+
+@app.command(
+    epilog=_examples(
+        "nao watch Body",
+        "nao watch Camera.getImageData --no-values",
+        "nao watch Head.getPose --seconds 5 | tee rate.txt",
+        "nao watch Head.getPose --count 1 --json",
+    )
+)
+@with_settings(defaults=_DEFAULTS)
+def watch(
+    *,
+    settings: Settings,
+    stream: Annotated[
+        str,
+        typer.Argument(
+            metavar="SERVANT[.OPERATION]",
+            help="What to watch; the servant alone will do if it has one stream.",
+            autocompletion=complete_stream,
+            show_default=False,
+        ),
+    ],
+    count: Annotated[int, typer.Option(min=0, help="End after so many samples; 0 means never.")] = 0,
+    seconds: Annotated[
+        float, typer.Option(min=0.0, callback=finite, help="End after so many seconds; 0 means never.")
+    ] = 0.0,
+    rate: Annotated[
+        float | None, typer.Option(min=0.001, callback=finite, help="Take at most so many samples a second.")
+    ] = None,
+    values: Annotated[bool, typer.Option("--values/--no-values", help="Show what comes, too.")] = True,
+    facet: _Facet = "",
+    json: _Json = False,
+) -> None:
+    """Watch a stream: rate, age, size, losses, and its newest value.
+
+    On a terminal these are shown in place, otherwise as a line a second. With --json every sample is a line.
+    """
+    from deploy.nao.watch import watch
+
+    watch(settings, stream, facet, count=count, seconds=seconds, rate=rate, with_values=values, as_json=json)
+
+
+@app.command(
+    epilog=_examples(
+        "nao save-image Camera",
+        "nao save-image CameraBottom floor.jpg",
+        "nao save-image CameraOutside robot.png",
+    )
+)
+@with_settings(defaults=_DEFAULTS)
+def save_image(
+    *,
+    settings: Settings,
+    camera: Annotated[
+        str,
+        typer.Argument(
+            metavar="CAMERA",
+            help="Servant that gives images.",
+            autocompletion=complete_camera,
+            show_default=False,
+        ),
+    ],
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[FILE]",
+            help="Where to write it; its ending, .png, .jpg or .ppm, says the format. Default: CAMERA.png.",
+            show_default=False,
+        ),
+    ] = None,
+    facet: _Facet = "",
+    json: _Json = False,
+) -> None:
+    """Take an image with a camera and write it to a file."""
+    from deploy.nao.images import save_image
+
+    save_image(settings, camera, file, facet, as_json=json)

@@ -1,0 +1,111 @@
+"""Find what a command is about: a servant by its name, an operation of it by `Servant.operation`."""
+
+from __future__ import annotations
+
+import difflib
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from deploy.nao.definitions import OperationSignature
+from deploy.nao.dynamic import DynamicProxy
+from deploy.nao.errors import UsageError
+from zenoh_ice import Communicator, ObjectPrx, ServantInfo, initialize
+from zenoh_ice.identity import Target
+from zenoh_ice.settings import Settings
+
+__all__ = ["connected", "find_operation", "find_servant", "operations_of", "proxy_of", "servants"]
+
+_QUIET: Final = 0.1
+"""Seconds without news after which all are known that a link tells of; they come within milliseconds."""
+_LONGEST: Final = 1.0
+"""Seconds after which that is enough, and after which a link is not waited for any longer."""
+_LOOK: Final = 0.02
+
+
+@contextmanager
+def connected(settings: Settings) -> Iterator[Communicator]:
+    """Open a communicator that serves nothing."""
+    with initialize(settings) as communicator:
+        yield communicator
+
+
+def proxy_of(communicator: Communicator, identity: str, facet: str = "") -> ObjectPrx:
+    """Return an untyped proxy; raises ConfigurationException for a text that is no identity."""
+    return communicator.stringToProxy(f"{identity} -f {facet}" if facet else identity)
+
+
+def find_servant(communicator: Communicator, identity: str, facet: str = "") -> DynamicProxy:
+    """Return a proxy of a servant that is there; raises what a call raises."""
+    return DynamicProxy(proxy_of(communicator, identity, facet), facet)
+
+
+def servants(communicator: Communicator) -> list[ServantInfo]:
+    """Return the servants of the realm once all are known; none when nobody answers."""
+    deadline = time.monotonic() + _LONGEST
+    known: list[ServantInfo] = []
+    changed = time.monotonic()
+    while (now := time.monotonic()) < deadline:
+        found = communicator.servants()
+        if found != known:
+            known, changed = found, now
+        elif known and now - changed >= _QUIET:
+            break
+        time.sleep(_LOOK)
+    return known
+
+
+def find_operation(
+    communicator: Communicator, text: str, facet: str = "", *, streamed: bool = False
+) -> tuple[DynamicProxy, str]:
+    """Return the servant and the operation that `Servant.operation` names.
+
+    Where a stream is wanted, the servant alone will do if it has only one. Raises UsageError, with what there
+    is, when the servant has no such operation, and what a call raises when it is not there.
+    """
+    identity, name = split(communicator, text)
+    proxy = find_servant(communicator, identity, facet)
+    choices = [each for each in proxy.interface_operations.values() if each.streamed or not streamed]
+    if not name:
+        if streamed and len(choices) == 1:
+            return proxy, choices[0].name
+        raise UsageError(f"name an operation of {identity}, such as {_examples(identity, choices)}")
+    known = proxy.definitions.operations.get(name)
+    if known is None:
+        near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
+        hint = f"did you mean {identity}.{near[0]}?" if near else f"there is {_examples(identity, choices)}"
+        raise UsageError(f"{identity} has no operation {name!r}; {hint}")
+    if streamed and not known.streamed:
+        raise UsageError(
+            f"{identity}.{name} is no stream, it can only be called; "
+            + (f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams")
+        )
+    return proxy, name
+
+
+def operations_of(proxy: DynamicProxy) -> list[OperationSignature]:
+    """Return the operations of a servant's own interface and of those that it extends, sorted."""
+    return sorted(proxy.interface_operations.values(), key=lambda each: (each.interface, each.name))
+
+
+def split(communicator: Communicator, text: str) -> tuple[str, str]:
+    """Return servant and operation of `Servant.operation`, where the servant's name may have dots, too.
+
+    The operation is empty when the text names a servant alone.
+    """
+    identity, dot, name = text.rpartition(".")
+    if not dot:
+        return text, ""
+    presence, realm = communicator.presence, communicator.realm
+    # Only the servants that are there tell whether `Hfsm.follow_ball` is one, or one with its operation.
+    if not presence.wait_for(Target(realm, identity), None, communicator.settings.timeout) and (
+        presence.interfaces(Target(realm, text))
+    ):
+        return text, ""
+    return identity, name
+
+
+def _examples(identity: str, operations: list[OperationSignature]) -> str:
+    names = [f"{identity}.{each.name}" for each in operations]
+    return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")

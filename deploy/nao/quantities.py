@@ -1,0 +1,49 @@
+"""Write durations, sizes and rates for people."""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ["bytes_text", "count_text", "duration_text", "rate_text", "span_text"]
+
+
+def span_text(seconds: float) -> str:
+    """Return how long something lasts already, in its largest unit: `12 s`, `5 min`, `3 h`, `2 days`."""
+    for unit, length, limit in (("s", 1, 120), ("min", 60, 120 * 60), ("h", 3600, 48 * 3600)):
+        if seconds < limit:
+            return f"{max(0, int(seconds // length))} {unit}"
+    return f"{int(seconds // 86400)} days"
+
+
+def duration_text(seconds: float) -> str:
+    """Return a short duration with three digits: `85 us`, `1.23 ms`, `4.5 s`."""
+    if not math.isfinite(seconds):
+        return "-"
+    for unit, scale in (("us", 1e6), ("ms", 1e3)):
+        if abs(seconds) * scale < 1000:
+            return f"{_three_digits(seconds * scale)} {unit}"
+    return f"{_three_digits(seconds)} s"
+
+
+def rate_text(rate: float) -> str:
+    """Return how often a second: `30.0 /s`."""
+    return f"{_three_digits(rate)} /s"
+
+
+def bytes_text(size: float) -> str:
+    """Return a number of bytes: `86 B`, `57.6 kB`, `3.69 MB`."""
+    for unit, scale in (("B", 1), ("kB", 1e3), ("MB", 1e6)):
+        if size < 1000 * scale:
+            return f"{size:.0f} B" if unit == "B" else f"{_three_digits(size / scale)} {unit}"
+    return f"{_three_digits(size / 1e9)} GB"
+
+
+def count_text(number: int, singular: str, plural: str = "") -> str:
+    """Return a number of things: `1 servant`, `3 servants`."""
+    return f"{number} {singular if number == 1 else plural or singular + 's'}"
+
+
+def _three_digits(value: float) -> str:
+    if abs(value) >= 100:
+        return f"{value:.0f}"
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"

@@ -1,0 +1,283 @@
+"""Turn JSON into the values of an interface, and these into what JSON can hold."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import difflib
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping
+from enum import IntEnum
+from typing import Any, Final, TypeAlias
+
+import msgspec
+
+from deploy.nao.definitions import (
+    Builtin,
+    Definitions,
+    Dictionary,
+    Member,
+    Named,
+    Optional,
+    Proxy,
+    Sequence,
+    Type,
+    unscoped,
+)
+from deploy.nao.dynamic import Types
+from deploy.nao.errors import UsageError
+from zenoh_ice import ObjectPrx, ZenohIceError
+from zenoh_ice.values import TYPE_FIELD, Value, type_ids_of
+
+__all__ = ["FromJson", "Json", "to_json"]
+
+Json: TypeAlias = bool | int | float | str | list["Json"] | dict[str, "Json"] | None
+
+_RANGES: Final = {
+    "byte": (0, 255),
+    **{name: (-(1 << n), (1 << n) - 1) for name, n in (("short", 15), ("int", 31), ("long", 63))},
+}
+_LONGEST_SHOWN: Final = 60  # characters of a wrong value in an error
+
+
+class FromJson:
+    """Make values of an interface's types from JSON.
+
+    Members of a struct that are not given are zero, empty or false, as in a struct that Slice has just made;
+    `left_out` has their paths. What does not fit is a UsageError that says where and what is wanted.
+    """
+
+    def __init__(self, definitions: Definitions, types: Types, proxy_of: Callable[[str], ObjectPrx]) -> None:
+        self._definitions: Final = definitions
+        self._types: Final = types
+        self._proxy_of: Final = proxy_of
+        self.left_out: Final[list[str]] = []
+
+    def make(self, kind: Type, value: Any, path: str) -> object:  # noqa: ANN401 - whatever JSON holds
+        """Return the value of a type that JSON stands for."""
+        match kind:
+            case Optional(inner):
+                return None if value is None else self.make(inner, value, path)
+            case Builtin("Object" | "Value"):
+                return self._class(None, value, path)
+            case Builtin(name):
+                return _builtin(name, value, path)
+            case Proxy():
+                return None if value is None else self._proxy(value, path)
+            case Sequence(Builtin("byte")):
+                return _bytes(value, path)
+            case Sequence(element):
+                if not isinstance(value, list):
+                    raise _wrong(kind, value, path)
+                return [self.make(element, item, f"{path}[{index}]") for index, item in enumerate(value)]
+            case Dictionary(key, element):
+                return self._dictionary(kind, key, element, value, path)
+            case Named(type_id):
+                return self._named(type_id, value, path)
+
+    def _named(self, type_id: str, value: Any, path: str) -> object:  # noqa: ANN401
+        if type_id in self._definitions.enumerations:
+            return self._enumerator(type_id, value, path)
+        record = self._definitions.records.get(type_id)
+        if record is None or record.kind == "class":
+            return self._class(type_id, value, path)
+        struct = self._types.of(Named(type_id))
+        if not isinstance(value, dict):
+            raise _wrong(Named(type_id), value, f"{path}", ", a JSON object with its members")
+        return struct(**self._members(type_id, record.members, value, path, dict(_names(struct))))
+
+    def _members(
+        self,
+        type_id: str,
+        members: Iterable[Member],
+        value: Mapping[str, Any],
+        path: str,
+        names: dict[str, str],
+    ) -> dict[str, object]:
+        known = {member.name: member for member in members}
+        for name in value:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1, 0.5)
+                hint = f"; did you mean {near[0]}?" if near else f"; it has {', '.join(known) or 'none'}"
+                raise UsageError(f"{path}: a {unscoped(type_id)} has no member {name!r}{hint}")
+        made = {}
+        for name, member in known.items():
+            where = f"{path}.{name}"
+            if name in value:
+                made[names[name]] = self.make(member.type, value[name], where)
+            else:
+                if not isinstance(member.type, Optional):
+                    self.left_out.append(where)
+                made[names[name]] = self.zero(member.type)
+        return made
+
+    def zero(self, kind: Type) -> object:
+        """Return the value of a type that was given none."""
+        match kind:
+            case Builtin("Object" | "Value") | Optional() | Proxy():
+                return None
+            case Builtin("bool"):
+                return False
+            case Builtin("float" | "double"):
+                return 0.0
+            case Builtin("string"):
+                return ""
+            case Builtin():
+                return 0
+            case Sequence(Builtin("byte")):
+                return b""
+            case Sequence():
+                return []
+            case Dictionary():
+                return {}
+            case Named(type_id):
+                made = self._types.of(kind)
+                if type_id in self._definitions.enumerations:
+                    return next(iter(made))
+                record = self._definitions.records.get(type_id)
+                if record is None or record.kind == "class":
+                    return None
+                names = dict(_names(made))
+                return made(**{names[each.name]: self.zero(each.type) for each in record.members})
+
+    def _enumerator(self, type_id: str, value: Any, path: str) -> IntEnum:  # noqa: ANN401
+        enumeration: type[IntEnum] = self._types.of(Named(type_id))
+        by_name = {each.name: each for each in enumeration}
+        if isinstance(value, str) and unscoped(value) in by_name:
+            return by_name[unscoped(value)]
+        if isinstance(value, int) and not isinstance(value, bool) and value in by_name.values():
+            return enumeration(value)
+        raise UsageError(
+            f"{path}: {_shown(value)} is no {unscoped(type_id)}: write one of {', '.join(by_name)}"
+        )
+
+    def _class(self, type_id: str | None, value: Any, path: str) -> Value | None:  # noqa: ANN401
+        if value is None:
+            return None
+        if not isinstance(value, dict):
+            raise UsageError(f"{path}: {_shown(value)} is no class: write null or a JSON object")
+        members = dict(value)
+        wanted = str(members.pop(TYPE_FIELD, type_id) or "").partition(" ")[0]
+        try:
+            made = self._types.class_of(wanted)
+        except KeyError:
+            raise UsageError(
+                f"{path}: give the type of the class under {TYPE_FIELD!r}, such as '::module::Class'"
+            ) from None
+        if type_id is not None and type_id not in type_ids_of(made):
+            raise UsageError(f"{path}: {wanted} is no {unscoped(type_id)}")
+        all_members = self._definitions.all_members(wanted)
+        return made(**self._members(wanted, all_members, members, path, dict(_names(made))))
+
+    def _dictionary(self, kind: Type, key: Type, element: Type, value: Any, path: str) -> object:  # noqa: ANN401
+        if isinstance(value, dict):
+            items: list[Any] = [[_key(key, text), item] for text, item in value.items()]
+        elif isinstance(value, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in value):
+            items = value  # pairs: keys may be structs
+        else:
+            raise _wrong(kind, value, path)
+        return {
+            self.make(key, name, f"{path}: key"): self.make(element, item, f"{path}[{_shown(name)}]")
+            for name, item in items
+        }
+
+    def _proxy(self, value: Any, path: str) -> ObjectPrx:  # noqa: ANN401
+        if not isinstance(value, str):
+            raise UsageError(
+                f'{path}: {_shown(value)} is no proxy: write an identity such as "Head", or null'
+            )
+        try:
+            return self._proxy_of(value)
+        except ZenohIceError as error:
+            raise UsageError(f"{path}: {error}") from error
+
+
+def to_json(value: object, of_bytes: Callable[[bytes], Json] | None = None) -> Json:
+    """Return what stands for a value in JSON.
+
+    Enumerators become their names, bytes base64, numbers that JSON lacks null. With `of_bytes`, which returns
+    something else for bytes, it is for people, and such numbers stay.
+    """
+    match value:
+        case IntEnum():
+            return value.name
+        case float() if not math.isfinite(value) and of_bytes is None:
+            return None
+        case None | bool() | int() | float() | str():
+            return value
+        case bytes():
+            return of_bytes(value) if of_bytes else base64.b64encode(value).decode("ascii")
+        case list() | tuple():
+            return [to_json(item, of_bytes) for item in value]
+        case dict():
+            if all(isinstance(key, str | int) for key in value):
+                return {_key_text(key): to_json(item, of_bytes) for key, item in value.items()}
+            return [[to_json(key, of_bytes), to_json(item, of_bytes)] for key, item in value.items()]
+        case msgspec.Struct():
+            members = {wire: to_json(getattr(value, name), of_bytes) for wire, name in _names(type(value))}
+            return (
+                {TYPE_FIELD: type_ids_of(type(value))[0], **members} if isinstance(value, Value) else members
+            )
+        case ObjectPrx():
+            return value.ice_toString()
+    return str(value)
+
+
+def _names(struct: type[msgspec.Struct]) -> Iterable[tuple[str, str]]:
+    """Yield the name on the wire and in Python of each member."""
+    return zip(struct.__struct_encode_fields__, struct.__struct_fields__, strict=True)
+
+
+def _key_text(key: object) -> str:
+    if isinstance(key, IntEnum):
+        return key.name
+    return str(key).lower() if isinstance(key, bool) else str(key)
+
+
+def _key(kind: Type, text: str) -> object:
+    """Return a key of a dictionary, which JSON always has as a text."""
+    if kind == Builtin("string"):
+        return text
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def _builtin(name: str, value: Any, path: str) -> object:  # noqa: ANN401
+    match name:
+        case "bool" if isinstance(value, bool):
+            return value
+        case "string" if isinstance(value, str):
+            return value
+        case "float" | "double" if isinstance(value, int | float) and not isinstance(value, bool):
+            return float(value)
+        case "byte" | "short" | "int" | "long" if isinstance(value, int) and not isinstance(value, bool):
+            lowest, highest = _RANGES[name]
+            if lowest <= value <= highest:
+                return value
+            raise UsageError(f"{path}: {value} is not between {lowest} and {highest}")
+    raise _wrong(Builtin(name), value, path)
+
+
+def _bytes(value: Any, path: str) -> bytes:  # noqa: ANN401
+    if isinstance(value, bytes):
+        return value
+    try:
+        if isinstance(value, list):
+            return bytes(value)
+        if isinstance(value, str):
+            return base64.b64decode(value, validate=True)
+    except (TypeError, ValueError, binascii.Error):
+        pass
+    raise UsageError(f"{path}: {_shown(value)} are no bytes: write base64, a list of numbers, or @FILE")
+
+
+def _wrong(kind: Type, value: object, path: str, more: str = "") -> UsageError:
+    return UsageError(f"{path}: {_shown(value)} is no {kind}{more}")
+
+
+def _shown(value: object) -> str:
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
