@@ -59,6 +59,15 @@ _Listen = Annotated[
         rich_help_panel=_PANEL,
     ),
 ]
+_Mode = Annotated[
+    str | None,
+    typer.Option(
+        "--mode",
+        metavar="peer|client",
+        help="Talk to every other peer directly, or through the router or server at --connect alone.",
+        rich_help_panel=_PANEL,
+    ),
+]
 _Clock = Annotated[
     str | None,
     typer.Option(
@@ -71,6 +80,19 @@ _Clock = Annotated[
 _Timeout = Annotated[
     float | None,
     typer.Option("--timeout", metavar="SECONDS", help="Longest duration of a call.", rich_help_panel=_PANEL),
+]
+_Authority = Annotated[
+    str | None,
+    typer.Option(
+        "--authority", metavar="PEM", help="Who vouches for others, for TLS.", rich_help_panel=_PANEL
+    ),
+]
+_Certificate = Annotated[
+    str | None,
+    typer.Option("--certificate", metavar="PEM", help="What others know us by.", rich_help_panel=_PANEL),
+]
+_Key = Annotated[
+    str | None, typer.Option("--key", metavar="PEM", help="Key of the certificate.", rich_help_panel=_PANEL)
 ]
 _Config = Annotated[
     Path | None,
@@ -103,8 +125,12 @@ _SHARED: Final[Mapping[str, tuple[object, object]]] = {
     "realm": (_Realm, None),
     "connect": (_Connect, None),
     "listen": (_Listen, None),
+    "mode": (_Mode, None),
     "clock": (_Clock, None),
     "timeout": (_Timeout, None),
+    "authority": (_Authority, None),
+    "certificate": (_Certificate, None),
+    "key": (_Key, None),
     "config": (_Config, None),
     "show_config": (_ShowConfig, False),
     "log_level": (_LogLevel, None),

@@ -20,7 +20,9 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-__all__ = ["LOCAL_HOSTS", "Authority", "SecurityFilesError", "write_private", "write_public"]
+from zenoh_ice import ZenohIceError
+
+__all__ = ["LOCAL_HOSTS", "Authority", "SecurityFilesError", "check_host", "write_private", "write_public"]
 
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 """Names under which every machine reaches itself."""
@@ -30,7 +32,7 @@ _HOST: Final = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9\-]{0,62})(\.[A-Z
 _CLOCKS_APART: Final = timedelta(minutes=10)  # by which the clocks of two machines may differ
 
 
-class SecurityFilesError(Exception):
+class SecurityFilesError(ZenohIceError):
     """A certificate, a key or a file of settings cannot be made or read: the message names the file."""
 
 
@@ -154,6 +156,12 @@ def _subject(name: str) -> x509.Name:
     if not _NAME.fullmatch(name):
         raise SecurityFilesError(f"{name!r} is no name: write 1 to 64 letters, digits, '_', '-' or '.'")
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+
+
+def check_host(text: str) -> str:
+    """Return the name or address of a machine; raises SecurityFilesError for what is none."""
+    _host(text)
+    return text
 
 
 def _host(text: str) -> x509.GeneralName:

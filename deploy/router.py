@@ -1,0 +1,73 @@
+"""The router: it passes on what the processes of several machines say, and lets each say what it may.
+
+Zenoh's own threads route; none of what passes is seen by Python.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+import zenoh
+from zenoh.handlers import Callback
+
+from zenoh_ice.session import close_session, open_session
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+from zenoh_ice.stop_signals import unbroken
+from zenoh_ice.text import printable
+
+__all__ = ["DEFAULTS", "Router", "serve"]
+
+DEFAULTS = {"mode": "router", "connect": (), "listen": (DEFAULT_ENDPOINT,), "log_level": "info"}
+"""Settings of a router where they differ from those of other components."""
+
+_LOOK = 0.5  # s after which the main thread looks up: a signal that another thread takes does not wake it
+
+_logger = logging.getLogger(__name__)
+
+
+class Router:
+    """A router, until closed.
+
+    Raises what `zenoh_ice.session.open_session` does.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        settings = settings.override(mode="router")
+        self._session = open_session(settings)
+        self._links = self._session.info.declare_link_events_listener(
+            Callback(unbroken(self._on_link), indirect=True), history=True
+        )
+
+    def close(self) -> None:
+        """Take no more links and end those that there are."""
+        self._links.undeclare()
+        close_session(self._session)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _on_link(self, event: zenoh.LinkEvent) -> None:
+        link = event.link
+        who = f"{printable(link.auth_identifier, 64)!r}" if link.auth_identifier else "somebody unnamed"
+        came = event.kind == zenoh.SampleKind.PUT
+        _logger.info("%s %s, at %s, process %s", who, "came" if came else "left", link.dst, link.zid)
+
+
+def serve(settings: Settings, tell: Callable[[str], None]) -> None:
+    """Run a router until a signal ends the process; `tell` is given a line once it is reached."""
+    with Router(settings):
+        roles = settings.security.roles
+        access = f"what the roles {', '.join(roles)} grant" if roles else "everybody may do everything"
+        tell(f"the router listens on {', '.join(settings.listen)}; {access}")
+        pause = threading.Event()
+        while True:
+            pause.wait(_LOOK)

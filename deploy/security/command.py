@@ -1,0 +1,110 @@
+"""The commands `nao security ...`."""
+
+from __future__ import annotations
+
+import socket
+from datetime import timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenoh_ice import ConfigurationException
+from zenoh_ice.settings import Settings, load_settings
+
+if TYPE_CHECKING:
+    from deploy.security.folder import SecurityFolder
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    help="Make certificates and settings for robots and people on a network, and show who may do what.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+_Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of the authority.")]
+_Days = Annotated[int, typer.Option(min=1, max=3650, help="How long certificates are valid.")]
+_File = Annotated[Path, typer.Argument(metavar="TOML", help="Settings of a router or a server.")]
+
+
+@app.command(
+    epilog="Examples:\n\nnao security init keys --host robotlab.local --host 192.168.1.5\n\n"
+    "nao security init keys --realm nao3 --days 180"
+)
+def init(
+    folder: _Folder,
+    host: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="Name or address of the router's machine; may be repeated. [default: this]"
+        ),
+    ] = None,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port of the router.")] = 7447,
+    realm: Annotated[str, typer.Option(help="Realm of the robot.")] = "nao",
+    days: _Days = 365,
+) -> None:
+    """Make an authority, certificates, and the settings of a router, a robot, an operator and students."""
+    hosts = host or [socket.gethostname()]
+    made = _folder(folder).create(realm=realm, hosts=hosts, port=port, valid=timedelta(days=days))
+    router, robot, *users = made
+    typer.echo(f"{router}: start the router with it, on {hosts[0]}: nao router --config {router}")
+    typer.echo(f"{robot}: for the robot's server: naoserver-sim --config {robot}")
+    for user in users:
+        typer.echo(f"{user}: for whoever is {user.stem}: nao list --config {user}")
+    typer.echo(
+        f"Give each, beside the settings, {folder / 'authority.pem'} and the .pem and .key of the same name; "
+        f"keep {folder / 'authority.key'} to yourself: whoever has it can become anybody."
+    )
+
+
+@app.command(epilog="Examples:\n\nnao security add keys ann --role student")
+def add(
+    folder: _Folder,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Who gets a certificate.")],
+    role: Annotated[str, typer.Option(metavar="ROLE", help="What the user may do.")],
+    days: _Days = 365,
+) -> None:
+    """Issue a certificate for one more user, and give it a role at the router."""
+    files = _folder(folder).add(name, role, valid=timedelta(days=days))
+    typer.echo(f"{name} needs {', '.join(map(str, files))}")
+    typer.echo(f"start the router again with {folder / 'router.toml'}")
+
+
+@app.command(epilog="Examples:\n\nnao security show keys/router.toml")
+def show(file: _File) -> None:
+    """Show what each role may do, and who has it."""
+    from rich.console import Console
+
+    from deploy.security.report import access_table
+
+    settings = _load(file)
+    if settings.security.roles:
+        Console().print(access_table(settings))
+    else:
+        typer.echo(f"{file} has no roles: whoever is let in may do everything")
+
+
+@app.command(
+    epilog="Examples:\n\nnao security zenohd keys/router.toml > router.json5\n\nzenohd -c router.json5"
+)
+def zenohd(file: _File) -> None:
+    """Print the configuration with which Zenoh's own router, zenohd, does what ours does."""
+    from deploy.security.report import zenohd_config
+
+    typer.echo(zenohd_config(_load(file), file), nl=False)
+
+
+def _load(file: Path) -> Settings:
+    return load_settings(file, environment={})
+
+
+def _folder(path: Path) -> SecurityFolder:
+    try:
+        from deploy.security.folder import SecurityFolder
+    except ModuleNotFoundError as error:
+        raise ConfigurationException(
+            f"{error.name} is not installed; type: pip install 'visualhfsm[security]'"
+        ) from error
+    return SecurityFolder(path)

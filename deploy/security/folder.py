@@ -1,0 +1,121 @@
+"""A folder with an authority, the certificates that it issued, and the settings that go with them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import Final
+
+from deploy.security.certificates import (
+    LOCAL_HOSTS,
+    Authority,
+    SecurityFilesError,
+    check_host,
+    write_private,
+    write_public,
+)
+from deploy.security.templates import CLIENT_ROLES, client_settings, router_settings
+from zenoh_ice.endpoints import host_and_port
+from zenoh_ice.settings import Settings, load_settings
+
+__all__ = ["SecurityFolder"]
+
+_AUTHORITY_VALID: Final = timedelta(days=3650)
+_ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - the router is there to be reached by other machines
+
+
+@dataclass(frozen=True, slots=True)
+class SecurityFolder:
+    """The folder of an authority; every method raises SecurityFilesError for a file that is in the way."""
+
+    path: Path
+
+    def create(self, *, realm: str, hosts: Sequence[str], port: int, valid: timedelta) -> list[Path]:
+        """Make everything for a router, a robot, an operator and students; return the files of settings.
+
+        `hosts` are the names and addresses by which others reach the router; they connect to the first.
+        """
+        Settings(realm=realm)  # before anything is written
+        host = check_host(hosts[0])
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise SecurityFilesError(f"{self.path}: cannot be made: {error.strerror}") from error
+        authority = Authority.create(f"authority.{realm}"[:64], _AUTHORITY_VALID)
+        authority.save(self._certificate("authority"), self._key("authority"))
+        self._issue(authority, "router", [*hosts, *LOCAL_HOSTS], valid)
+        settings = [self._settings("router")]
+        write_public(
+            settings[0],
+            router_settings(realm, f"tls/{_ANYWHERE}:{port}", {role: role for role in CLIENT_ROLES}).encode(),
+        )
+        shown = f"[{host}]" if ":" in host else host
+        for role in CLIENT_ROLES:
+            self._issue(authority, role, (), valid)
+            settings.append(self._settings(role))
+            text = client_settings(role, role, realm, f"tls/{shown}:{port}")
+            write_public(settings[-1], text.encode())
+        return settings
+
+    def add(self, name: str, role: str, *, valid: timedelta) -> list[Path]:
+        """Issue a certificate for another user, and let the router know the user's role; return the files.
+
+        The files are those that the user needs. Raises SecurityFilesError for a role that the router does not
+        know, and for a name that is taken.
+        """
+        router_file = self._settings("router")
+        router = load_settings(router_file, environment={})
+        if role not in router.security.roles:
+            raise SecurityFilesError(
+                f"{router_file}: there is no role {role!r}; there is {', '.join(router.security.roles)}"
+            )
+        if name in router.security.users:
+            raise SecurityFilesError(f"{router_file}: {name!r} is a user already")
+        connect = self._endpoint_of_clients()
+        authority = Authority.load(self._certificate("authority"), self._key("authority"))
+        self._issue(authority, name, (), valid)
+        own = self._settings(name)
+        write_public(own, client_settings(name, role, router.realm, connect).encode())
+        _append_user(router_file, name, role)
+        return [self._certificate("authority"), self._certificate(name), self._key(name), own]
+
+    def _issue(self, authority: Authority, name: str, hosts: Sequence[str], valid: timedelta) -> None:
+        certificate, key = authority.issue(name, hosts, valid)
+        write_private(self._key(name), key)
+        write_public(self._certificate(name), certificate)
+
+    def _endpoint_of_clients(self) -> str:
+        file = self._settings(CLIENT_ROLES[0])
+        connect = load_settings(file, environment={}).connect
+        if not connect or host_and_port(connect[0]) is None:
+            raise SecurityFilesError(f"{file}: `connect` names no router")
+        return connect[0]
+
+    def _certificate(self, name: str) -> Path:
+        return self.path / f"{name}.pem"
+
+    def _key(self, name: str) -> Path:
+        return self.path / f"{name}.key"
+
+    def _settings(self, name: str) -> Path:
+        return self.path / f"{name}.toml"
+
+
+def _append_user(file: Path, name: str, role: str) -> None:
+    """Add a user to the table at the end of a router's file, or tell which line to write."""
+    line = f"{json.dumps(name)} = {json.dumps(role)}\n"
+    before = file.read_text(encoding="utf-8")
+    file.write_text(before + ("" if before.endswith("\n") else "\n") + line, encoding="utf-8")
+    try:
+        known = load_settings(file, environment={}).security.users.get(name) == role
+    except Exception:
+        file.write_text(before, encoding="utf-8")
+        raise
+    if not known:
+        file.write_text(before, encoding="utf-8")
+        raise SecurityFilesError(
+            f"{file}: [security.users] is not its last table; write this line below it: {line.strip()}"
+        )

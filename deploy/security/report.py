@@ -1,0 +1,35 @@
+"""Show who may do what, as a table, and as the configuration of Zenoh's own router."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from rich.table import Table
+
+from zenoh_ice.session_config import nested, session_config
+from zenoh_ice.settings import Settings
+
+__all__ = ["access_table", "zenohd_config"]
+
+
+def access_table(settings: Settings) -> Table:
+    """Return a table of the roles of some settings: who has them, and what they grant."""
+    table = Table("role", "users", "call", "read", "oneway", "serve", title=f"realm {settings.realm}")
+    for name, role in settings.security.roles.items():
+        users = [user for user, granted in settings.security.users.items() if granted == name]
+        lists = (users, role.call, role.read, role.oneway, role.serve)
+        table.add_row(name, *("\n".join(items) or "-" for items in lists))
+    return table
+
+
+def zenohd_config(settings: Settings, source: Path) -> str:
+    """Return what `zenohd --config` reads, so that it does what our router does with these settings.
+
+    Raises what making a session of the settings would.
+    """
+    settings = settings.override(mode="router")
+    settings.security.check()
+    values = nested(session_config(settings))
+    comment = f"// Made from {source.name} by `nao security zenohd`; do not edit.\n"
+    return comment + json.dumps(values, indent=2) + "\n"
