@@ -30,6 +30,7 @@ from .presence import Presence, ServantInfo
 from .proxy import ObjectPrx
 from .session import close_session, connect_endpoints, open_session
 from .settings import Settings, load_settings
+from .shared_memory import SharedMemory, may_lock_enough
 from .stream_reader import Sample, StreamReader
 from .stream_readers import StreamReaders
 from .subscription import Subscription
@@ -87,6 +88,7 @@ class Communicator:
         # No event: Ctrl-C while one is taken hold of would leave it locked for ever.
         self._shutdown: SimpleQueue[None] = SimpleQueue()
         self._destroyed = threading.Event()
+        self.shared_memory: Final = SharedMemory(enabled=settings.shared_memory and may_lock_enough())
         self.session: Final = open_session(settings)
         with ExitStack() as on_failure:
             on_failure.callback(self.session.close)
@@ -220,6 +222,7 @@ class Communicator:
             steps.callback(self._destroyed.set)
             steps.callback(self.dispatcher.close, _DESTROY_LIMIT)
             steps.callback(self._fail_futures)
+            steps.callback(self.shared_memory.close)
             steps.callback(close_session, self.session)
             steps.callback(self._close_clock)
             steps.callback(self._readers.close)

@@ -15,6 +15,8 @@ from zenoh.handlers import Callback
 from .attachment import encode_sample_attachment
 from .exceptions import MarshalException
 from .operation import Operation
+from .pieces import Pieces
+from .shared_memory import SharedMemory
 from .stop_signals import unbroken
 
 __all__ = ["Channel", "Publisher"]
@@ -57,7 +59,7 @@ class Publisher(Generic[V]):
         if not channels:
             return
         what = f"sample of {self._operation.name}"
-        payload = self._operation.result.pack_result(value, what)
+        payload = self._operation.result.gather_result(value, what)
         number = next(self._numbers)
         for channel in channels:
             if len(payload) > channel.size_limit:
@@ -102,10 +104,18 @@ class Channel:
     """A publisher's way out under one identity."""
 
     def __init__(
-        self, session: zenoh.Session, key: str, publisher: Publisher[Any], fingerprint: str, size_limit: int
+        self,
+        session: zenoh.Session,
+        key: str,
+        publisher: Publisher[Any],
+        fingerprint: str,
+        size_limit: int,
+        *,
+        shared_memory: SharedMemory | None = None,
     ) -> None:
         self.size_limit: Final = size_limit
         self._fingerprint: Final = fingerprint
+        self._shared_memory: Final = shared_memory or SharedMemory(enabled=False)
         # A publisher that another thread is using cannot be undeclared: "Already borrowed".
         self._lock = threading.Lock()
         self._closed = False
@@ -132,14 +142,14 @@ class Channel:
                 return False
             return self._publisher.matching_status.matching  # type: ignore[attr-defined,no-any-return]
 
-    def send(self, payload: bytes, number: int, robot_time: float) -> None:
+    def send(self, payload: bytes | Pieces, number: int, robot_time: float) -> None:
         """Send a sample."""
         attachment = encode_sample_attachment(self._fingerprint, number, robot_time)
         with self._lock:
             if self._closed:
                 return
             try:
-                self._publisher.put(payload, attachment=attachment)
+                self._publisher.put(self._shared_memory.place(payload), attachment=attachment)
             except zenoh.ZError as error:
                 # The session was closed meanwhile: there is nobody left to publish to.
                 _logger.debug("sample dropped: %s", error)

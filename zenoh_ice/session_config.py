@@ -9,6 +9,7 @@ from .endpoints import protocol
 from .exceptions import ConfigurationException
 from .security import EVERYBODY, Security
 from .settings import Settings
+from .shared_memory import may_lock_enough
 
 __all__ = ["connect_endpoints", "nested", "send_limit", "session_config"]
 
@@ -54,7 +55,9 @@ def session_config(settings: Settings) -> dict[str, Any]:
             send_limit(settings) * 1e6
         ),
         "transport/link/rx/max_message_size": settings.max_bulk_size + _MESSAGE_OVERHEAD,
-        "transport/shared_memory/enabled": settings.shared_memory,
+        "transport/shared_memory/enabled": settings.shared_memory and may_lock_enough(),
+        # We place payloads there ourselves.
+        "transport/shared_memory/transport_optimization/enabled": False,
     }
     if settings.mode == "client":
         # Zenoh waits for the first link of a client before a session is open: not for ever.

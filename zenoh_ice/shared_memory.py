@@ -1,8 +1,8 @@
-"""Large payloads through shared memory: between the processes of one machine they are written once and read once.
+"""Large payloads through shared memory: on one machine they are written once and read once.
 
-Zenoh's own way of doing that unasked is off (see `session`), as it copies once more and overwrites what a
-receiver may still be reading. Whoever cannot read shared memory, on another machine or without the right to lock
-memory, gets the same payload over the network: Zenoh sees to that for each receiver.
+Zenoh's own way of doing that unasked is off (see `session`): it copies once more, and overwrites what a
+receiver may still be reading. Who cannot read shared memory, being on another machine or without the right to
+lock memory, gets the same payload over the network: Zenoh sees to that for each receiver.
 """
 
 from __future__ import annotations
@@ -25,15 +25,12 @@ __all__ = ["POOL_SIZE", "SharedMemory", "may_lock_enough", "read_payload"]
 POOL_SIZE: Final = 32 << 20
 """Bytes of a process's pool, which is made when the first large payload is sent: eight images of 1280x960."""
 
-# A process that receives locks the pools of all who send to it, and Zenoh lets go of none of a process that ended
+_KEPT: Final = 2 << 20  # bytes of what was sent that are not reused at once
+
+# A process that receives locks the pools of all who send to it, and Zenoh lets go of none whose process ended
 # (zenoh#2787). Beyond the limit it would lose what comes without a word (zenoh#2788).
 _LOCKED_AT_LEAST: Final = 1 << 30
 _CAP_IPC_LOCK: Final = 14
-
-# First what is free, then what nobody holds, last what is held by somebody who gave no sign of life for 100 ms: a
-# receiver that was killed gives nothing back. One that was only held up finds out by `read_payload`.
-_POLICY: Final = shm.GarbageCollect(shm.GarbageCollect())
-_UNHURRIED: Final = shm.GarbageCollect()
 
 _logger = logging.getLogger(__name__)
 
@@ -46,9 +43,10 @@ class SharedMemory:
         self._lock = threading.Lock()
         self._wanted = enabled
         self._provider: shm.ShmProvider | None = None
-        # What was sent last. While its sender holds it too, it stays valid on the way to a receiver that is held
-        # up; otherwise 100 ms would make Zenoh drop it there without a word (zenoh#2628).
-        self._sent: deque[zenoh.ZBytes] = deque()
+        # What was sent last. While the sender holds it, too, it stays valid on its way to a receiver that is
+        # held up; otherwise Zenoh would drop it there after 100 ms without a word (zenoh#2628).
+        self._kept: deque[zenoh.ZBytes] = deque()
+        self._kept_size = 0
 
     @property
     def used(self) -> bool:
@@ -70,35 +68,46 @@ class SharedMemory:
             position = end
         placed = zenoh.ZBytes(buffer)
         with self._lock:
-            self._sent.append(placed)
+            self._keep(placed)
         return placed
 
     def close(self) -> None:
         """Give the pool back; everything goes over the network from now on."""
         with self._lock:
             self._wanted = False
-            self._sent.clear()
+            self._kept.clear()
             self._provider = None
 
+    # Whoever calls these holds the lock.
+
+    def _keep(self, placed: zenoh.ZBytes) -> None:
+        self._kept.append(placed)
+        self._kept_size += len(placed)
+        while self._kept_size > _KEPT and len(self._kept) > 1:
+            self._kept_size -= len(self._kept.popleft())
+
     def _allocate(self, size: int) -> shm.ZShmMut | None:
-        provider = self._provider
+        provider = self._provider or self._open()
         if provider is None:
-            if not self._wanted:
-                return None
-            provider = self._open()
-            if provider is None:
-                return None
-        while True:
-            last = not self._sent
-            try:
-                return provider.alloc(size, _POLICY if last else _UNHURRIED)
-            except zenoh.ZError as error:
-                if last:
-                    _logger.debug("no shared memory for %d bytes, which go over the network: %s", size, error)
-                    return None
-                self._sent.popleft()
+            return None
+        provider.garbage_collect()  # before there is need: the processor's cache has what was used last
+        try:
+            return provider.alloc(size)
+        except zenoh.ZError:
+            self._kept.clear()
+            self._kept_size = 0
+        # A receiver that was killed gives nothing back: what is held by somebody who gave no sign of life for
+        # 100 ms is taken. One that was only held up finds that out by `read_payload`.
+        provider.garbage_collect_unsafe()
+        try:
+            return provider.alloc(size)
+        except zenoh.ZError as error:
+            _logger.debug("no shared memory is left for %d bytes, sent over the network: %s", size, error)
+            return None
 
     def _open(self) -> shm.ShmProvider | None:
+        if not self._wanted:
+            return None
         try:
             self._provider = shm.ShmProvider.default_backend(self._size)
         except zenoh.ZError as error:
@@ -117,7 +126,7 @@ def read_payload(payload: zenoh.ZBytes, what: str) -> bytes:
         shared = payload.as_shm()
         if shared is not None and not shared.is_valid():
             raise MarshalException(
-                f"{what}: {len(data)} bytes of shared memory were given back before they were read"
+                f"{what}: its shared memory was reused before it was read, as this process was held up"
             )
     return data
 

@@ -19,6 +19,7 @@ from .exceptions import (
 )
 from .identity import Target
 from .operation import Operation
+from .shared_memory import read_payload
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -226,7 +227,8 @@ class StreamReader(Generic[V]):
         if len(payload) > self._limit:
             raise MarshalException(f"{what}: {len(payload)} bytes where at most {self._limit} are taken")
         attachment = NO_ATTACHMENT if raw.attachment is None else decode_attachment(raw.attachment.to_bytes())
-        value = cast("V", self._operation.result.unpack_result(payload.to_bytes(), what, self._communicator))
+        data = read_payload(payload, what)
+        value = cast("V", self._operation.result.unpack_result(data, what, self._communicator))
         return Sample(value, attachment.sequence, attachment.robot_time, attachment.wall_time)
 
     def _check_open(self) -> None:
