@@ -1,0 +1,43 @@
+"""An authority of the tests' own, made anew in each run, and components that show its certificates."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from pathlib import Path
+
+from deploy.security.folder import SecurityFolder
+from tests.support.processes import free_endpoint
+from zenoh_ice.endpoints import host_and_port
+from zenoh_ice.settings import Settings, load_settings
+
+__all__ = ["CLOCK", "Keys", "make_keys"]
+
+CLOCK = {"clock": "wall"}
+
+
+class Keys:
+    """The folder of an authority, whose router listens on a free port of loopback."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        place = host_and_port(free_endpoint())
+        assert place is not None
+        self.endpoint = f"tls/127.0.0.1:{place[1]}"
+        self.security = SecurityFolder(folder)
+        self.security.create(realm="nao", hosts=["127.0.0.1"], port=place[1], valid=timedelta(days=1))
+
+    def settings(self, name: str, **changes: object) -> Settings:
+        """Return the settings of the router, or of somebody, with some of them changed."""
+        if name == "router":
+            changes = {"listen": [self.endpoint], **changes}
+        return load_settings(self.folder / f"{name}.toml", defaults=CLOCK).override(**changes)
+
+    def issue(self, name: str, *, valid: timedelta = timedelta(days=1)) -> Settings:
+        """Return the settings of somebody new with the role of a student."""
+        self.security.add(name, "student", valid=valid)
+        return self.settings(name)
+
+
+def make_keys(folder: Path) -> Keys:
+    """Return a new authority and its certificates."""
+    return Keys(folder)

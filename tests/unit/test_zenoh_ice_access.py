@@ -1,0 +1,168 @@
+"""Access control: what the patterns of a role grant, by keys of Zenoh, and what is refused as a role."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+
+import pytest
+import zenoh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenoh_ice.access import Role, access_control, parse_role
+from zenoh_ice.identity import Target
+
+names = st.text("ab.-_", min_size=1, max_size=3)
+globs = st.text("ab.*", min_size=1, max_size=3).filter(lambda text: "**" not in text)
+operations = st.text("ab", min_size=1, max_size=3)
+
+
+def rules(role: Role, realm: str = "nao") -> list[dict[str, object]]:
+    compiled = access_control({"r": role}, {"u": "r"}, realm, certificates=True, passwords=False)
+    return compiled["rules"]  # type: ignore[no-any-return]
+
+
+def allows(role: Role, message: str, flow: str, key: str) -> bool:
+    wanted = zenoh.KeyExpr(key)
+    return any(
+        message in rule["messages"]  # type: ignore[operator]
+        and flow in rule["flows"]  # type: ignore[operator]
+        and any(zenoh.KeyExpr(granted).includes(wanted) for granted in rule["key_exprs"])  # type: ignore[attr-defined]
+        for rule in rules(role)
+    )
+
+
+def matches(glob: str, name: str) -> bool:
+    return re.fullmatch(fnmatch.translate(glob), name) is not None
+
+
+@given(
+    glob=globs,
+    name=names,
+    operation_glob=st.text("ab*", min_size=1, max_size=2).filter("**".__ne__),
+    operation=operations,
+)
+def test_a_pattern_grants_the_operations_that_it_matches(
+    glob: str, name: str, operation_glob: str, operation: str
+) -> None:
+    granted = matches(glob, name) and matches(operation_glob, operation)
+    role = parse_role({"call": [f"{glob}.{operation_glob}"]})
+    assert allows(role, "query", "ingress", f"nao/{name}/{operation}") == granted
+    assert allows(role, "query", "ingress", f"nao/{name}/~12ab/{operation}") == granted
+    assert not allows(role, "query", "ingress", f"other/{name}/{operation}")
+    assert not allows(role, "put", "ingress", f"nao/{name}/{operation}")
+
+
+@given(glob=globs, name=names, category=names, facet=names, operation=operations)
+def test_a_pattern_of_a_name_grants_neither_categories_nor_facets(
+    glob: str, name: str, category: str, facet: str, operation: str
+) -> None:
+    role = parse_role({"call": [f"{glob}.*"], "read": [f"{glob}.*"], "oneway": [f"{glob}.*"]})
+    for target in (Target("nao", f"{category}/{name}"), Target("nao", name, facet)):
+        for message in ("query", "put", "declare_subscriber"):
+            assert not allows(role, message, "ingress", f"{target.prefix}{operation}")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "granted", "denied"),
+    [
+        ("soccer/*.*", "nao/soccer/Ball/kick", "nao/Ball/kick"),
+        ("Head+debug.get*", "nao/Head/+debug/getPose", "nao/Head/getPose"),
+        ("Head+*.*", "nao/Head/+debug/getPose", "nao/Head/getPose"),
+        ("Hfsm.*.getSnapshot", "nao/Hfsm.dance/getSnapshot", "nao/Hfsm.dance/step"),
+        ("**", "nao/soccer/Ball/+debug/~1/kick", "other/Head/getPose"),
+    ],
+)
+def test_patterns(pattern: str, granted: str, denied: str) -> None:
+    role = parse_role({"call": [pattern]})
+    assert allows(role, "query", "ingress", granted)
+    assert not allows(role, "query", "ingress", denied)
+
+
+def test_reading_everything_calls_nothing_but_what_a_servant_says_of_itself() -> None:
+    role = parse_role({"read": ["**"]})
+    assert allows(role, "declare_subscriber", "ingress", "nao/Head/getPose")
+    assert allows(role, "put", "egress", "nao/Head/getPose")
+    assert allows(role, "query", "ingress", "nao/Head/ice_describe")
+    assert not allows(role, "query", "ingress", "nao/Head/getPose")
+    assert not allows(role, "put", "ingress", "nao/Head/getPose")
+
+
+def test_only_who_serves_answers_publishes_and_tells_of_servants() -> None:
+    token = "@servant/nao/Hfsm.dance/::hfsm::HfsmMonitor/0/1/2"
+    server, client = parse_role({"serve": ["Hfsm.*"]}), parse_role({"call": ["**"], "read": ["**"]})
+    for message, key in [
+        ("declare_queryable", "nao/Hfsm.dance/*"),
+        ("reply", "nao/Hfsm.dance/step"),
+        ("put", "nao/Hfsm.dance/getSnapshot"),
+        ("liveliness_token", token),
+        ("declare_queryable", "@process/nao/12/status"),
+    ]:
+        assert allows(server, message, "ingress", key)
+        assert not allows(client, message, "ingress", key)
+    assert not allows(server, "declare_queryable", "ingress", "nao/Head/*")
+    assert not allows(server, "liveliness_token", "ingress", token.replace("Hfsm.dance", "Head"))
+    assert allows(client, "liveliness_token", "egress", token)
+
+
+def test_realms_of_a_role_take_the_place_of_that_of_the_settings() -> None:
+    role = parse_role({"call": ["Head.*"], "realms": ["red*"]})
+    assert allows(role, "query", "ingress", "red1/Head/getPose")
+    assert not allows(role, "query", "ingress", "nao/Head/getPose")
+
+
+def test_subjects_are_those_that_can_be_told_apart() -> None:
+    role = Role(read=("**",))
+    users = {"ann": "r", "*": "guest"}
+
+    def subjects(*, certificates: bool, passwords: bool) -> list[dict[str, object]]:
+        compiled = access_control(
+            {"r": role, "guest": role}, users, "nao", certificates=certificates, passwords=passwords
+        )
+        return compiled["subjects"]  # type: ignore[no-any-return]
+
+    everybody = {"id": "guest is everybody"}
+    by_certificate = {"id": "r by certificate", "cert_common_names": ["ann"]}
+    by_password = {"id": "r by password", "usernames": ["ann"]}
+    assert subjects(certificates=True, passwords=False) == [by_certificate, everybody]
+    assert subjects(certificates=False, passwords=True) == [by_password, everybody]
+
+
+def test_roles_without_users_grant_nothing() -> None:
+    compiled = access_control({"r": Role(call=("**",))}, {}, "nao", certificates=True, passwords=False)
+    assert compiled == {
+        "enabled": True, "default_permission": "deny", "rules": None, "subjects": None, "policies": None
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"calls": []}, "no 'calls' in a role; there is call, read"),
+        ({"call": "Head.*"}, "call: write a list of texts"),
+        ({"call": ["Head"]}, "'Head': write IDENTITY.OPERATION"),
+        ({"call": ["a/b/c.d"]}, "IDENTITY.OPERATION"),
+        ({"call": ["Head.**"]}, r"\*\* stands alone"),
+        ({"call": ["nao/$*.x"]}, "IDENTITY.OPERATION"),
+        ({"call": ["@servant/x.y"]}, "IDENTITY.OPERATION"),
+        ({"serve": ["Head+debug"]}, "an identity with all its facets"),
+        ({"realms": ["a/b"]}, "'a/b' is no realm"),
+        ({"call": ["a.b"] * 257}, "at most 256"),
+        ([], "write a table"),
+    ],
+)
+def test_what_is_no_role_is_refused(table: object, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        parse_role(table)
+
+
+@given(st.text(max_size=12))
+def test_whatever_is_accepted_makes_keys(pattern: str) -> None:
+    try:
+        role = parse_role({"call": [pattern], "read": [pattern], "oneway": [pattern]})
+    except ValueError:
+        return
+    for rule in rules(role):
+        for key in rule["key_exprs"]:  # type: ignore[attr-defined]
+            zenoh.KeyExpr(key)
