@@ -20,10 +20,11 @@ __all__ = ["close_session", "connect_endpoints", "open_session", "send_limit"]
 
 _SOURCE_PLACE: Final = re.compile(r" at /\S+\.rs:\d+\.?")
 # Our own messages tell what Zenoh's warnings would. Some of its errors are none for a user: an answer that
-# came after its call's timeout, a link that a bad network let fail and that is tried again. RUST_LOG shows
-# everything.
+# came after its call's timeout, a link that a bad network let fail and that is tried again, the end of what
+# was never allowed to begin. RUST_LOG shows everything.
 _ZENOH_LOG: Final = (
-    "error,zenoh::api::handlers=off,zenoh_transport::unicast::establishment=off,zenoh_codec=off"
+    "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,"
+    "zenoh_transport::unicast::establishment=off,zenoh_codec=off"
 )
 # What tells that another process listens already; Zenoh passes no error number.
 _IN_USE: Final = ("in use", "Unable to acquire lock")

@@ -10,9 +10,7 @@ from tests.support.processes import free_endpoint
 from zenoh_ice.endpoints import host_and_port
 from zenoh_ice.settings import Settings, load_settings
 
-__all__ = ["CLOCK", "Keys", "make_keys"]
-
-CLOCK = {"clock": "wall"}
+__all__ = ["Keys"]
 
 
 class Keys:
@@ -23,21 +21,18 @@ class Keys:
         place = host_and_port(free_endpoint())
         assert place is not None
         self.endpoint = f"tls/127.0.0.1:{place[1]}"
+        self.other_endpoint = f"tls/127.0.0.2:{place[1]}"
+        """Where the router is reached, too, by an address that its certificate does not name."""
         self.security = SecurityFolder(folder)
         self.security.create(realm="nao", hosts=["127.0.0.1"], port=place[1], valid=timedelta(days=1))
 
     def settings(self, name: str, **changes: object) -> Settings:
         """Return the settings of the router, or of somebody, with some of them changed."""
         if name == "router":
-            changes = {"listen": [self.endpoint], **changes}
-        return load_settings(self.folder / f"{name}.toml", defaults=CLOCK).override(**changes)
+            changes = {"listen": [self.endpoint, self.other_endpoint], **changes}
+        return load_settings(self.folder / f"{name}.toml", defaults={"clock": "wall"}).override(**changes)
 
     def issue(self, name: str, *, valid: timedelta = timedelta(days=1)) -> Settings:
         """Return the settings of somebody new with the role of a student."""
         self.security.add(name, "student", valid=valid)
         return self.settings(name)
-
-
-def make_keys(folder: Path) -> Keys:
-    """Return a new authority and its certificates."""
-    return Keys(folder)

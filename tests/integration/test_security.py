@@ -1,0 +1,270 @@
+"""Who may do what, over real TLS links: certificates, passwords, roles, and what is said to who is refused."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from deploy.router import Router
+from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from tests.support.limits import LIMIT
+from tests.support.processes import free_endpoint
+from tests.support.security import Keys
+from zenoh_ice import Communicator, Current, initialize
+from zenoh_ice.exceptions import (
+    AccessDeniedException,
+    BusyException,
+    ConnectFailedException,
+    ConnectionLostException,
+    EndpointInUseException,
+    SystemException,
+    TimeoutException,
+)
+from zenoh_ice.settings import Settings
+
+
+def pose(pan: float, tilt: float = 0.0) -> HeadPose:
+    return HeadPose(time=0.0, pan=pan, tilt=tilt, panSpeed=0.0, tiltSpeed=0.0)
+
+
+class HeadI(PoseHead):
+    def __init__(self) -> None:
+        self.moved: list[tuple[float, float]] = []
+
+    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
+        self.moved.append((pan, tilt))
+        return pose(pan, tilt)
+
+    def getPose(self, current: Current) -> HeadPose:
+        return pose(0.25)
+
+    def setSpeed(self, pan: float, tilt: float, current: Current) -> HeadPose:
+        raise NotImplementedError
+
+    def stop(self, current: Current) -> None:
+        raise NotImplementedError
+
+    def getLimits(self, current: Current) -> HeadLimits:
+        raise NotImplementedError
+
+
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Keys:
+    return Keys(tmp_path_factory.mktemp("keys"))
+
+
+@pytest.fixture
+def open_with() -> Iterator[Callable[[Settings], Communicator]]:
+    opened: list[Communicator] = []
+
+    def open_(settings: Settings) -> Communicator:
+        opened.append(initialize(settings))
+        return opened[-1]
+
+    yield open_
+    for communicator in reversed(opened):
+        communicator.destroy()
+
+
+DENIED = (AccessDeniedException, BusyException)
+Open = Callable[[Settings], Communicator]
+
+
+@pytest.fixture
+def router(keys: Keys) -> Iterator[Router]:
+    with Router(keys.settings("router")) as router:
+        yield router
+
+
+@pytest.fixture
+def head(keys: Keys, router: Router, open_with: Open) -> HeadI:
+    """The head of the robot, which it serves through the router."""
+    servant = HeadI()
+    serve(open_with(keys.settings("robot")), servant, "Head")
+    return servant
+
+
+def plain(**changes: object) -> Settings:
+    """Return settings without a file."""
+    return Settings(clock="wall", connect=()).override(**changes)
+
+
+def serve(communicator: Communicator, servant: PoseHead, identity: str) -> None:
+    adapter = communicator.createObjectAdapter("Test")
+    adapter.add(servant, identity)
+    adapter.activate()
+
+
+def proxy(communicator: Communicator, identity: str = "Head") -> PoseHeadPrx:
+    return PoseHeadPrx.checkedCast(communicator.stringToProxy(identity))
+
+
+def test_a_student_reads_and_does_not_move(keys: Keys, head: HeadI, open_with: Open) -> None:
+    student = proxy(open_with(keys.settings("student")))
+    assert student.getPose().pan == 0.25
+    with pytest.raises(DENIED, match="setPose"):
+        student.setPose(1.0, 0.0, 0.5)
+    assert head.moved == []
+    operator = proxy(open_with(keys.settings("operator")))
+    operator.setPose(0.5, 0.1, 0.5)
+    assert head.moved == [(0.5, 0.1)]
+
+
+def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> None:
+    student = proxy(open_with(keys.settings("student")))
+    assert student.getPose.latest() is None  # from now on it listens
+    assert head.getPosePublisher.wait_for_listener(LIMIT)
+    head.getPosePublisher.publish(pose(0.5), time=1.0)
+    assert student.getPose.wait(timeout=LIMIT).value.pan == 0.5
+
+
+def test_nobody_but_the_robot_serves_it(keys: Keys, router: Router, open_with: Open) -> None:
+    impostor, elsewhere = HeadI(), open_with(keys.settings("student"))
+    serve(elsewhere, impostor, "Head")
+    serve(elsewhere, impostor, "Spare")
+    head = HeadI()
+    serve(open_with(keys.settings("robot")), head, "Head")
+    operator = open_with(keys.settings("operator"))
+    for _ in range(5):
+        proxy(operator).setPose(0.0, 0.0, 0.5)
+    assert (len(head.moved), impostor.moved) == (5, [])
+    assert operator.identities() == ["Head"]
+
+
+def test_a_sample_that_the_robot_did_not_publish_reaches_nobody(
+    keys: Keys, head: HeadI, open_with: Open
+) -> None:
+    student, forger = proxy(open_with(keys.settings("student"))), open_with(keys.settings("student"))
+    student.getPose.latest()
+    assert head.getPosePublisher.wait_for_listener(LIMIT)
+    forger.session.put("nao/Head/getPose", b"forged")
+    # What is sent after it on the same way and is answered has overtaken nothing.
+    assert proxy(forger).getPose().pan == 0.25
+    head.getPosePublisher.publish(pose(0.5), time=1.0)
+    sample = student.getPose.wait(timeout=LIMIT)
+    assert (sample.value.pan, sample.sequence) == (0.5, 1)
+
+
+def refusal(settings: Settings) -> str:
+    """Return why a client is not let in."""
+    with pytest.raises(ConnectFailedException) as caught, initialize(settings.override(timeout=0.2)):
+        pass
+    return str(caught.value)
+
+
+class TestRefusal:
+    @pytest.fixture(autouse=True)
+    def _router(self, router: Router) -> None: ...
+
+    def test_a_certificate_of_another_authority(self, keys: Keys, tmp_path: Path) -> None:
+        stranger = Keys(tmp_path / "other").settings("student").security
+        own = {"certificate": stranger.certificate, "key": stranger.key}
+        assert "does not trust the authority of our certificate" in refusal(
+            keys.settings("student", security=own)
+        )
+
+    def test_a_router_of_another_authority(self, keys: Keys, tmp_path: Path) -> None:
+        other = Keys(tmp_path / "other").settings("student", connect=[keys.endpoint])
+        assert "its certificate is not accepted" in refusal(other)
+
+    def test_no_certificate(self, keys: Keys) -> None:
+        none = {"certificate": "", "key": ""}
+        assert "it asks for a certificate" in refusal(keys.settings("student", security=none))
+
+    def test_a_certificate_that_has_expired(self, keys: Keys) -> None:
+        late = keys.issue("late", valid=timedelta(minutes=-5))
+        assert "our certificate has expired" in refusal(late)
+
+    def test_another_name_of_the_router(self, keys: Keys) -> None:
+        elsewhere = keys.other_endpoint
+        assert "its certificate is not accepted: IP address mismatch" in refusal(
+            keys.settings("student", connect=[elsewhere])
+        )
+
+    def test_nobody_listens(self, keys: Keys) -> None:
+        absent = free_endpoint().replace("tcp", "tls")
+        assert f"nothing answers at {absent}" in refusal(keys.settings("student", connect=[absent]))
+
+    def test_no_tls(self, keys: Keys) -> None:
+        plain = keys.endpoint.replace("tls", "tcp")
+        assert "it listens, but makes no link" in refusal(keys.settings("student", connect=[plain]))
+
+
+class TestPasswords:
+    """A server that lets users in by their passwords, and grants what their roles do."""
+
+    @pytest.fixture
+    def connect(self, tmp_path: Path, open_with: Open) -> dict[str, object]:
+        passwords = tmp_path / "passwords.txt"
+        passwords.touch(0o600)
+        passwords.write_text("ann:secret\nbob:other\n")
+        endpoint = free_endpoint()
+        security = {
+            "passwords": passwords,
+            "roles": {"reader": {"call": ["Head.get*"]}, "mover": {"call": ["Head.*"]}},
+            "users": {"ann": "reader", "bob": "mover"},
+        }
+        server = open_with(plain(listen=[endpoint], security=security))
+        serve(server, HeadI(), "Head")
+        return {"mode": "client", "connect": [endpoint]}
+
+    def test_roles_are_those_of_the_users(self, connect: dict[str, object], open_with: Open) -> None:
+        ann = open_with(plain(**connect, security={"user": "ann", "password": "secret"}))
+        with pytest.raises(DENIED):
+            proxy(ann).setPose(1.0, 0.0, 0.5)
+        assert proxy(ann).getPose().pan == 0.25
+        bob = open_with(plain(**connect, security={"user": "bob", "password": "other"}))
+        assert proxy(bob).setPose(1.0, 0.0, 0.5).pan == 1.0
+
+    @pytest.mark.parametrize(
+        ("login", "why"),
+        [
+            ({"user": "ann", "password": "other"}, "does not let 'ann' in"),
+            ({"user": "eve", "password": "secret"}, "does not let 'eve' in"),
+            ({}, "it listens, but makes no link with us"),
+        ],
+    )
+    def test_refusal(self, connect: dict[str, object], login: dict[str, str], why: str) -> None:
+        assert why in refusal(plain(**connect, security=login))
+
+
+def test_a_server_without_a_router_grants_access_itself(keys: Keys, open_with: Open) -> None:
+    router = keys.settings("router")
+    servant = HeadI()
+    serve(open_with(router.override(mode="peer")), servant, "Head")
+    student = proxy(open_with(keys.settings("student")))
+    assert student.getPose().pan == 0.25
+    with pytest.raises(DENIED):
+        student.setPose(1.0, 0.0, 0.5)
+    assert proxy(open_with(keys.settings("operator"))).setPose(1.0, 0.0, 0.5).pan == 1.0
+
+
+def test_calls_go_on_after_the_router_was_started_again(keys: Keys, open_with: Open) -> None:
+    with Router(keys.settings("router")):
+        serve(open_with(keys.settings("robot")), HeadI(), "Head")
+        student = proxy(open_with(keys.settings("student")))
+        assert student.getPose().pan == 0.25
+    with pytest.raises((ConnectionLostException, TimeoutException)):
+        student.ice_invocationTimeout(300).getPose()
+    with Router(keys.settings("router")):
+        deadline = time.monotonic() + LIMIT
+        while True:
+            try:
+                assert student.ice_invocationTimeout(300).getPose().pan == 0.25
+                break
+            except SystemException:
+                assert time.monotonic() < deadline
+
+
+def test_a_unix_socket(tmp_path: Path, open_with: Open) -> None:
+    endpoint = f"unixsock-stream/{tmp_path / 'robot.sock'}"
+    settings = plain(connect=[endpoint])
+    serve(open_with(settings.override(listen=[endpoint])), HeadI(), "Head")
+    for mode in ("peer", "client"):
+        assert proxy(open_with(settings.override(mode=mode))).getPose().pan == 0.25
+    with pytest.raises(EndpointInUseException, match=r"robot\.sock"):
+        initialize(settings.override(listen=[endpoint]))
