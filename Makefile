@@ -7,9 +7,9 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 SECONDS ?=
 
-.PHONY: help demo test lint format bench oracle codegen constraints vendor system browser clean
+.PHONY: help demo test lint format bench bench-transport oracle codegen constraints vendor system browser clean
 help: ## List the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by itself and writes demo/report.html
 	@$(BIN)/python -m deploy deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
@@ -33,6 +33,9 @@ format: $(VENV)/dev.stamp ## Format the code
 
 bench: $(VENV)/bench.stamp system browser ## Measure the figures and print them as tables
 	@for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
+
+bench-transport: $(VENV)/bench.stamp ## Measure calls and streams beside Ice, half an hour: benchmarks/results/transport.md
+	@$(BIN)/python benchmarks/bench_transport.py
 
 oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a C++ compiler; minutes to build)
 	$(BIN)/python -m pytest -q tests/unit/test_codegen_idl_reference.py

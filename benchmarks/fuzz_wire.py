@@ -1,0 +1,131 @@
+"""Give every door of the wire hostile input: whatever comes in is taken, or refused with an error of ours.
+
+python benchmarks/fuzz_wire.py [DOOR ...] [--seconds SECONDS] [--seed NUMBER]
+
+Each door is tried in a process of its own, for so many seconds, and may take a second and half a gigabyte at
+most. Where atheris is installed (`pip install atheris`), inputs are bred by which code they reach and which
+comparisons they meet; otherwise they are made by chance. An input that fails is kept under fuzz_findings/.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import nullcontext
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from tests.support.hostile_bytes import BOMBS, HostileBytes
+
+_GUIDED = importlib.util.find_spec("atheris") is not None
+_FINDINGS = Path("fuzz_findings")
+_LONGEST_INPUT = 1 << 16
+_SLOWEST = 1.0  # s that one input may take
+_MEMORY = 512  # MB
+_BRED = 0.5  # share of the inputs that atheris changes byte by byte, rather than we by value
+
+
+def main() -> None:
+    """Try the doors that are named, or all, and exit with 1 if anything was found."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("doors", nargs="*", metavar="DOOR")
+    parser.add_argument("--seconds", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--here", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.here:
+        _try(options.doors[0], options.seconds, options.seed)
+        return
+    from tests.support.wire_doors import DOORS
+
+    names = [door.name for door in DOORS]
+    if unknown := set(options.doors) - set(names):
+        parser.error(f"no door {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+    print(
+        f"| door ({'guided by atheris' if _GUIDED else 'by chance'}) | inputs | inputs/s | peak MB | result |"
+    )
+    print("|---|---|---|---|---|")
+    failed = False
+    for name in options.doors or names:
+        command = [sys.executable, __file__, name, "--here"]
+        command += ["--seconds", str(options.seconds), "--seed", str(options.seed)]
+        done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
+        row = [line for line in done.stderr.splitlines() if line.startswith("stat::")]
+        figures = {line.split()[0]: int(line.split()[-1]) for line in row}
+        inputs = figures.get("stat::number_of_executed_units:", 0)
+        peak = figures.get("stat::peak_rss_mb:", 0)
+        found = done.returncode != 0
+        failed = failed or found
+        print(
+            f"| {name} | {inputs} | {inputs // options.seconds} | {peak} | {'FOUND' if found else 'nothing'} |",
+            flush=True,
+        )
+        if found:
+            print(done.stdout[-4000:], done.stderr[-4000:], sep="\n", file=sys.stderr)
+    sys.exit(failed)
+
+
+def _try(name: str, seconds: int, seed: int) -> None:
+    """Try one door in this process, which ends with it; figures go to the standard error as libFuzzer's."""
+    if _GUIDED:
+        import atheris
+
+        instrumenting = atheris.instrument_imports(include=["zenoh_ice"])
+    else:
+        instrumenting = nullcontext()
+    with instrumenting:
+        from tests.support.wire_doors import DOORS
+    door = next(door for door in DOORS if door.name == name)
+    sound = [*door.sound, *BOMBS]
+    hostile = HostileBytes(seed)
+    _FINDINGS.mkdir(exist_ok=True)
+    if not _GUIDED:
+        count, end = 0, time.monotonic() + seconds
+        while time.monotonic() < end:
+            data = hostile.next_input(sound)
+            begin = time.perf_counter()
+            try:
+                door.take(data)
+                assert time.perf_counter() - begin < _SLOWEST, "too slow"
+            except BaseException:
+                (_FINDINGS / f"{name}-{count}").write_bytes(data)
+                raise
+            count += 1
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+        assert peak < _MEMORY, f"{peak} MB"
+        print(f"stat::number_of_executed_units: {count}\nstat::peak_rss_mb: {peak}", file=sys.stderr)
+        return
+
+    def breed(data: bytes, longest: int, number: int) -> bytes:
+        if number % 100 < _BRED * 100:
+            return bytes(atheris.Mutate(data, longest))
+        return hostile.next_input([data])[:longest]
+
+    with tempfile.TemporaryDirectory() as corpus:
+        for number, data in enumerate(sound):
+            (Path(corpus) / str(number)).write_bytes(data[:_LONGEST_INPUT])
+        arguments = [
+            sys.argv[0],
+            f"-max_total_time={seconds}",
+            f"-seed={seed}",
+            f"-max_len={_LONGEST_INPUT}",
+            f"-timeout={int(_SLOWEST)}",
+            f"-rss_limit_mb={_MEMORY}",
+            "-print_final_stats=1",
+            f"-artifact_prefix={_FINDINGS}/{name}-",
+            corpus,
+        ]
+        atheris.Setup(arguments, door.take, custom_mutator=breed)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()

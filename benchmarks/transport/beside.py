@@ -1,0 +1,74 @@
+"""Small calls of a client that follows a stream of images at the same time."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from .content import LARGE_IMAGE
+from .figures import Effort, Figure, Section, Table, microseconds, milliseconds, percentile, spread
+from .processes import Lab, Worker
+from .rounds import timed
+from .streaming import begin
+
+P99: Final = 1.5e-3
+RATE: Final = 30.0
+
+_SECONDS: Final = 4.0
+
+
+def measure(package: Path, effort: Effort) -> Section:
+    """Measure calls without a pause, alone and beside a 1280x960 stream to the same process."""
+    seconds = effort.seconds(_SECONDS)
+    with Lab(package) as lab:
+        pairs = {kind: lab.pair(kind) for kind in ("ours", "ice")}
+        for server, clients in pairs.values():
+            begin(server, clients, "video", LARGE_IMAGE)
+        subjects = {
+            f"{kind}, {how}": partial(_calls, server, clients[0], seconds, beside=how == "beside")
+            for kind, (server, clients) in pairs.items()
+            for how in ("alone", "beside")
+        }
+        times = timed(subjects, effort.rounds(8))
+    p99 = percentile(times["ours, beside"].all, 0.99)
+    names = {"ours": "generated proxy", "ice": "Ice twoway"}
+    return Section(
+        "beside",
+        figures=[
+            Figure(
+                f"a call beside a {RATE:.0f} frames/s 1280x960 stream: p99",
+                f"under {P99 * 1e3} ms",
+                f"{milliseconds(p99)} ms",
+                p99 < P99,
+            )
+        ],
+        tables=[
+            Table(
+                "4 doubles there and back",
+                ["", "p50 us", "p99 us", "longest ms"],
+                [
+                    [
+                        f"{names[name.partition(',')[0]]}{name[name.index(',') :]}",
+                        str(spread([median * 1e6 for median in each.medians])),
+                        microseconds(percentile(each.all, 0.99)),
+                        milliseconds(max(each.all)),
+                    ]
+                    for name, each in times.items()
+                ],
+            )
+        ],
+        plot={name: {"p50": each.median.median, "p99": each.p99} for name, each in times.items()},
+    )
+
+
+def _calls(server: Worker, client: Worker, seconds: float, *, beside: bool) -> list[float]:
+    if beside:
+        server.do("start_sending", stream="video", rate=RATE, size=LARGE_IMAGE)
+    client.do("forget")
+    times: list[float] = client.do("call", operation="step", seconds=seconds)
+    if beside:
+        server.do("stop_sending")
+        if client.do("heard") < seconds * RATE / 2:
+            raise RuntimeError(f"{client.name}: the stream did not flow")
+    return times

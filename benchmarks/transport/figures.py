@@ -1,0 +1,117 @@
+"""Results of the benchmark: figures with what was asked, tables with what was measured."""
+
+from __future__ import annotations
+
+import json
+import statistics
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+SMALLEST_QUARTILES: Final = 4
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long to measure."""
+
+    quick: bool = False
+    soak_minutes: float = 20.0
+
+    def rounds(self, full: int) -> int:
+        """Return how many interleaved rounds are counted, of those of a full run."""
+        return max(2, full // 8) if self.quick else full
+
+    def seconds(self, full: float) -> float:
+        """Return how long a part takes, of its time in a full run."""
+        return max(0.5, full / 8) if self.quick else full
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One number of those that were asked for."""
+
+    what: str
+    asked: str
+    measured: str
+    met: bool
+
+
+@dataclass(frozen=True)
+class Table:
+    """What a section measured in detail."""
+
+    title: str
+    columns: list[str]
+    rows: list[list[str]]
+
+
+@dataclass
+class Section:
+    """What was found out about one matter; `plot` is what its panel is drawn from."""
+
+    name: str
+    figures: list[Figure] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    plot: dict[str, Any] = field(default_factory=dict)
+    run: dict[str, str] = field(default_factory=dict)
+    """When, how and on what it was measured."""
+
+    def save(self, path: Path) -> None:
+        """Write it as JSON."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(asdict(self), indent=1) + "\n")
+
+    @classmethod
+    def load(cls, path: Path) -> Section:
+        """Read what `save` wrote."""
+        data = json.loads(path.read_text())
+        data["figures"] = [Figure(**figure) for figure in data["figures"]]
+        data["tables"] = [Table(**table) for table in data["tables"]]
+        return cls(**data)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The median of what the rounds gave, and the middle half of them."""
+
+    median: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{_short(self.median)} ({_short(self.low)} to {_short(self.high)})"
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """Return median and quartiles."""
+    if len(values) < SMALLEST_QUARTILES:
+        return Spread(statistics.median(values), min(values), max(values))
+    low, median, high = statistics.quantiles(values, n=4, method="inclusive")
+    return Spread(median, low, high)
+
+
+def ratio(numerator: Sequence[float], denominator: Sequence[float]) -> Spread:
+    """Return the spread of the ratios of each round."""
+    return spread([above / below for above, below in zip(numerator, denominator, strict=True)])
+
+
+def percentile(values: Sequence[float], share: float) -> float:
+    """Return the value below which this share of all lies."""
+    ordered = sorted(values)
+    return ordered[min(int(len(ordered) * share), len(ordered) - 1)]
+
+
+def microseconds(seconds: float) -> str:
+    """Return a time for a table."""
+    return _short(seconds * 1e6)
+
+
+def milliseconds(seconds: float) -> str:
+    """Return a time for a table."""
+    return _short(seconds * 1e3)
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 100 else f"{value:.0f}"

@@ -1,0 +1,76 @@
+"""What the processes of the benchmark can do, whatever they talk over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+KINDS: Final = ("bare", "ours", "ice")
+
+Got = Callable[[Any], object]
+"""Takes a JointState or a Picture."""
+
+
+class Server(Protocol):
+    """Serves `Robot`."""
+
+    def send(self, stream: str, stamp: int, number: int, content: Any) -> None:  # noqa: ANN401
+        """Send to all who follow the stream: the positions of `joints`, or the pixels of `video`."""
+
+
+class Client(Protocol):
+    """Calls `Robot` and follows its streams."""
+
+    def step(self) -> object:
+        """Call with four doubles there and back."""
+
+    def stepAsync(self) -> Future[Any]:
+        """Call without waiting."""
+
+    def image(self, width: int, height: int) -> bytes:
+        """Call for the pixels of an image."""
+
+    def joints(self) -> object:
+        """Call for the joint state."""
+
+    def latest(self) -> object:
+        """Return the newest joint state: without a round trip where there are streams."""
+
+    def follow(self, stream: str, got: Got) -> AbstractContextManager[object]:
+        """Call a function with what a stream brings: all of `joints`, the newest of `video`."""
+
+
+# Each kind is imported by the processes that need it: none shall carry the libraries of another.
+
+
+def serve(kind: str, endpoint: str, package: Path) -> AbstractContextManager[Any]:
+    """Serve on an endpoint, `tcp/127.0.0.1:PORT`; gives a Server."""
+    if kind == "bare":
+        from .bare_peer import serve as serve_bare
+
+        return serve_bare(endpoint)
+    if kind == "ice":
+        from .ice_peer import serve as serve_ice
+
+        return serve_ice(endpoint)
+    from .our_peer import serve as serve_ours
+
+    return serve_ours(endpoint, package)
+
+
+def connect(kind: str, endpoints: Sequence[str], package: Path) -> AbstractContextManager[Any]:
+    """Connect to a server; gives a Client, of which the bare one can only `step`."""
+    if kind == "bare":
+        from .bare_peer import connect as connect_bare
+
+        return connect_bare(endpoints[0])
+    if kind == "ice":
+        from .ice_peer import connect as connect_ice
+
+        return connect_ice(endpoints[0])
+    from .our_peer import connect as connect_ours
+
+    return connect_ours(endpoints, package)

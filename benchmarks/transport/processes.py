@@ -1,0 +1,150 @@
+"""Start the processes of the benchmark, give them commands, and end them."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+from tests.support.processes import free_endpoint
+
+from .interface import IDENTITY, REPOSITORY, generate
+
+LIMIT: Final = 120.0  # s that a command may take
+_END_LIMIT: Final = 15.0
+# Without this, each of Ice's large replies costs several times as much; ours run under the same.
+TUNED_MEMORY: Final = {"MALLOC_MMAP_THRESHOLD_": "134217728", "MALLOC_TRIM_THRESHOLD_": "268435456"}
+
+
+class Worker:
+    """A process that obeys; leaving the `with` block ends it."""
+
+    def __init__(
+        self,
+        role: str,
+        kind: str,
+        endpoints: Sequence[str],
+        package: Path,
+        identity: str = IDENTITY,
+    ) -> None:
+        self.name: Final = f"{kind} {role}"
+        command = [sys.executable, "-m", "benchmarks.transport.worker", role, kind, *endpoints]
+        self._process = subprocess.Popen(
+            [*command, "--package", str(package), "--identity", identity],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=REPOSITORY,
+            env={**os.environ, **TUNED_MEMORY},
+        )
+        self.pid: Final = self._process.pid
+        self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):  # it was killed
+            self._process.stdin.close()
+        try:
+            self._process.wait(_END_LIMIT if error is None else 1.0)
+        except subprocess.TimeoutExpired:
+            self.kill()
+
+    def wait_until_ready(self) -> Self:
+        """Wait until it has started."""
+        self._answer(LIMIT)
+        return self
+
+    def start(self, do: str, **arguments: Any) -> None:  # noqa: ANN401
+        """Give a command; `finish` has its result."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(json.dumps({"do": do, **arguments}) + "\n")
+        self._process.stdin.flush()
+
+    def finish(self, limit: float = LIMIT) -> Any:  # noqa: ANN401
+        """Return the result of the command that was started. Raises RuntimeError when it failed."""
+        return self._answer(limit).get("result")
+
+    def do(self, do: str, **arguments: Any) -> Any:  # noqa: ANN401
+        """Give a command and return its result."""
+        self.start(do, **arguments)
+        return self.finish()
+
+    def kill(self) -> None:
+        """End it as a crash would."""
+        self._process.kill()
+        self._process.wait(_END_LIMIT)
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as stream:
+            for line in stream:
+                self._answers.put(line)
+        self._answers.put("")
+
+    def _answer(self, limit: float) -> dict[str, Any]:
+        try:
+            line = self._answers.get(timeout=limit)
+        except queue.Empty:
+            raise RuntimeError(f"{self.name} said nothing for {limit:g} s") from None
+        if not line:
+            raise RuntimeError(f"{self.name} ended by itself")
+        answer: dict[str, Any] = json.loads(line)
+        if "error" in answer:
+            raise RuntimeError(f"{self.name}: {answer['error']}")
+        return answer
+
+
+class Lab:
+    """Makes servers and their clients, and ends them all."""
+
+    def __init__(self, package: Path) -> None:
+        self.package: Final = package
+        self._stack = ExitStack()
+
+    def pair(self, kind: str, clients: int = 1) -> tuple[Worker, list[Worker]]:
+        """Return a server and clients of it."""
+        endpoint = free_endpoint()
+        server = self.worker("server", kind, [endpoint]).wait_until_ready()
+        workers = [self.worker("client", kind, [endpoint]) for _ in range(clients)]
+        return server, [worker.wait_until_ready() for worker in workers]
+
+    def worker(
+        self,
+        role: str,
+        kind: str,
+        endpoints: Sequence[str],
+        identity: str = IDENTITY,
+    ) -> Worker:
+        """Return a process that may not be ready yet."""
+        return self._stack.enter_context(Worker(role, kind, endpoints, self.package, identity))
+
+    def __enter__(self) -> Self:
+        self._stack.__enter__()
+        return self
+
+    def __exit__(self, *exception: Any) -> None:  # noqa: ANN401
+        self._stack.__exit__(*exception)
+
+
+@contextmanager
+def generated_package() -> Iterator[Path]:
+    """Give the folder of the generated package while it is there."""
+    with tempfile.TemporaryDirectory() as folder:
+        generate(Path(folder))
+        yield Path(folder)
