@@ -31,8 +31,10 @@ class BareClient:
 
     def step(self) -> object:
         """Call with four doubles there and back."""
-        reply = self._get(payload=msgpack.packb(POSE)).recv()
-        return msgpack.unpackb(reply.ok.payload.to_bytes())
+        answer = self._get(payload=msgpack.packb(POSE)).recv().ok
+        if answer is None:
+            raise RuntimeError("no answer")
+        return msgpack.unpackb(answer.payload.to_bytes())
 
 
 @contextmanager

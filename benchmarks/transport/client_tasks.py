@@ -49,7 +49,8 @@ class ClientTasks:
         call = self._operation(operation, size)
         for _ in range(min(_WARM_UP, count or _WARM_UP)):
             call()
-        clock, times = time.perf_counter, []
+        clock = time.perf_counter
+        times: list[float] = []
         if at:
             time.sleep(max(at - time.monotonic(), 0.0))
         end = clock() + seconds

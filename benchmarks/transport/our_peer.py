@@ -70,7 +70,7 @@ class OurClient:
 def make_servant(bench: Any) -> Any:  # noqa: ANN401
     """Return a servant of the benchmark's interface."""
 
-    class RobotI(bench.Robot):  # type: ignore[misc,name-defined]
+    class RobotI(bench.Robot):  # type: ignore[misc]
         def step(self, angles: Any, current: Current) -> Any:  # noqa: ANN401, ARG002
             return angles
 
