@@ -59,7 +59,10 @@ def parse_role(value: object) -> Role:
         if len(patterns) > _MOST_PATTERNS:
             raise ValueError(f"{name}: at most {_MOST_PATTERNS} patterns")
         for pattern in patterns:
-            _CHECKS[name](pattern)
+            try:
+                _CHECKS[name](pattern)
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from None
         lists[name] = tuple(patterns)
     return Role(**lists)
 

@@ -20,7 +20,8 @@ EVERYBODY: Final = "*"
 PATHS: Final = ("authority", "certificate", "key", "passwords")
 """The settings that name files."""
 
-_TEXTS: Final = (*PATHS, "user", "password")
+_OWN: Final = ("authority", "certificate", "key", "user", "password")
+_TEXTS: Final = (*_OWN, "passwords")
 _LONGEST_NAME: Final = 64
 
 
@@ -40,7 +41,7 @@ class Security:
     """File (PEM) of the key of the certificate."""
     user: str = ""
     """Name under which the component logs in, where whoever listens asks for one."""
-    password: str = ""
+    password: str = field(default="", repr=False)
     """Password of that user."""
     passwords: str = ""
     """File of the users who may connect: a line `NAME:PASSWORD` for each."""
@@ -82,6 +83,10 @@ class Security:
             if name not in known:
                 raise ValueError(f"there is no setting {name!r} in it; there is {', '.join(known)}")
         return replace(self, **changes)
+
+    def texts(self) -> dict[str, str]:
+        """Return what a component needs to be known by others: the settings that are texts and are given."""
+        return {name: getattr(self, name) for name in _OWN if getattr(self, name)}
 
     def describe(self) -> dict[str, str]:
         """Return every setting that differs from its default as text, passwords hidden."""

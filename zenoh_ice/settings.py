@@ -110,6 +110,12 @@ class Settings:
         widths = [max(len(row[column]) for row in rows) for column in range(2)]
         return "\n".join(f"{key:<{widths[0]}}  {value:<{widths[1]}}  {origin}" for key, value, origin in rows)
 
+    def environment(self) -> dict[str, str]:
+        """Return the variables by which another process belongs to the same realm, as the same user."""
+        variables = {"realm": self.realm, "connect": ",".join(self.connect), "mode": self.mode}
+        variables |= {f"security_{name}": text for name, text in self.security.texts().items()}
+        return {f"{ENVIRONMENT_PREFIX}{name.upper()}": text for name, text in variables.items()}
+
     def _origin(self, key: str) -> str:
         return self.origins.get(key, _CODE_ORIGIN)
 

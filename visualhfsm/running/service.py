@@ -17,7 +17,7 @@ from zenoh_ice import Settings
 from .origins import read_origins
 from .run import DocumentSource, OutputLine, Run, RunChange
 
-__all__ = ["RunningComponents", "run_environment"]
+__all__ = ["RunningComponents"]
 
 _CLOSE_PATIENCE = (3.0, 2.0)
 
@@ -31,7 +31,7 @@ class RunningComponents:
 
     def __init__(self, publish: Publish, settings: Settings | None = None) -> None:
         self._publish = publish
-        self._environment = run_environment(settings) if settings else {}
+        self._environment = settings.environment() if settings else {}
         self._runs: dict[int, Run] = {}
         self._cleaning = asyncio.get_running_loop().run_in_executor(None, delete_abandoned)
 
@@ -104,11 +104,6 @@ class RunningComponents:
 
             run = self._runs[tab] = Run(told, changed, self._environment)
         return run
-
-
-def run_environment(settings: Settings) -> dict[str, str]:
-    """Return what leads a component to the same realm, by the same endpoints."""
-    return {"VISUALHFSM_REALM": settings.realm, "VISUALHFSM_CONNECT": ",".join(settings.connect)}
 
 
 def _document(source: Source) -> DocumentSource:
