@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import timedelta
@@ -74,12 +75,13 @@ class SecurityFolder:
             )
         if name in router.security.users:
             raise SecurityFilesError(f"{router_file}: {name!r} is a user already")
+        with_user = _with_user(router_file, name, role)
         connect = self._endpoint_of_clients()
         authority = Authority.load(self._certificate("authority"), self._key("authority"))
         self._issue(authority, name, (), valid)
         own = self._settings(name)
         write_public(own, client_settings(name, role, router.realm, connect).encode())
-        _append_user(router_file, name, role)
+        router_file.write_text(with_user, encoding="utf-8")
         return [self._certificate("authority"), self._certificate(name), self._key(name), own]
 
     def _issue(self, authority: Authority, name: str, hosts: Sequence[str], valid: timedelta) -> None:
@@ -104,18 +106,15 @@ class SecurityFolder:
         return self.path / f"{name}.toml"
 
 
-def _append_user(file: Path, name: str, role: str) -> None:
-    """Add a user to the table at the end of a router's file, or tell which line to write."""
-    line = f"{json.dumps(name)} = {json.dumps(role)}\n"
+def _with_user(file: Path, name: str, role: str) -> str:
+    """Return the text of a router's file with one more user at its end; raises SecurityFilesError."""
+    line = f"{json.dumps(name)} = {json.dumps(role)}"
     before = file.read_text(encoding="utf-8")
-    file.write_text(before + ("" if before.endswith("\n") else "\n") + line, encoding="utf-8")
-    try:
-        known = load_settings(file, environment={}).security.users.get(name) == role
-    except Exception:
-        file.write_text(before, encoding="utf-8")
-        raise
-    if not known:
-        file.write_text(before, encoding="utf-8")
+    after = f"{before.rstrip()}\n{line}\n"
+    wanted = tomllib.loads(before)
+    wanted["security"]["users"][name] = role
+    if tomllib.loads(after) != wanted:
         raise SecurityFilesError(
-            f"{file}: [security.users] is not its last table; write this line below it: {line.strip()}"
+            f"{file}: [security.users] is not its last table; move it to the end of the file"
         )
+    return after

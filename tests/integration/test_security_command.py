@@ -1,0 +1,127 @@
+"""`nao security`: the files it makes fit together, nobody else reads the keys, and zenohd understands its own."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+import pytest
+import typer.testing
+import zenoh
+from cryptography import x509
+
+from deploy.security.certificates import LOCAL_HOSTS, SecurityFilesError
+from deploy.security.command import app
+from tests.support.limits import LIMIT
+from tests.support.security import Keys
+from zenoh_ice import initialize
+from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.settings import load_settings
+
+
+def security(*arguments: object) -> str:
+    """Return what the command prints; its errors are raised."""
+    result = typer.testing.CliRunner().invoke(app, [str(word) for word in arguments], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "keys"
+    security("init", folder, "--host", "robot.lab", "--host", "192.168.1.5", "--port", 7001, "--realm", "lab")
+    return folder
+
+
+def test_files_fit_together(folder: Path) -> None:
+    router = load_settings(folder / "router.toml", environment={})
+    assert (router.mode, router.realm, router.listen) == ("router", "lab", ("tls/0.0.0.0:7001",))
+    assert router.security.users == {name: name for name in ("robot", "operator", "student")}
+    assert router.security.check() == []
+    for name in router.security.users:
+        settings = load_settings(folder / f"{name}.toml", environment={})
+        assert (settings.mode, settings.realm, settings.connect) == ("client", "lab", ("tls/robot.lab:7001",))
+        assert settings.listen == ()
+        assert settings.security.check() == []
+
+
+def test_the_router_is_known_by_every_name_that_it_has(folder: Path) -> None:
+    certificate = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
+    names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    assert [str(name.value) for name in names] == ["robot.lab", "192.168.1.5", *LOCAL_HOSTS]
+
+
+def test_nobody_else_reads_keys(folder: Path) -> None:
+    modes = {file.name: stat.S_IMODE(file.stat().st_mode) for file in folder.glob("*.key")}
+    assert modes == dict.fromkeys(
+        [f"{n}.key" for n in ("authority", "router", "robot", "operator", "student")], 0o600
+    )
+
+
+def test_one_more_user(folder: Path) -> None:
+    output = security("add", folder, "ann", "--role", "student")
+    assert all(str(folder / name) in output for name in ("authority.pem", "ann.pem", "ann.key", "ann.toml"))
+    assert load_settings(folder / "router.toml", environment={}).security.users["ann"] == "student"
+    assert load_settings(folder / "ann.toml", environment={}).security.check() == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["add", "FOLDER", "ann", "--role", "teacher"],
+            "no role 'teacher'; there is robot, operator, student",
+        ),
+        (["add", "FOLDER", "student", "--role", "student"], "'student' is a user already"),
+        (["add", "FOLDER", "../ann", "--role", "student"], "'../ann' is no name"),
+        (["add", "FOLDER/absent", "ann", "--role", "student"], "router.toml: cannot read"),
+        (["init", "FOLDER"], "authority.key: cannot be written: File exists"),
+        (["init", "FOLDER/other", "--host", "a b"], "'a b' is neither the name nor the address"),
+        (["init", "FOLDER/other", "--realm", "a/b"], "a realm is"),
+        (["show", "FOLDER/absent.toml"], "absent.toml: cannot read"),
+    ],
+)
+def test_mistakes_change_nothing(folder: Path, arguments: list[str], message: str) -> None:
+    before = {file: file.read_bytes() for file in folder.iterdir()}
+    with pytest.raises((SecurityFilesError, ConfigurationException)) as caught:
+        security(*(word.replace("FOLDER", str(folder)) for word in arguments))
+    assert message in str(caught.value)
+    assert {file: file.read_bytes() for file in folder.iterdir()} == before
+
+
+def test_a_user_is_added_to_no_other_table(folder: Path) -> None:
+    router = folder / "router.toml"
+    router.write_text(router.read_text() + "\n[security.roles.guest]\nread = []\n")
+    before = {file: file.read_bytes() for file in folder.iterdir()}
+    with pytest.raises(SecurityFilesError, match="move it to the end of the file"):
+        security("add", folder, "ann", "--role", "student")
+    assert {file: file.read_bytes() for file in folder.iterdir()} == before
+
+
+def test_show_tells_who_may_do_what(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    output = security("show", folder / "router.toml")
+    assert all(word in output for word in ("operator", "student", "*Encoders.get*", "Hfsm.*"))
+    assert "has no roles" in security("show", folder / "student.toml")
+
+
+def answer(query: zenoh.Query) -> None:
+    with query:
+        query.reply(query.key_expr, b"")
+
+
+def test_zenohd_does_the_same_with_its_own_file(tmp_path: Path) -> None:
+    keys = Keys(tmp_path / "keys")
+    router = keys.folder / "router.toml"
+    router.write_text(router.read_text().replace("0.0.0.0", "127.0.0.1"))
+    file = tmp_path / "router.json5"
+    file.write_text(security("zenohd", router))
+    # What zenohd does with it.
+    with (
+        zenoh.open(zenoh.Config.from_file(str(file))),
+        initialize(keys.settings("robot")) as robot,
+        initialize(keys.settings("student")) as student,
+    ):
+        with robot.session.declare_queryable("nao/Head/*", answer):
+            assert len(list(student.session.get("nao/Head/getPose", timeout=LIMIT))) == 1
+            assert len(list(student.session.get("nao/Head/setPose", timeout=LIMIT))) == 0
