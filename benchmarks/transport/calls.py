@@ -20,18 +20,29 @@ _CALLS: Final = 300
 _FLYING_CALLS: Final = 2000
 _STREAM_RATE: Final = 100.0
 
+_NAMES: Final = {
+    "socket": "blocking socket",
+    "ice": "Ice twoway",
+    "bare": "bare Zenoh querier and queryable",
+    "bare on ours": "bare querier, our servant",
+    "ours": "generated proxy, our servant",
+}
+
 
 def measure(package: Path, effort: Effort) -> Section:
     """Measure calls with four doubles there and back."""
-    rounds = effort.rounds(24)
+    rounds = effort.rounds(60)
     with Lab(package) as lab:
+        _, (floor,) = lab.pair("socket")
         _, (bare,) = lab.pair("bare")
         server, (ours,) = lab.pair("ours")
+        (servant,) = lab.clients("bare on ours", lab.pair("ours", 0)[0])
         _, (ice,) = lab.pair("ice")
+        callers = {"socket": floor, "bare": bare, "bare on ours": servant, "ours": ours, "ice": ice}
         step = timed(
             {
                 name: partial(worker.do, "call", operation="step", count=_CALLS)
-                for name, worker in (("bare", bare), ("ours", ours), ("ice", ice))
+                for name, worker in callers.items()
             },
             rounds,
         )
@@ -62,8 +73,13 @@ def _section(step: dict[str, Times], flying: dict[str, list[float]], state: dict
     share = ratio(flying["ours"], flying["ice"])
     faster = ratio(state["ice"].medians, state["latest"].medians)
     calls = [
-        [name, str(_in_us(times)), microseconds(times.p99), f"{times.median.median / ice.median.median:.2f}"]
-        for name, times in (("bare Zenoh querier", bare), ("generated proxy", ours), ("Ice twoway", ice))
+        [
+            label,
+            str(_in_us(step[kind])),
+            microseconds(step[kind].p99),
+            f"{step[kind].median.median / ice.median.median:.2f}",
+        ]
+        for kind, label in _NAMES.items()
     ]
     return Section(
         "calls",

@@ -29,7 +29,7 @@ def measure(package: Path, effort: Effort) -> Section:
                     kind: partial(worker.do, "call", operation="image", count=_CALLS, size=size)
                     for kind, worker in workers.items()
                 },
-                effort.rounds(24),
+                effort.rounds(40),
             )
             ours, ice = times["ours"], times["ice"]
             if size == SMALL_IMAGE:

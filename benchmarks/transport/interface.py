@@ -11,6 +11,7 @@ from typing import Any, Final
 
 SLICE: Final = Path(__file__).with_name("robot.ice")
 REPOSITORY: Final = SLICE.parents[2]
+REALM: Final = "bench"
 IDENTITY: Final = "Robot"
 """Under which it is served, unless there are two."""
 

@@ -12,10 +12,9 @@ from typing import Any, Final
 from zenoh_ice import Current, initialize
 
 from .content import JOINTS, POSE, SMALL_IMAGE, pixels
-from .interface import IDENTITY, load_generated
+from .interface import IDENTITY, REALM, load_generated
 from .peers import Got
 
-REALM: Final = "bench"
 _QUEUE: Final = 1000
 """Joint states that wait for a subscriber that is late: a second's."""
 

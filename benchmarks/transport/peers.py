@@ -8,7 +8,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-KINDS: Final = ("bare", "ours", "ice")
+KINDS: Final = ("socket", "bare", "bare on ours", "ours", "ice")
+"""`bare on ours` is a client alone: what our servant costs, without our proxy."""
 
 Got = Callable[[Any], object]
 """Takes a JointState or a Picture."""
@@ -47,7 +48,11 @@ class Client(Protocol):
 
 
 def serve(kind: str, endpoint: str, package: Path) -> AbstractContextManager[Any]:
-    """Serve on an endpoint, `tcp/127.0.0.1:PORT`; gives a Server."""
+    """Serve on an endpoint, `tcp/127.0.0.1:PORT`; gives a Server where there are streams."""
+    if kind == "socket":
+        from .socket_peer import serve as serve_socket
+
+        return serve_socket(endpoint)
     if kind == "bare":
         from .bare_peer import serve as serve_bare
 
@@ -62,11 +67,19 @@ def serve(kind: str, endpoint: str, package: Path) -> AbstractContextManager[Any
 
 
 def connect(kind: str, endpoints: Sequence[str], package: Path) -> AbstractContextManager[Any]:
-    """Connect to a server; gives a Client, of which the bare one can only `step`."""
+    """Connect to a server; gives a Client, of which those that are not ours or Ice's can only `step`."""
+    if kind == "socket":
+        from .socket_peer import connect as connect_socket
+
+        return connect_socket(endpoints[0])
     if kind == "bare":
         from .bare_peer import connect as connect_bare
 
         return connect_bare(endpoints[0])
+    if kind == "bare on ours":
+        from .bare_peer import connect_to_ours
+
+        return connect_to_ours(endpoints[0], package)
     if kind == "ice":
         from .ice_peer import connect as connect_ice
 

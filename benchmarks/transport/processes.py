@@ -37,6 +37,7 @@ class Worker:
         identity: str = IDENTITY,
     ) -> None:
         self.name: Final = f"{kind} {role}"
+        self.endpoints: Final = endpoints
         command = [sys.executable, "-m", "benchmarks.transport.worker", role, kind, *endpoints]
         self._process = subprocess.Popen(
             [*command, "--package", str(package), "--identity", identity],
@@ -119,10 +120,13 @@ class Lab:
 
     def pair(self, kind: str, clients: int = 1) -> tuple[Worker, list[Worker]]:
         """Return a server and clients of it."""
-        endpoint = free_endpoint()
-        server = self.worker("server", kind, [endpoint]).wait_until_ready()
-        workers = [self.worker("client", kind, [endpoint]) for _ in range(clients)]
-        return server, [worker.wait_until_ready() for worker in workers]
+        server = self.worker("server", kind, [free_endpoint()]).wait_until_ready()
+        return server, self.clients(kind, server, clients)
+
+    def clients(self, kind: str, server: Worker, number: int = 1) -> list[Worker]:
+        """Return clients of a server."""
+        workers = [self.worker("client", kind, server.endpoints) for _ in range(number)]
+        return [worker.wait_until_ready() for worker in workers]
 
     def worker(
         self,

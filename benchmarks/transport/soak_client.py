@@ -16,8 +16,7 @@ import numpy as np
 from zenoh_ice import ZenohIceError, initialize
 
 from .content import POSE, SMALL_IMAGE, pixels
-from .interface import load_generated
-from .our_peer import REALM
+from .interface import REALM, load_generated
 
 STEADY: Final = "Steady"
 RESTARTED: Final = "Restarted"

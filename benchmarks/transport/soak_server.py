@@ -10,8 +10,8 @@ from typing import Any, Final, Self
 from zenoh_ice import initialize
 
 from .content import marked_joints, marked_pixels
-from .interface import load_generated
-from .our_peer import REALM, make_servant
+from .interface import REALM, load_generated
+from .our_peer import make_servant
 
 SIZE: Final = (640, 480)
 
