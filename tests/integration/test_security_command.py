@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import stat
+import time
 from pathlib import Path
 
 import pytest
@@ -121,7 +122,10 @@ def test_zenohd_does_the_same_with_its_own_file(tmp_path: Path) -> None:
         zenoh.open(zenoh.Config.from_file(str(file))),
         initialize(keys.settings("robot")) as robot,
         initialize(keys.settings("student")) as student,
+        robot.session.declare_queryable("nao/Head/*", answer),
     ):
-        with robot.session.declare_queryable("nao/Head/*", answer):
-            assert len(list(student.session.get("nao/Head/getPose", timeout=LIMIT))) == 1
-            assert len(list(student.session.get("nao/Head/setPose", timeout=LIMIT))) == 0
+        deadline = time.monotonic() + LIMIT  # for word of the queryable
+        while not (replies := list(student.session.get("nao/Head/getPose", timeout=LIMIT))):
+            assert time.monotonic() < deadline
+        assert len(replies) == 1
+        assert list(student.session.get("nao/Head/setPose", timeout=LIMIT)) == []
