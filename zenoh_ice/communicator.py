@@ -20,13 +20,15 @@ from .adapter import ObjectAdapter
 from .clients import Clients, ClientWatch, client_token
 from .clock import Clock, WallClock
 from .codec import Codec
+from .coroutines import Coroutines
 from .dispatch import Dispatcher, Lane, is_marked_thread
 from .exceptions import CommunicatorDestroyedException, ConfigurationException
 from .identity import PROXY_TEXT, Identity, Target
-from .incoming import Incoming
+from .local_servants import LocalServants
 from .operation import Interface, Operation
 from .outgoing import OutgoingCall, fail
 from .presence import Presence, ServantInfo
+from .process_status import ProcessStatus, ProcessStatusServer, ask_process_status
 from .proxy import ObjectPrx
 from .session import close_session, connect_endpoints, open_session
 from .settings import Settings, load_settings
@@ -74,7 +76,7 @@ class Communicator:
         self.settings: Final = settings
         self.realm: Final = settings.realm
         self.destroyed = False
-        self.local_servants: Final[dict[Target, Incoming]] = {}
+        self.local_servants: Final = LocalServants()
         self.call_numbers: Final = itertools.count(1)
         self._lock = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
@@ -98,6 +100,8 @@ class Communicator:
             self.presence: Final = Presence(self.session, connect_endpoints(settings), self.dispatcher.submit)
             on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
+            self.coroutines: Final = Coroutines(f"zenoh_ice {settings.realm} coroutines")
+            self.process_status_server: Final = ProcessStatusServer(self)
             self._readers: Final = StreamReaders(self)
             self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
             self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))
@@ -143,6 +147,18 @@ class Communicator:
         """Return the servants of a realm as far as known by now, sorted by identity and facet."""
         self.presence.watch(realm or self.realm)
         return self.presence.servants(realm or self.realm)
+
+    def processStatus(
+        self, process: str, *, realm: str | None = None, timeout: float | None = None
+    ) -> ProcessStatus:
+        """Return what a process that serves tells about itself and its servants, by the id of its session.
+
+        That is `ServantInfo.server`. Raises ConnectionLostException when it is not there, does not answer
+        within `timeout` s, by default the limit of calls, or access control denies it.
+        """
+        self._check()
+        limit = self.check_timeout(self.settings.timeout if timeout is None else timeout)
+        return ask_process_status(self.session, realm or self.realm, process, limit)
 
     def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client of the realm that ends or is lost, until closed.
@@ -224,6 +240,8 @@ class Communicator:
             steps.callback(self._fail_futures)
             steps.callback(self.shared_memory.close)
             steps.callback(close_session, self.session)
+            steps.callback(self.process_status_server.close)
+            steps.callback(self.coroutines.close, _DESTROY_LIMIT)
             steps.callback(self._close_clock)
             steps.callback(self._readers.close)
             for subscription in subscriptions:

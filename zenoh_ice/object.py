@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
@@ -12,6 +13,7 @@ from .operation import OBJECT_TYPE_ID, Interface, Operation
 from .publisher import Publisher
 
 if TYPE_CHECKING:
+    from .adapter import ObjectAdapter
     from .communicator import Communicator
 
 __all__ = ["OBJECT_INTERFACE", "Current", "InterfaceDescription", "Object"]
@@ -24,15 +26,23 @@ class Current:
     """The call that a servant serves."""
 
     identity: str
-    """Identity under which the servant was called."""
+    """Identity under which the servant was called, as text."""
+    facet: str
+    """Facet under which it was called; empty for the identity itself."""
     operation: str
     """Name of the operation."""
     client: str
     """Id of the calling session, as `Communicator.onClientLost` tells it; empty when the caller gave none."""
     call_id: str
     """Id of the call, for logs."""
+    ctx: Mapping[str, str]
+    """What the caller says beside the parameters: its context."""
+    timeout: float
+    """Seconds after which the caller gives up; 0 when it did not say."""
     communicator: Communicator
     """Communicator of the servant."""
+    adapter: ObjectAdapter | None
+    """Adapter of the servant; None in a test without Zenoh."""
 
 
 class InterfaceDescription(msgspec.Struct):

@@ -196,10 +196,12 @@ class Presence:
             )
             return self.lost_since(target, moment)
 
-    def wait_until_gone(self, target: Target, timeout: float) -> bool:
-        """Wait for at most `timeout` s until a servant is gone; return whether it is."""
+    def wait_until_gone(self, target: Target, timeout: float, server: str) -> bool:
+        """Wait for at most `timeout` s until a server no longer serves an identity; return whether so."""
         with self._changed:
-            return self._changed.wait_for(lambda: self._closed or target not in self._servants, timeout)
+            return self._changed.wait_for(
+                lambda: self._closed or server not in self._servers.get(target, {}), timeout
+            )
 
     def wait_for_return(self, target: Target, timeout: float) -> bool:
         """Wait for at most `timeout` s until a lost servant is there again; return whether it is."""
