@@ -28,8 +28,10 @@ from .exceptions import (
 from .identity import Identity, identityToString, stringToIdentity
 from .object import Current, Object
 from .presence import ServantInfo
+from .process_status import ProcessStatus, ServantStatus
 from .proxy import ObjectPrx
 from .publisher import Publisher
+from .servant_locator import ServantLocator
 from .settings import Settings, load_settings
 from .stream_reader import Sample
 from .subscription import Subscription
@@ -56,9 +58,12 @@ __all__ = [
     "ObjectNotExistException",
     "ObjectPrx",
     "OperationNotExistException",
+    "ProcessStatus",
     "Publisher",
     "Sample",
     "ServantInfo",
+    "ServantLocator",
+    "ServantStatus",
     "Settings",
     "Subscription",
     "SystemException",
