@@ -33,7 +33,7 @@ class _Rival(NamedTuple):
 
 
 class Rivals:
-    """Log an error for every process that serves an identity of this one, and a warning when that has ended."""
+    """Log an error for every process that serves an identity of ours, and a warning when that has ended."""
 
     def __init__(self, communicator: Communicator) -> None:
         self._communicator: Final = communicator

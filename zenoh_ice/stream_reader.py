@@ -6,6 +6,8 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from time import monotonic as _monotonic
+from time import time as _wall_time
 from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast
 
 import zenoh
@@ -37,7 +39,7 @@ _JOIN_LIMIT: Final = 2.0
 class Sample(Generic[V]):
     """A value that a stream brought."""
 
-    __slots__ = ("sequence", "time", "value", "wall_time")
+    __slots__ = ("_read_at", "_transit", "sequence", "time", "value", "wall_time")
 
     def __init__(self, value: V, sequence: int, time: float, wall_time: float) -> None:
         self.value: Final = value
@@ -47,11 +49,14 @@ class Sample(Generic[V]):
         """Robot time of the value in s, nan when the servant gives none."""
         self.wall_time: Final = wall_time
         """Wall time of the servant's machine at which it was sent, in s since the epoch."""
+        # From here on by the steady clock: when the date is set back, old samples must not look fresh.
+        self._transit: Final = max(0.0, _wall_time() - wall_time)
+        self._read_at: Final = _monotonic()
 
     @property
     def age(self) -> float:
         """Wall seconds since it was sent; between machines as exact as their clocks agree."""
-        return max(0.0, time.time() - self.wall_time)
+        return self._transit + _monotonic() - self._read_at
 
     def __repr__(self) -> str:
         from rich.pretty import pretty_repr  # here: most programs never ask
