@@ -47,6 +47,53 @@ def nao() -> None:
 
 
 @app.command(
+    "list",
+    epilog=_examples("nao list", "nao list motors", "nao list 'Left*'", "nao list --json | jq '.[].servant'"),
+)
+@with_settings(defaults=_DEFAULTS)
+def list_(
+    *,
+    settings: Settings,
+    pattern: Annotated[
+        str,
+        typer.Argument(
+            metavar="[PATTERN]",
+            help="Part of the name of a servant or of its interface, or a pattern with * and ?.",
+            show_default=False,
+        ),
+    ] = "",
+    json: _Json = False,
+) -> None:
+    """List the servants that are alive: their interfaces, who serves them, and for how long."""
+    from deploy.nao.listing import list_servants
+
+    list_servants(settings, pattern, as_json=json)
+
+
+@app.command(epilog=_examples("nao describe Head", "nao describe Head.setPose"))
+@with_settings(defaults=_DEFAULTS)
+def describe(
+    *,
+    settings: Settings,
+    servant: Annotated[
+        str,
+        typer.Argument(
+            metavar="SERVANT[.OPERATION]",
+            help="What to tell about.",
+            autocompletion=complete_call,
+            show_default=False,
+        ),
+    ],
+    facet: _Facet = "",
+    json: _Json = False,
+) -> None:
+    """Tell what a servant can do: its operations, their parameters and types."""
+    from deploy.nao.describing import describe
+
+    describe(settings, servant, facet, as_json=json)
+
+
+@app.command(
     epilog=_examples(
         "nao call Head.getPose",
         "nao call Head.setPose 0.3 -0.1 0.5",
@@ -168,3 +215,36 @@ def save_image(
     from deploy.nao.images import save_image
 
     save_image(settings, camera, file, facet, as_json=json)
+
+
+@app.command(
+    epilog=_examples("nao status", "nao status --all", "nao status --json | jq .robot.Battery.charge")
+)
+@with_settings(defaults=_DEFAULTS)
+def status(
+    *,
+    settings: Settings,
+    every_servant: Annotated[
+        bool, typer.Option("--all", help="Show every servant, and not only those that were called most.")
+    ] = False,
+    json: _Json = False,
+) -> None:
+    """Tell how the robot is, and every process that serves: versions, calls, failures."""
+    from deploy.nao.status import status
+
+    status(settings, every_servant=every_servant, as_json=json)
+
+
+@app.command(
+    epilog=_examples("nao doctor", "nao doctor --connect tcp/192.168.1.20:7447", "nao doctor --json")
+)
+@with_settings(defaults=_DEFAULTS)
+def doctor(*, settings: Settings, json: _Json = False) -> None:
+    """Look for what does not work here, and say how to mend it.
+
+    It looks at what is installed, at the machine, and at the network. The exit code is 1 if something failed.
+    """
+    from deploy.nao.doctor.examination import examine
+
+    if not examine(settings, as_json=json):
+        raise typer.Exit(1)

@@ -1,0 +1,98 @@
+"""Run all checks and print what they find."""
+
+from __future__ import annotations
+
+import textwrap
+from collections import Counter
+from collections.abc import Callable, Iterator
+from typing import Final
+
+from deploy.nao.doctor.finding import Finding, Level, fail
+from deploy.nao.doctor.installation import check_installation
+from deploy.nao.doctor.machine import check_machine
+from deploy.nao.doctor.network import check_network
+from deploy.nao.output import console, for_people, print_json, print_line, width
+from deploy.nao.values import Json
+from zenoh_ice import ZenohIceError
+from zenoh_ice.settings import Settings
+
+__all__ = ["examine"]
+
+_COLORS: Final = {Level.OK: "green", Level.NOTE: "cyan", Level.WARNING: "yellow", Level.FAILURE: "bold red"}
+_MARGIN: Final = 7
+
+
+def examine(settings: Settings, *, as_json: bool) -> bool:
+    """Print what the checks find; return whether nothing failed."""
+    checks: dict[str, Callable[[], Iterator[Finding]]] = {
+        "installation": check_installation,
+        "machine": check_machine,
+        "network": lambda: check_network(settings),
+    }
+    told: list[Json] = []
+    counts: Counter[Level] = Counter()
+    for name, check in checks.items():
+        if not as_json:
+            _print_head(name)
+        for finding in _guarded(name, check):
+            counts[finding.level] += 1
+            if as_json:
+                told.append({"check": name, "level": finding.level.value, **finding.texts})
+            else:
+                _print(finding)
+    if as_json:
+        print_json(told)
+    else:
+        _print_result(counts)
+    return not counts[Level.FAILURE]
+
+
+def _guarded(name: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """Yield findings; what keeps a check from going on is one, too."""
+    try:
+        yield from check()
+    except (OSError, ValueError, ZenohIceError) as error:
+        yield fail(f"the {name} could not be looked at further: {error}", "mend this first")
+
+
+def _print_head(name: str) -> None:
+    if for_people():
+        console().print(f"[bold]{name}[/bold]")
+    else:
+        print_line(name)
+
+
+def _print(finding: Finding) -> None:
+    lines = _wrapped(finding.text)
+    mend = _wrapped(f"mend: {finding.mend}") if finding.mend else []
+    if not for_people():
+        print_line(f"  {finding.level:<4} {lines[0]}")
+        for line in (*lines[1:], *mend):
+            print_line(" " * _MARGIN + line)
+        return
+    from rich.text import Text
+
+    out = console()
+    out.print(Text.assemble("  ", (f"{finding.level:<4}", _COLORS[finding.level]), f" {lines[0]}"))
+    for line in lines[1:]:
+        out.print(Text(" " * _MARGIN + line))
+    for line in mend:
+        out.print(Text(" " * _MARGIN + line, style="bold" if finding.level != Level.NOTE else "dim"))
+
+
+def _wrapped(text: str) -> list[str]:
+    printed = " ".join(text.split())
+    return textwrap.wrap(printed, max(20, width() - _MARGIN), break_long_words=False) or [""]
+
+
+def _print_result(counts: Counter[Level]) -> None:
+    if counts[Level.FAILURE]:
+        text, style = f"{counts[Level.FAILURE]} failed", "bold red"
+    elif counts[Level.WARNING]:
+        text, style = "it works, but see the warnings", "yellow"
+    else:
+        text, style = "all is well", "bold green"
+    if for_people():
+        console().print(text, style=style)
+    else:
+        print_line(text)

@@ -1,0 +1,228 @@
+"""Check the network: endpoints, processes, their versions, how fast they answer, and their clocks."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import statistics
+import time
+from collections import Counter
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Final
+
+from deploy.nao.connection import connected, find_servant, proxy_of, servants
+from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
+from deploy.nao.doctor.ports import holder_of, listens
+from deploy.nao.listing import nobody
+from deploy.nao.processes import ask_processes, process_name
+from deploy.nao.quantities import count_text, duration_text
+from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError
+from zenoh_ice.process_status import ProcessStatus
+from zenoh_ice.reflection import describe_package
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+
+__all__ = ["check_network"]
+
+_PINGS: Final = 20
+_SLOW: Final = 0.01  # s; on one machine a ping takes a quarter of a millisecond
+_CLOCK: Final = "::nao::Clock"
+_GET_TIME: Final = "getTime"
+_SAMPLE_LIMIT: Final = 2.0  # s
+_CLOCKS_APART: Final = 0.1  # s between two machines, which makes the ages of samples wrong
+
+_Processes = dict[str, ProcessStatus | ZenohIceError]
+
+
+def check_network(settings: Settings) -> Iterator[Finding]:
+    """Yield what is found about the endpoints, and about those who serve in the realm."""
+    yield from _check_endpoints(settings)
+    try:
+        with connected(settings) as communicator:
+            found = servants(communicator)
+            if not found:
+                yield _nobody(communicator)
+                return
+            processes = ask_processes(communicator, {info.server for info in found})
+            names = ", ".join(process_name(status, server) for server, status in processes.items())
+            yield ok(
+                f"realm {communicator.realm}: {count_text(len(found), 'servant')} of"
+                f" {count_text(len(processes), 'process', 'processes')}: {names}"
+            )
+            yield from _check_processes(found, processes)
+            yield from _check_identities(found, processes)
+            yield from _check_interfaces(found)
+            yield from _check_answers(communicator, found, processes)
+            yield from _check_clocks(communicator, found)
+    except EndpointInUseException as error:
+        yield fail(str(error), "leave --listen and VISUALHFSM_LISTEN away: only servers need a fixed port")
+
+
+def _check_endpoints(settings: Settings) -> Iterator[Finding]:
+    for endpoint in settings.connect:
+        state = listens(endpoint)
+        if state is False:
+            yield fail(
+                f"nothing listens at {endpoint}",
+                "start a robot server, for instance: naoserver-sim"
+                if endpoint == DEFAULT_ENDPOINT
+                else f"start a server with --listen {endpoint}, or see where it listens, and set --connect",
+            )
+        elif state is True:
+            holder = holder_of(endpoint)
+            yield ok(f"{endpoint} is open" + (f", held by {holder}" if holder else ""))
+        else:
+            yield note(f"{endpoint} is not looked at without a link")
+
+
+def _nobody(communicator: Communicator) -> Finding:
+    reason = nobody(communicator)
+    if communicator.presence.linked():
+        return fail(str(reason), "start a server in this realm, or name the realm of one with --realm")
+    return fail(
+        f"no link: {reason}",
+        "if the port is open, something else has it, or certificates or passwords differ: docs/security.md",
+    )
+
+
+def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
+    """Yield processes that hang or are of other versions than this one."""
+    ours = {"visualhfsm": _version("visualhfsm"), "zenoh": _version("eclipse-zenoh")}
+    same = True
+    for server, status in processes.items():
+        if not isinstance(status, ProcessStatus):
+            same = False
+            served = [info.identity for info in found if info.server == server]
+            yield fail(
+                f"the process that serves {_few(served)} does not answer: {status}",
+                "if it is stopped or hangs, end it and start it again",
+            )
+            continue
+        theirs = {"visualhfsm": status.version, "zenoh": status.zenoh}
+        for name, own in ours.items():
+            if own is not None and theirs[name] != own:
+                same = False
+                who = f"{process_name(status, server)} on {status.host}"
+                yield warn(
+                    f"{who} has {name} {theirs[name]}, here it is {own}",
+                    "install the same version on both sides",
+                )
+        busy = [name for name, each in status.servants.items() if each.busy_for > 1.0]
+        if busy:
+            yield warn(
+                f"{', '.join(busy)} is busy: calls may be refused",
+                "call it less often, or let its operations end sooner",
+            )
+        if status.since > time.time() + 1.0:
+            yield warn(
+                f"the clock of {status.host} is ahead of this machine's by more than a second",
+                "let both follow a time server: sudo timedatectl set-ntp true",
+            )
+    if same:
+        yield ok("all processes answer, and have the versions of this machine")
+
+
+def _check_identities(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
+    """Yield what two processes serve under one name."""
+    counted = Counter((info.identity, info.facet) for info in found if not info.replicated)
+    for (identity, _), number in counted.items():
+        if number > 1:
+            who = [
+                process_name(processes[info.server], info.server)
+                for info in found
+                if info.identity == identity
+            ]
+            yield fail(
+                f"{identity} is served by {' and by '.join(who)}: calls reach one of them",
+                "end one of them, or start it with another --realm",
+            )
+
+
+def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
+    """Yield servants whose interfaces are of another version than those that are installed here."""
+    installed: dict[str, str] = {}
+    spec = importlib.util.find_spec("interfaces")
+    for place in (spec.submodule_search_locations or ()) if spec else ():
+        for schema in Path(place).glob("*/schema.json"):
+            for type_id, definition in describe_package(f"interfaces.{schema.parent.name}").items():
+                installed[type_id] = definition.fingerprint
+    differing: dict[str, list[str]] = {}
+    for info in found:
+        for type_id, fingerprint in info.interfaces.items():
+            if fingerprint and installed.get(type_id, fingerprint) != fingerprint:
+                differing.setdefault(type_id, []).append(info.identity)
+    for type_id, identities in differing.items():
+        yield fail(
+            f"{_few(identities)}: another version of {type_id} than the one installed here",
+            "install the same version on both sides; after a change of the IDL run codegen, and start again",
+        )
+    if not differing:
+        yield ok("the interfaces are those that are installed here")
+
+
+def _check_answers(
+    communicator: Communicator, found: list[ServantInfo], processes: _Processes
+) -> Iterator[Finding]:
+    """Yield how long a ping of each process takes."""
+    for server, status in processes.items():
+        info = next((each for each in found if each.server == server and "=" not in each.identity), None)
+        if info is None or not isinstance(status, ProcessStatus):
+            continue
+        proxy = proxy_of(communicator, info.identity, info.facet)
+        times = []
+        try:
+            for _ in range(_PINGS):
+                started = time.perf_counter()
+                proxy.ice_ping()
+                times.append(time.perf_counter() - started)
+        except ZenohIceError as error:
+            yield fail(f"{info.identity} does not answer: {error}", "end its process and start it again")
+            continue
+        name = process_name(status, server)
+        usual = statistics.median(times)
+        text = f"{name} answers within {duration_text(usual)}, at most {duration_text(max(times))}"
+        if usual > _SLOW:
+            yield warn(
+                f"{text}: slowly", "look at the load of the machine and at the network, WLAN above all"
+            )
+        else:
+            yield ok(text)
+
+
+def _check_clocks(communicator: Communicator, found: list[ServantInfo]) -> Iterator[Finding]:
+    """Yield whether the robot's time passes, and how far apart the clocks of the machines are."""
+    info = next((each for each in found if _CLOCK in each.interfaces), None)
+    if info is None:
+        yield note("no robot's clock in this realm: behaviors go by the wall's time")
+        return
+    try:
+        proxy = find_servant(communicator, info.identity)
+        stream = proxy.stream(_GET_TIME)
+        sample = stream.wait(stream.wait(timeout=_SAMPLE_LIMIT), timeout=_SAMPLE_LIMIT)
+    except (ZenohIceError, KeyError) as error:
+        yield fail(f"the robot's clock stands still: {error}", "end the robot server and start it again")
+        return
+    apart = time.time() - sample.wall_time
+    rate = float(getattr(sample.value, "rate", math.nan))
+    if not -_CLOCKS_APART < apart < _CLOCKS_APART:
+        yield warn(
+            f"the clocks of this machine and of the robot's server are {duration_text(abs(apart))} apart,"
+            " or samples come that late",
+            "let both follow a time server: sudo timedatectl set-ntp true",
+        )
+    elif rate == 0:
+        yield note("the robot's time is paused", "resume it, if it is not meant to be")
+    else:
+        yield ok(f"the robot's time passes {rate:.2f} times as fast as the wall's")
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names[:3]) + (" ..." if len(names) > 3 else "")
+
+
+def _version(distribution: str) -> str | None:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return None

@@ -1,0 +1,135 @@
+"""List the servants of a realm."""
+
+from __future__ import annotations
+
+import time
+from fnmatch import fnmatchcase
+
+from deploy.nao.connection import connected, proxy_of, servants
+from deploy.nao.errors import NaoError
+from deploy.nao.output import console, for_people, print_json, print_line
+from deploy.nao.processes import ask_processes, process_name
+from deploy.nao.quantities import count_text, span_text
+from deploy.nao.values import Json
+from zenoh_ice import Communicator, ServantInfo, ZenohIceError
+from zenoh_ice.identity import ANY_NAME, Target
+from zenoh_ice.process_status import ProcessStatus
+from zenoh_ice.settings import Settings
+
+__all__ = ["list_servants", "nobody"]
+
+
+def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
+    """Print the servants whose name or interface fits a pattern.
+
+    Raises ConnectFailedException when nothing answers at the endpoints, NaoError when there is no servant.
+    """
+    with connected(settings) as communicator:
+        everything = servants(communicator)
+        if not everything:
+            raise nobody(communicator)
+        found = [info for info in everything if _fits(info, pattern)]
+        if not found and not as_json:
+            raise NaoError(f"none of {count_text(len(everything), 'servant')} fits {pattern!r}")
+        processes = ask_processes(communicator, {info.server for info in found})
+        own = _own_interfaces(communicator, found)
+    if as_json:
+        print_json([_as_json(info, own[_kind(info)], processes[info.server]) for info in found])
+        return
+    _print_table([_row(info, own[_kind(info)], processes[info.server]) for info in found])
+    if for_people():
+        told = f"{count_text(len(found), 'servant')} in realm {settings.realm}"
+        console().print(f"{told}, {count_text(len(processes), 'process', 'processes')}", style="dim")
+
+
+def nobody(communicator: Communicator) -> ZenohIceError | NaoError:
+    """Return why a realm has no servants, with the realms that have some."""
+    reason = communicator.presence.explain_absence(Target(communicator.realm, ANY_NAME))
+    if not communicator.presence.linked():
+        return reason
+    others = sorted(_realms(communicator) - {communicator.realm})
+    if not others:
+        return NaoError(f"realm {communicator.realm!r} has no servants, and no other realm is known here")
+    return NaoError(f"realm {communicator.realm!r} has no servants; there is --realm {', '.join(others)}")
+
+
+def _realms(communicator: Communicator) -> set[str]:
+    """Return the realms that have servants."""
+    replies = communicator.session.liveliness().get("@servant/**", timeout=communicator.settings.timeout)
+    return {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
+
+
+def _fits(info: ServantInfo, pattern: str) -> bool:
+    """Return whether a name or a type fits `*Motors`, or has `motors` in it."""
+    texts = (_name(info), *info.interfaces)
+    if any(sign in pattern for sign in "*?["):
+        return any(fnmatchcase(text, pattern) for text in texts)
+    return any(pattern.lower() in text.lower() for text in texts)
+
+
+def _name(info: ServantInfo) -> str:
+    """Return identity and facet as people write them; `*` stands for all names of a category."""
+    identity = (
+        info.identity.removesuffix(ANY_NAME) + "*" if info.identity.endswith(ANY_NAME) else info.identity
+    )
+    return f"{identity} -f {info.facet}" if info.facet else identity
+
+
+def _kind(info: ServantInfo) -> tuple[str, ...]:
+    return (*sorted(info.interfaces), *sorted(info.interfaces.values()))
+
+
+def _own_interfaces(communicator: Communicator, found: list[ServantInfo]) -> dict[tuple[str, ...], str]:
+    """Return which interface is the servants' own, by what they have; only one of each kind is asked."""
+    own: dict[tuple[str, ...], str] = {}
+    for info in found:
+        if (kind := _kind(info)) in own:
+            continue
+        own[kind] = next(iter(info.interfaces), "")
+        if len(info.interfaces) > 1:
+            try:
+                own[kind] = proxy_of(communicator, info.identity, info.facet).ice_id()
+            except ZenohIceError:  # it hangs, or is gone: what is known by its token has to do
+                own[kind] = ", ".join(info.interfaces)
+    return own
+
+
+def _row(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> tuple[str, str, str, str]:
+    who = process_name(process, info.server) + (" (replica)" if info.replicated else "")
+    return _name(info), own.removeprefix("::"), who, span_text(time.time() - info.since)
+
+
+def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> Json:
+    interfaces: dict[str, Json] = dict(info.interfaces)
+    server: dict[str, Json] = {"id": info.server}
+    if isinstance(process, ProcessStatus):
+        server |= {"program": process.program, "pid": process.pid, "host": process.host}
+    return {
+        "servant": info.identity,
+        "facet": info.facet,
+        "interface": own,
+        "interfaces": interfaces,
+        "server": server,
+        "since": info.since,
+        "replicated": info.replicated,
+    }
+
+
+def _print_table(rows: list[tuple[str, str, str, str]]) -> None:
+    head = ("SERVANT", "INTERFACE", "SERVED BY", "FOR")
+    if not for_people():
+        widths = [max(len(row[column]) for row in (head, *rows)) for column in range(len(head))]
+        for row in (head, *rows):
+            print_line(
+                "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+            )
+        return
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    for title, style, shrinks in zip(head, ("bold", "cyan", "", ""), (False, True, True, False), strict=True):
+        table.add_column(title, style=style, no_wrap=True, overflow="ellipsis" if shrinks else "fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console().print(table)

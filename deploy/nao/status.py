@@ -1,0 +1,187 @@
+"""Tell how a robot and the processes around it are."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from typing import Any, Final
+
+from deploy.nao.connection import connected, find_servant, servants
+from deploy.nao.listing import nobody
+from deploy.nao.output import console, for_people, print_json
+from deploy.nao.processes import ask_processes
+from deploy.nao.quantities import count_text, duration_text, span_text
+from deploy.nao.values import Json, to_json
+from zenoh_ice import Communicator, ServantInfo, ZenohIceError
+from zenoh_ice.process_status import ProcessStatus, ServantStatus
+from zenoh_ice.settings import Settings
+
+__all__ = ["status"]
+
+_READINGS: Final[Mapping[str, str]] = {
+    "::nao::Clock": "getTime",
+    "::nao::Health": "getHealth",
+    "::nao::Battery": "getBatteryReading",
+    "::nao::Safety": "getSafetyState",
+}
+"""What is asked of a robot: an operation by the interface that has it."""
+_MOST_EVENTS: Final = 5
+_MOST_SERVANTS: Final = 8
+"""Servants of a process that are told of, besides those with troubles."""
+
+
+def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
+    """Print how the robot is, and what each process that serves did.
+
+    Raises ConnectFailedException when nothing answers at the endpoints, NaoError when there is no servant.
+    """
+    with connected(settings) as communicator:
+        found = servants(communicator)
+        if not found:
+            raise nobody(communicator)
+        processes = ask_processes(communicator, {info.server for info in found})
+        readings = _read_robot(communicator, found)
+    if as_json:
+        print_json(
+            {
+                "realm": settings.realm,
+                "robot": readings,
+                "processes": [_as_json(server, process) for server, process in processes.items()],
+            }
+        )
+        return
+    out = console()
+    for line in _robot_lines(readings):
+        out.print(line, soft_wrap=not for_people())
+    for server, process in processes.items():
+        out.print()
+        _print_process(server, process, found, every_servant=every_servant)
+
+
+def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[str, Json]:
+    """Return what the robot's servants tell, by the name of their interface."""
+    readings: dict[str, Json] = {}
+    for type_id, operation in _READINGS.items():
+        info = next((each for each in found if type_id in each.interfaces and not each.facet), None)
+        if info is None:
+            continue
+        name = type_id.rpartition("::")[2]
+        try:
+            (result,) = find_servant(communicator, info.identity).invoke(operation, ()).values()
+        except (ZenohIceError, KeyError, ValueError) as error:
+            readings[name] = {"error": str(error)}
+        else:
+            readings[name] = to_json(result)
+    return readings
+
+
+def _robot_lines(readings: Mapping[str, Any]) -> list[str]:
+    """Return what people are told of the robot, a line for each matter."""
+    lines: list[tuple[str, str]] = []
+    for name, reading in readings.items():
+        if "error" in reading:
+            lines.append((name.lower(), f"[red]{_escaped(reading['error'])}[/red]"))
+    clock, health = (_readable(readings, name) for name in ("Clock", "Health"))
+    battery, safety = (_readable(readings, name) for name in ("Battery", "Safety"))
+    if clock:
+        kind = "simulated" if clock.get("simulated") else "real"
+        lines.append(
+            ("robot", f"{kind}, robot time {clock['time']:.1f} s, {clock['rate']:.2f} times real time")
+        )
+    if health:
+        tilt = math.degrees(health["torsoTilt"])
+        posture = "[bold red]fallen[/bold red]" if health["fallen"] else "upright"
+        lines.append(("posture", f"{posture}, torso {tilt:.0f} degrees from the vertical"))
+    if battery:
+        plugged = ", charging" if battery["plugged"] else ""
+        lines.append(("battery", f"{100 * battery['charge']:.0f} %{plugged}"))
+    if safety:
+        lines.append(("safety", _safety_text(safety)))
+    if health:
+        commands = count_text(health["limitedCommands"], "command")
+        timeouts = count_text(health["velocityTimeouts"], "velocity", "velocities")
+        lines.append(("limits", f"{commands} limited, {timeouts} not renewed in time"))
+        for event in health["events"][-_MOST_EVENTS:]:
+            color = {"Error": "red", "Warning": "yellow"}.get(event["level"], "dim")
+            text = _escaped(f"{event['time']:.1f} s {event['source']}: {event['message']}")
+            lines.append(("", f"[{color}]{text}[/{color}]"))
+    return [f"[dim]{name:<9}[/dim] {text}" for name, text in lines]
+
+
+def _readable(readings: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    reading = readings.get(name) or {}
+    return {} if "error" in reading else reading
+
+
+def _safety_text(safety: Mapping[str, Any]) -> str:
+    if safety["stopped"]:
+        return f"[bold red]emergency stop: {_escaped(safety['reason'])}[/bold red]"
+    if safety["holder"]:
+        return f"{_escaped(safety['holder'])} alone may command, for {safety['remaining']:.0f} s"
+    return "everybody may command"
+
+
+def _print_process(
+    server: str, process: ProcessStatus | ZenohIceError, found: list[ServantInfo], *, every_servant: bool
+) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    out = console()
+    if not isinstance(process, ProcessStatus):
+        names = [info.identity for info in found if info.server == server]
+        out.print(Text.assemble((f"process {server[:8]}", "bold"), ("  does not answer", "bold red")))
+        out.print(Text(f"  it serves {', '.join(names[:6])}" + (" ..." if len(names) > 6 else "")))
+        return
+    head = f"  pid {process.pid} on {process.host}, for {span_text(time.time() - process.since)}"
+    out.print(Text.assemble((process.program, "bold"), head))
+    memory = "shared memory" if process.shared_memory else "no shared memory"
+    versions = f"visualhfsm {process.version}, zenoh {process.zenoh}, Python {process.python}, {memory}"
+    out.print(Text(f"  {versions}", style="dim"))
+    rows = sorted(process.servants.items(), key=lambda item: (-_trouble(item[1]), -item[1].calls, item[0]))
+    shown = [
+        row
+        for index, row in enumerate(rows)
+        if every_servant or _trouble(row[1]) or (row[1].calls and index < _MOST_SERVANTS)
+    ]
+    table = Table(box=None, padding=(0, 0, 0, 2), header_style="dim")
+    table.add_column("SERVANT", no_wrap=True, overflow="ellipsis", min_width=24)
+    for title in ("CALLS", "FAILED", "REFUSED", "RUNNING", "BUSY"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for name, each in shown:
+        table.add_row(
+            Text(name.rpartition("@")[0] or name),
+            str(each.calls),
+            _counted(each.failed),
+            _counted(each.refused),
+            str(each.running or "-"),
+            duration_text(each.busy_for) if each.busy_for else "-",
+        )
+    if shown:
+        out.print(table)
+    if len(rows) > len(shown):
+        rest = f"{len(rows) - len(shown)} more" if shown else count_text(len(rows), "servant")
+        calls = sum(each.calls for each in process.servants.values()) - sum(each.calls for _, each in shown)
+        out.print(Text(f"  {rest}, with {count_text(calls, 'call')}", style="dim"))
+
+
+def _trouble(servant: ServantStatus) -> int:
+    return servant.failed + servant.refused + (servant.busy_for > 0)
+
+
+def _counted(number: int) -> str:
+    return f"[yellow]{number}[/yellow]" if number else "-"
+
+
+def _escaped(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text if text.isprintable() else ascii(text))
+
+
+def _as_json(server: str, process: ProcessStatus | ZenohIceError) -> Json:
+    if not isinstance(process, ProcessStatus):
+        return {"id": server, "error": str(process)}
+    told = to_json(process)
+    return {"id": server, **told} if isinstance(told, dict) else told
