@@ -30,6 +30,8 @@ from .outgoing import OutgoingCall, fail
 from .presence import Presence, ServantInfo
 from .process_status import ProcessStatus, ProcessStatusServer, ask_process_status
 from .proxy import ObjectPrx
+from .pulse import Pulse
+from .rivals import Rivals
 from .session import close_session, connect_endpoints, open_session
 from .settings import Settings, load_settings
 from .shared_memory import SharedMemory, may_lock_enough
@@ -89,6 +91,7 @@ class Communicator:
         self._is_shut_down = False
         # No event: Ctrl-C while one is taken hold of would leave it locked for ever.
         self._shutdown: SimpleQueue[None] = SimpleQueue()
+        self.pulse: Final = Pulse()
         self._destroyed = threading.Event()
         self.shared_memory: Final = SharedMemory(enabled=settings.shared_memory and may_lock_enough())
         self.session: Final = open_session(settings)
@@ -103,6 +106,7 @@ class Communicator:
             self.coroutines: Final = Coroutines(f"zenoh_ice {settings.realm} coroutines")
             self.process_status_server: Final = ProcessStatusServer(self)
             self._readers: Final = StreamReaders(self)
+            self._rivals: Final = Rivals(self)
             self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
             self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))
             on_failure.pop_all()
@@ -134,6 +138,8 @@ class Communicator:
         """Return an adapter, which makes servants reachable; the name is for people."""
         with self._lock:
             self._check()
+            self.pulse.start()
+            self._rivals.start()
             adapter = ObjectAdapter(self, name)
             self._adapters.append(adapter)
         return adapter
@@ -237,6 +243,7 @@ class Communicator:
             steps.callback(_live.discard, self)
             steps.callback(self._destroyed.set)
             steps.callback(self.dispatcher.close, _DESTROY_LIMIT)
+            steps.callback(self.pulse.close)
             steps.callback(self._fail_futures)
             steps.callback(self.shared_memory.close)
             steps.callback(close_session, self.session)

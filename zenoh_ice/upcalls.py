@@ -98,7 +98,7 @@ class Upcalls:
         try:
             operation, method, _ = skeleton.operation(name, current.identity)
             skeleton.check_fingerprint(about.fingerprint, name, what)
-            _check_patience(about, since, what)
+            _check_patience(about, min(since, self._communicator.pulse.running_since), what)
             arguments = operation.arguments.unpack_arguments(payload, what, self._communicator)
             if operation.amd and self._unanswered >= _MOST_UNANSWERED:
                 raise BusyException(
