@@ -28,6 +28,7 @@ from typing import Annotated, Any, Final, NoReturn
 import typer
 
 from .exceptions import ZenohIceError
+from .process_status import program_name
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
 from .stop_signals import StopOnSignal
 
@@ -223,11 +224,6 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
         sys.exit(stop.exit_code)
     except errors as error:
         _logger.debug("the command failed", exc_info=True)
-        typer.echo(f"{_program_name()}: error: {' '.join(str(error).split())}", err=True)
+        typer.echo(f"{program_name()}: error: {' '.join(str(error).split())}", err=True)
         sys.exit(1)
     sys.exit(0)
-
-
-def _program_name() -> str:
-    program = Path(sys.argv[0])
-    return program.parent.name if program.name == "__main__.py" else program.name

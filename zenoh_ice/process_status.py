@@ -24,7 +24,7 @@ from .text import LONGEST_TEXT
 if TYPE_CHECKING:
     from .communicator import Communicator
 
-__all__ = ["ProcessStatus", "ProcessStatusServer", "ServantStatus", "ask_process_status"]
+__all__ = ["ProcessStatus", "ProcessStatusServer", "ServantStatus", "ask_process_status", "program_name"]
 
 _DISTRIBUTION: Final = "visualhfsm"
 _MOST_WAITING: Final = 64
@@ -121,7 +121,7 @@ class ProcessStatusServer:
         """Return the status of this process."""
         communicator = self._communicator
         return ProcessStatus(
-            program=Path(sys.argv[0]).name or "python",
+            program=program_name(),
             pid=os.getpid(),
             host=socket.gethostname(),
             python=platform.python_version(),
@@ -173,6 +173,12 @@ def ask_process_status(session: zenoh.Session, realm: str, process: str, timeout
         return _decoder.decode(answer.payload.to_bytes())
     except (ValueError, RecursionError, OverflowError) as error:
         raise MarshalException(f"status of {process}: {error}") from error
+
+
+def program_name() -> str:
+    """Return the name of this program: of its script, or of the module that `python -m` runs."""
+    program = Path(sys.argv[0])
+    return (program.parent.name if program.name == "__main__.py" else program.name) or "python"
 
 
 def _key(realm: str, process: str) -> str:
