@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import copy
 import pickle
 from collections.abc import Iterator
+from concurrent.futures import Future
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -32,6 +35,11 @@ def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     sources = {"everything.idl": SOURCE.read_text()}
     with imported(tmp_path_factory.mktemp("everything"), "everything_live", sources) as package:
         yield __import__(f"{package.__name__}.everything", fromlist=["Camera"])
+
+
+async def improve_later(answer: str) -> str:
+    await asyncio.sleep(0)
+    return answer
 
 
 def make_servant(api: Any) -> Any:
@@ -75,8 +83,15 @@ def make_servant(api: Any) -> Any:
 
         getOptionals = getOptional
 
-        def improve(self, current):
-            pass
+        def improve(self, how, key, current):
+            answer = current.ctx.get(key, "")
+            if how == "value":
+                return answer
+            if how == "coroutine":
+                return improve_later(answer)
+            future = Future()
+            Thread(target=future.set_result, args=(answer,)).start()
+            return future
 
     return CameraI()
 
@@ -132,6 +147,14 @@ def test_optional_parameters_and_results_may_be_absent(api: Any, camera: Any) ->
     empty = api.Optional(b=None)
     assert camera.getOptionals(empty, api.Empty()) == empty
     assert camera.getOptionals(api.Optional(5), None, [None]) == api.Optional(5, "x")
+
+
+@pytest.mark.parametrize("how", ["value", "future", "coroutine"])
+def test_servants_answer_now_or_later_and_see_the_context(camera: Any, how: str) -> None:
+    assert camera.improve(how, "who", {"who": "Ana"}) == "Ana"
+    assert camera.improve(how, "who", context={"who": "Eva"}) == "Eva"
+    assert camera.improveAsync(how, "who", {"who": "Ida"}).result(LIMIT) == "Ida"
+    assert camera.improve(how, "who") == ""
 
 
 def test_exceptions_carry_anything(api: Any, camera: Any) -> None:

@@ -43,6 +43,7 @@ def description(directory: Path, text: str, **others: str) -> tuple[str, str]:
         BEGIN.replace("Lights", "LightSeq"),
         BEGIN.replace("Color color)", "m::Color color)").replace("throws Broken", "throws ::m::Broken"),
         BEGIN.replace("{ red, green }", "{ green = 1, red = 0 }"),
+        BEGIN.replace("void off()", '["amd"] void off()'),
         BEGIN + "module m { struct Other { int a; }; };",
         BEGIN.replace("interface Switch { void off(); };\n", "").replace(
             "  enum", "  interface Switch { void off(); };\n  enum"

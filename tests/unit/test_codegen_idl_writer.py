@@ -414,6 +414,20 @@ def test_awkward_names_keep_their_spelling_on_the_wire(tmp_path: Path) -> None:
         ]
 
 
+def test_an_interface_lets_its_own_operations_be_answered_later(tmp_path: Path) -> None:
+    text = 'module m { ["amd"] interface A { void f(); int g(); }; interface B extends A { void h(); }; };'
+    with imported(tmp_path, "later_out", {"main.idl": text}) as package:
+        module = __import__(f"{package.__name__}.m", fromlist=["A"])
+        operations = module.BPrx.ice_interface.all_operations
+        assert {name: operation.amd for name, operation in operations.items()} == {
+            "f": True,
+            "g": True,
+            "h": False,
+        }
+        assert module.A.g.__annotations__["return"] == "Dispatched[Int]"
+        assert module.B.h.__annotations__["return"] == "None"
+
+
 def test_classes_may_be_null_and_refer_to_themselves(tmp_path: Path) -> None:
     with imported(tmp_path, "nodes_out", AWKWARD) as package:
         module = __import__(f"{package.__name__}.awkward", fromlist=["Node"])
