@@ -23,8 +23,7 @@ _SOURCE_PLACE: Final = re.compile(r" at /\S+\.rs:\d+\.?")
 # came after its call's timeout, a link that a bad network let fail and that is tried again, the end of what
 # was never allowed to begin. RUST_LOG shows everything.
 _ZENOH_LOG: Final = (
-    "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,"
-    "zenoh_transport::unicast::establishment=off,zenoh_codec=off"
+    "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,zenoh_transport::unicast=off,zenoh_codec=off"
 )
 # What tells that another process listens already; Zenoh passes no error number.
 _IN_USE: Final = ("in use", "Unable to acquire lock")
