@@ -11,6 +11,8 @@ from typing import Annotated
 import typer
 
 from deploy.nao.completion import complete_call, complete_camera, complete_stream
+from deploy.router import DEFAULTS as ROUTER_DEFAULTS
+from deploy.security.command import app as security
 from zenoh_ice.command import finite, with_settings
 from zenoh_ice.settings import Settings
 
@@ -248,3 +250,18 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
 
     if not examine(settings, as_json=json):
         raise typer.Exit(1)
+
+
+@app.command(epilog=_examples("nao router", "nao router --config keys/router.toml"))
+@with_settings(defaults=ROUTER_DEFAULTS)
+def router(*, settings: Settings) -> None:
+    """Pass on what processes of several machines say to one another, as far as each may.
+
+    They connect to it with --mode client. `nao security init` makes what it needs to be safe on a network.
+    """
+    from deploy.router import serve
+
+    serve(settings, typer.echo)
+
+
+app.add_typer(security, name="security")

@@ -1,0 +1,63 @@
+"""The page about security: its five commands, the router and those who use it in processes of their own."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+from naoserver.fake import FakeRobot
+from naoserver.server import serve
+from tests.support.limits import LIMIT
+from tests.support.pages import DOCS
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
+from zenoh_ice import initialize
+from zenoh_ice.settings import load_settings
+
+
+def commands(folder: Path) -> list[list[str]]:
+    """Return the commands of the page as they are run here: the machine is this one, the keys are the test's."""
+    page = (DOCS / "security.md").read_text("utf-8")
+    block = re.search(r"## In five commands\n.*?```sh\n(.*?)```", page, re.S)
+    assert block is not None
+    text = block[1].replace("robotlab.local", "127.0.0.1").replace("keys", str(folder))
+    return [shlex.split(line, comments=True) for line in text.splitlines()]
+
+
+def module(words: list[str]) -> list[str]:
+    assert words[0] == "nao"
+    return [sys.executable, "-m", "deploy.nao", *words[1:]]
+
+
+def run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        module(command), cwd=REPOSITORY, capture_output=True, text=True, timeout=LIMIT, check=False
+    )
+
+
+def test_the_five_commands(tmp_path: Path) -> None:
+    init, router, robot, call, add = commands(tmp_path / "keys")
+    port = free_endpoint().rpartition(":")[2]
+    made = run([*init, "--port", port])
+    assert made.returncode == 0, made.stderr
+    listen = ["--listen", f"tls/127.0.0.1:{port}"]  # rather than to the network
+    with ComponentProcess(module([*router, *listen])) as routing:
+        routing.wait_for("the router listens on tls/.*; what the roles robot, operator, student grant")
+        settings = load_settings(robot[-1], defaults={"clock": "wall"})
+        with closing(FakeRobot()) as fake, initialize(settings) as communicator:
+            fake.start()
+            adapter = communicator.createObjectAdapter("Robot")
+            adapter.activate()
+            with serve(fake, adapter):
+                pose = run(call)
+                assert (pose.returncode, "pan" in pose.stdout) == (0, True), pose.stderr
+                routing.wait_for("'student' came")
+                moved = run([*call[:2], "Head.setPose", "0.3", "0", "0.5", *call[3:]])
+                assert moved.returncode == 1
+                assert "Head.setPose" in moved.stderr
+                added = run(add)
+                assert (added.returncode, "ann.toml" in added.stdout) == (0, True), added.stderr
+                routing.wait_for("'student' left")
