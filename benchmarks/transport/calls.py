@@ -8,6 +8,7 @@ from typing import Final
 
 from .figures import Effort, Figure, Section, Table, microseconds, ratio, spread
 from .processes import Lab
+from .processor_time import rows, spent
 from .rounds import Times, interleaved, timed
 
 OVERHEAD: Final = 15e-6
@@ -34,10 +35,10 @@ def measure(package: Path, effort: Effort) -> Section:
     rounds = effort.rounds(60)
     with Lab(package) as lab:
         _, (floor,) = lab.pair("socket")
-        _, (bare,) = lab.pair("bare")
+        bare_server, (bare,) = lab.pair("bare")
         server, (ours,) = lab.pair("ours")
         (servant,) = lab.clients("bare on ours", lab.pair("ours", 0)[0])
-        _, (ice,) = lab.pair("ice")
+        ice_server, (ice,) = lab.pair("ice")
         callers = {"socket": floor, "bare": bare, "bare on ours": servant, "ours": ours, "ice": ice}
         step = timed(
             {
@@ -53,6 +54,14 @@ def measure(package: Path, effort: Effort) -> Section:
             },
             effort.rounds(12),
         )
+        processor = interleaved(
+            {
+                "bare Zenoh": partial(spent, bare_server, bare),
+                "zenoh_ice": partial(spent, server, ours),
+                "Ice": partial(spent, ice_server, ice),
+            },
+            effort.rounds(12),
+        )
         ours.do("follow", stream="joints")
         server.do("start_sending", stream="joints", rate=_STREAM_RATE)
         state = timed(
@@ -63,7 +72,15 @@ def measure(package: Path, effort: Effort) -> Section:
             rounds,
         )
         server.do("stop_sending")
-    return _section(step, flying, state)
+    section = _section(step, flying, state)
+    section.tables.append(
+        Table(
+            "processor time of a small call",
+            ["", "side", "thread", "us a call"],
+            [row for kind, rounds in processor.items() for row in rows(kind, rounds)],
+        )
+    )
+    return section
 
 
 def _section(step: dict[str, Times], flying: dict[str, list[float]], state: dict[str, Times]) -> Section:

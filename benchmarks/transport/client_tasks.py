@@ -13,6 +13,7 @@ from typing import Any, Final, Self
 import numpy as np
 
 from .peers import Client
+from .processor_time import thread_times
 
 _WARM_UP: Final = 20  # calls that are not counted: the processes have just been woken
 _QUIET: Final = 0.5  # s without a value after which the rest counts as lost
@@ -21,6 +22,8 @@ _LATEST_IN_ONE: Final = 100  # the clock itself takes a tenth of a microsecond
 
 class ClientTasks:
     """Calls and follows."""
+
+    thread_times = staticmethod(thread_times)
 
     def __init__(self, opened: AbstractContextManager[Client]) -> None:
         self._stack = ExitStack()

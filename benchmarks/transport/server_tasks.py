@@ -9,10 +9,13 @@ from typing import Any, Self
 
 from .content import JOINTS, pixels
 from .peers import Server
+from .processor_time import thread_times
 
 
 class ServerTasks:
     """Sends joint states or images, as fast as it can or at a rate."""
+
+    thread_times = staticmethod(thread_times)
 
     def __init__(self, opened: AbstractContextManager[Server]) -> None:
         self._stack = ExitStack()
