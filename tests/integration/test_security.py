@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from datetime import timedelta
 from pathlib import Path
+from queue import SimpleQueue
 
 import pytest
 
@@ -114,6 +115,17 @@ def test_a_student_reads_and_does_not_move(keys: Keys, head: HeadI, open_with: O
     assert head.moved == [(0.5, 0.1)]
 
 
+def test_the_robot_learns_at_once_of_a_user_who_is_gone(keys: Keys, router: Router, open_with: Open) -> None:
+    robot = open_with(keys.settings("robot"))
+    serve(robot, HeadI(), "Head")
+    lost: SimpleQueue[str] = SimpleQueue()
+    with robot.onClientLost(lost.put):
+        operator = open_with(keys.settings("operator"))
+        proxy(operator).setPose(0.0, 0.0, 0.5)
+        operator.destroy()
+        assert lost.get(timeout=LIMIT) == operator.client_id
+
+
 def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> None:
     student = proxy(open_with(keys.settings("student")))
     assert student.getPose.latest() is None  # from now on it listens
@@ -194,42 +206,51 @@ class TestRefusal:
         assert "it listens, but makes no link" in refusal(keys.settings("student", connect=[plain]))
 
 
+def login(connect: dict[str, object], **security: str) -> Settings:
+    return plain(**connect).override(security=security)
+
+
 class TestPasswords:
     """A server that lets users in by their passwords, and grants what their roles do."""
 
-    @pytest.fixture
-    def connect(self, tmp_path: Path, open_with: Open) -> dict[str, object]:
+    @pytest.fixture(params=["tcp", "tls"])
+    def connect(
+        self, request: pytest.FixtureRequest, keys: Keys, tmp_path: Path, open_with: Open
+    ) -> dict[str, object]:
         passwords = tmp_path / "passwords.txt"
         passwords.touch(0o600)
         passwords.write_text("ann:secret\nbob:other\n")
-        endpoint = free_endpoint()
+        endpoint = free_endpoint().replace("tcp", request.param)
         security = {
+            "mutual": False,
             "passwords": passwords,
             "roles": {"reader": {"call": ["Head.get*"]}, "mover": {"call": ["Head.*"]}},
             "users": {"ann": "reader", "bob": "mover"},
         }
-        server = open_with(plain(listen=[endpoint], security=security))
+        authority = {"authority": keys.settings("router").security.authority}
+        own = keys.settings("router").security.texts() if request.param == "tls" else {}
+        server = open_with(plain(listen=[endpoint], security={**own, **security}))
         serve(server, HeadI(), "Head")
-        return {"mode": "client", "connect": [endpoint]}
+        return {"mode": "client", "connect": [endpoint], "security": authority}
 
     def test_roles_are_those_of_the_users(self, connect: dict[str, object], open_with: Open) -> None:
-        ann = open_with(plain(**connect, security={"user": "ann", "password": "secret"}))
+        ann = open_with(login(connect, user="ann", password="secret"))
         with pytest.raises(DENIED):
             proxy(ann).setPose(1.0, 0.0, 0.5)
         assert proxy(ann).getPose().pan == 0.25
-        bob = open_with(plain(**connect, security={"user": "bob", "password": "other"}))
+        bob = open_with(login(connect, user="bob", password="other"))
         assert proxy(bob).setPose(1.0, 0.0, 0.5).pan == 1.0
 
     @pytest.mark.parametrize(
-        ("login", "why"),
+        ("given", "why"),
         [
             ({"user": "ann", "password": "other"}, "does not let 'ann' in"),
             ({"user": "eve", "password": "secret"}, "does not let 'eve' in"),
             ({}, "it listens, but makes no link with us"),
         ],
     )
-    def test_refusal(self, connect: dict[str, object], login: dict[str, str], why: str) -> None:
-        assert why in refusal(plain(**connect, security=login))
+    def test_refusal(self, connect: dict[str, object], given: dict[str, str], why: str) -> None:
+        assert why in refusal(login(connect, **given))
 
 
 def test_a_server_without_a_router_grants_access_itself(keys: Keys, open_with: Open) -> None:
