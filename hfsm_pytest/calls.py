@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from zenoh_ice.attachment import encode_call_attachment
 from zenoh_ice.incoming import Incoming
+from zenoh_ice.invocation import InvocationFuture, settle
 from zenoh_ice.operation import Interface, Operation
-from zenoh_ice.outgoing import settle
 from zenoh_ice.wire_errors import decode_error
 
 if TYPE_CHECKING:
@@ -127,7 +126,10 @@ class InProcessCall:
         return result
 
     def begin(
-        self, arguments: tuple[Any, ...], future: Future[Any], context: Mapping[str, str] | None = None
+        self,
+        arguments: tuple[Any, ...],
+        future: InvocationFuture[Any],
+        context: Mapping[str, str] | None = None,
     ) -> None:
         """Call, and let the future tell the outcome, which it has when this returns."""
         settle(future, lambda: self.invoke(arguments, context))
@@ -141,8 +143,8 @@ class InProcessCall:
         succeeded, answer = servant.call_here(self._operation.name, payload, attachment, self._timeout)
         communicator = self._communicator.as_communicator
         if succeeded:
-            return self._operation.result.unpack_result(answer, what, communicator)
-        raise decode_error(answer, self._operation.exceptions, what, communicator)
+            return self._operation.result.unpack_result(bytes(answer), what, communicator)
+        raise decode_error(bytes(answer), self._operation.exceptions, what, communicator)
 
     def _log(self, what: str, arguments: tuple[Any, ...], result: object, error: Exception | None) -> None:
         if not self._operation.name.startswith("ice_"):

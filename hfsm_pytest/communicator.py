@@ -7,7 +7,6 @@ validated and decoded as they would travel.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
@@ -22,7 +21,10 @@ from zenoh_ice import (
 from zenoh_ice.codec import Codec
 from zenoh_ice.identity import Target
 from zenoh_ice.incoming import Incoming
+from zenoh_ice.invocation import InvocationFuture
+from zenoh_ice.manner import Manner
 from zenoh_ice.operation import Interface, Operation
+from zenoh_ice.pulse import Pulse
 
 from .calls import CLIENT, CallLog, InlineDispatcher, InProcessCall
 from .clock import TaskClock
@@ -52,6 +54,7 @@ class InProcessCommunicator:
         self.calls: Final = CallLog(clock.now)
         self.dispatcher: Final = InlineDispatcher()
         self.presence: Final = self
+        self.pulse: Final = Pulse()  # which does not beat: no call waits
         self.on_listening: Callable[[], None] = _nothing
         self._servants: dict[str, Incoming] = {}
         self._polls: dict[str, dict[str, Callable[[], Any]]] = {}
@@ -119,10 +122,13 @@ class InProcessCommunicator:
         return target.identity in self._away
 
     def outgoing_call(
-        self, target: Target, operation: Operation[..., Any], interface: Interface, timeout: float
+        self, target: Target, operation: Operation[..., Any], interface: Interface, manner: Manner
     ) -> InProcessCall:
-        """Return what calls an operation of a servant: of the one that is served when it is called."""
-        return InProcessCall(self, lambda: self._servant(target), operation, interface, timeout)
+        """Return what calls an operation of a servant: of the one that is served when it is called.
+
+        A oneway call is executed at once, too.
+        """
+        return InProcessCall(self, lambda: self._servant(target), operation, interface, manner.timeout)
 
     def stream_reader(self, target: Target, operation: Operation[..., V]) -> InProcessReader[V]:
         """Return the reader of a stream; proxies share it."""
@@ -144,11 +150,9 @@ class InProcessCommunicator:
         """Return a callback on a stream."""
         return InProcessSubscription(reader, callback)
 
-    def new_future(self) -> Future[Any]:
+    def new_future(self, *, at_once: bool) -> InvocationFuture[Any]:  # noqa: ARG002
         """Return a future."""
-        future: Future[Any] = Future()
-        future.set_running_or_notify_cancel()
-        return future
+        return InvocationFuture()
 
     def size_limit(self, codec: Codec[Any]) -> int:
         """Return how many bytes a payload may have."""

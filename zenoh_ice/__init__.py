@@ -26,6 +26,8 @@ from .exceptions import (
     ZenohIceError,
 )
 from .identity import Identity, identityToString, stringToIdentity
+from .implicit_context import ImplicitContext
+from .invocation import InvocationFuture
 from .object import Current, Object
 from .presence import ServantInfo
 from .process_status import ProcessStatus, ServantStatus
@@ -51,7 +53,9 @@ __all__ = [
     "EndpointInUseException",
     "FacetNotExistException",
     "Identity",
+    "ImplicitContext",
     "InterfaceMismatchException",
+    "InvocationFuture",
     "MarshalException",
     "Object",
     "ObjectAdapter",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import itertools
 import logging
 import math
 import os
@@ -11,7 +10,6 @@ import re
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
 from contextlib import ExitStack
 from queue import Empty, SimpleQueue
 from typing import Any, Final, Self, TypeVar
@@ -23,10 +21,14 @@ from .codec import Codec
 from .coroutines import Coroutines
 from .dispatch import Dispatcher, Lane, is_marked_thread
 from .exceptions import CommunicatorDestroyedException, ConfigurationException
-from .identity import PROXY_TEXT, Identity, Target
+from .identity import PROXY_TEXT, Identity, Target, identityToString, stringToIdentity
+from .implicit_context import ImplicitContext
+from .invocation import InvocationFuture
 from .local_servants import LocalServants
+from .manner import Manner, Mode
+from .oneway import OnewayBatch
 from .operation import Interface, Operation
-from .outgoing import OutgoingCall, fail
+from .outgoing_calls import AnyCall, OutgoingCalls
 from .presence import Presence, ServantInfo
 from .process_status import ProcessStatus, ProcessStatusServer, ask_process_status
 from .proxy import ObjectPrx
@@ -45,7 +47,6 @@ V = TypeVar("V")
 
 _PROXY: Final = re.compile(PROXY_TEXT)
 _LONGEST_TIMEOUT: Final = 60.0  # s; Zenoh keeps a kilobyte for each call until its limit has passed
-_MAX_UNSENT: Final = 1024  # calls of one servant that wait to be sent
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 
 # s after which a wait of the main thread looks up: a signal that another thread takes does not wake it.
@@ -79,13 +80,9 @@ class Communicator:
         self.realm: Final = settings.realm
         self.destroyed = False
         self.local_servants: Final = LocalServants()
-        self.call_numbers: Final = itertools.count(1)
         self._lock = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
-        self._calls: dict[tuple[Target, Operation[..., Any], Interface, float], OutgoingCall] = {}
-        self._sending_lanes: dict[Target, Lane] = {}
         self._subscriptions: set[Subscription] = set()
-        self._futures: set[Future[Any]] = set()
         self._clock: Clock | None = None
         self._clock_lock = threading.Lock()
         self._is_shut_down = False
@@ -105,6 +102,8 @@ class Communicator:
             self.presence.watch(self.realm)
             self.coroutines: Final = Coroutines(f"zenoh_ice {settings.realm} coroutines")
             self.process_status_server: Final = ProcessStatusServer(self)
+            self._calls: Final = OutgoingCalls(self)
+            self.call_numbers: Final = self._calls.numbers
             self._readers: Final = StreamReaders(self)
             self._rivals: Final = Rivals(self)
             self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
@@ -117,27 +116,49 @@ class Communicator:
     def stringToProxy(self, text: str) -> ObjectPrx:
         """Return the proxy of a text: `Head`, `soccer/Ball -f debug`, or of another realm `Head@otherrealm`.
 
+        `-o` before the realm makes its calls oneway, `-O` oneway in batches.
+
         Raises ConfigurationException when the text is no proxy.
         """
         match = _PROXY.match(" ".join(text.split()).replace(" @ ", "@"))
         if match is None:
             hint = "; endpoints are settings, such as --connect" if ":" in text else ""
             raise ConfigurationException(
-                f"{text!r} is no proxy: write [CATEGORY/]NAME[ -f FACET][@REALM], each of letters, digits, "
-                f"'_', '-' and '.' alone{hint}"
+                f"{text!r} is no proxy: write [CATEGORY/]NAME[ -f FACET][ -t|-o|-O][@REALM], each of "
+                f"letters, digits, '_', '-' and '.' alone{hint}"
             )
-        category, name, facet, _, realm = match.groups()
-        identity = str(Identity(name, category or ""))
-        return ObjectPrx(self, Target(realm or self.realm, identity, facet or ""), self.settings.timeout)
+        category, name, facet, mode, realm = match.groups()
+        target = Target(realm or self.realm, str(Identity(name, category or "")), facet or "")
+        proxy = ObjectPrx(self, target, self.settings.timeout)
+        return proxy.ice_mode(Mode(mode)) if mode else proxy
 
     def proxyToString(self, proxy: ObjectPrx) -> str:
         """Return a proxy as text that `stringToProxy` takes."""
         return proxy.ice_toString()
 
+    def stringToIdentity(self, text: str) -> Identity:
+        """Return the identity of a text, `name` or `category/name`; raises ConfigurationException."""
+        return stringToIdentity(text)
+
+    def identityToString(self, identity: Identity) -> str:
+        """Return an identity as text."""
+        return identityToString(identity)
+
+    def getImplicitContext(self) -> ImplicitContext:
+        """Return what every call tells its servant; it is empty at first."""
+        return self._calls.implicit_context
+
+    def flushBatchRequests(self) -> None:
+        """Send what the batches of all proxies hold.
+
+        Raises what says that a call cannot arrive, after the others were sent.
+        """
+        self._calls.flush_batches()
+
     def createObjectAdapter(self, name: str) -> ObjectAdapter:
         """Return an adapter, which makes servants reachable; the name is for people."""
         with self._lock:
-            self._check()
+            self.check()
             self.pulse.start()
             self._rivals.start()
             adapter = ObjectAdapter(self, name)
@@ -162,7 +183,7 @@ class Communicator:
         That is `ServantInfo.server`. Raises ConnectionLostException when it is not there, does not answer
         within `timeout` s, by default the limit of calls, or access control denies it.
         """
-        self._check()
+        self.check()
         limit = self.check_timeout(self.settings.timeout if timeout is None else timeout)
         return ask_process_status(self.session, realm or self.realm, process, limit)
 
@@ -172,7 +193,7 @@ class Communicator:
         A client that dies is told of at once, one that hangs after the lease. The id is that of
         `Current.client`. The function runs on a thread of the communicator; its exceptions are logged.
         """
-        self._check()
+        self.check()
         return self._clients.watch(callback)
 
     # Time.
@@ -181,7 +202,7 @@ class Communicator:
     def clock(self) -> Clock:
         """The component's clock, chosen by the setting `clock`; choosing may wait for the robot's server."""
         with self._clock_lock:  # of its own: choosing calls the robot's server
-            self._check()
+            self.check()
             if self._clock is None:
                 self._clock = self._choose_clock()
             return self._clock
@@ -244,7 +265,7 @@ class Communicator:
             steps.callback(self._destroyed.set)
             steps.callback(self.dispatcher.close, _DESTROY_LIMIT)
             steps.callback(self.pulse.close)
-            steps.callback(self._fail_futures)
+            steps.callback(self._calls.close)
             steps.callback(self.shared_memory.close)
             steps.callback(close_session, self.session)
             steps.callback(self.process_status_server.close)
@@ -274,62 +295,52 @@ class Communicator:
 
         The interface asked for is missing from them if the servant does not have it.
         """
-        self._check()
+        self.check()
         local = self.local_servants.get(target)
         if local is not None:
             return local.fingerprints
         self.presence.wait_for(target, type_id, timeout)
-        found = self.presence.interfaces(target)
+        found = self.presence.reachable(target)
         if not found:
             raise self.presence.explain_absence(target)
         return found
 
     def knows(self, target: Target) -> bool:
         """Return whether `find` would return at once."""
-        return target in self.local_servants or bool(self.presence.interfaces(target))
+        return self.local_servants.get(target) is not None or bool(self.presence.reachable(target))
 
     def outgoing_call(
-        self, target: Target, operation: Operation[..., Any], interface: Interface, timeout: float
-    ) -> OutgoingCall:
+        self, target: Target, operation: Operation[..., Any], interface: Interface, manner: Manner
+    ) -> AnyCall:
         """Return what calls an operation of a servant; proxies share it."""
-        key = (target, operation, interface, timeout)
-        with self._lock:
-            self._check()
-            call = self._calls.get(key)
-            if call is None:
-                call = self._calls[key] = OutgoingCall(self, *key)
-            return call
+        self.check()
+        return self._calls.get(target, operation, interface, manner)
 
     def sending_lane(self, target: Target) -> Lane:
         """Return the lane in which calls of a servant are sent that must not be sent by their callers."""
-        with self._lock:
-            lane = self._sending_lanes.get(target)
-            if lane is None:
-                lane = Lane(self.dispatcher, f"sending to {target}", depth=_MAX_UNSENT)
-                self._sending_lanes[target] = lane
-            return lane
+        return self._calls.sending_lane(target)
 
     def stream_reader(self, target: Target, operation: Operation[..., V]) -> StreamReader[V]:
         """Return the reader of a stream; proxies share it."""
-        self._check()
+        self.check()
         return self._readers.get(target, operation)
 
     def new_subscription(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
         """Return a subscription that ends with the communicator."""
         with self._lock:
-            self._check()
+            self.check()
             subscription = Subscription(reader, callback, self._subscriptions.discard)
             self._subscriptions.add(subscription)
             return subscription
 
-    def new_future(self) -> Future[Any]:
-        """Return a future that has an outcome at the latest when the communicator is destroyed."""
-        self._check()
-        future: Future[Any] = Future()
-        future.set_running_or_notify_cancel()  # what was sent cannot be taken back
-        self._futures.add(future)
-        future.add_done_callback(self._futures.discard)
-        return future
+    def new_future(self, *, at_once: bool) -> InvocationFuture[Any]:
+        """Return the future of a call that is sent at once, or as soon as its servant was found."""
+        self.check()
+        return InvocationFuture(self._calls.receiver) if at_once else self._calls.new_future()
+
+    def new_batch(self) -> OnewayBatch:
+        """Return a batch that `flushBatchRequests` flushes."""
+        return self._calls.new_batch()
 
     def size_limit(self, codec: Codec[Any]) -> int:
         """Return how many bytes a payload may have: more where its type holds byte sequences."""
@@ -344,6 +355,11 @@ class Communicator:
             )
         return seconds
 
+    def check(self) -> None:
+        """Raise CommunicatorDestroyedException after the end."""
+        if self.destroyed:
+            raise CommunicatorDestroyedException("the communicator was destroyed, or inherited by a fork")
+
     def abandon(self) -> None:
         """Refuse all further use: in a forked child the session is broken and must not be touched."""
         self.destroyed = True
@@ -354,10 +370,6 @@ class Communicator:
         self._is_shut_down = True
         self._shutdown.put(None)
 
-    def _check(self) -> None:
-        if self.destroyed:
-            raise CommunicatorDestroyedException("the communicator was destroyed, or inherited by a fork")
-
     def _close_clock(self) -> None:
         if self._clock_lock.acquire(timeout=_DESTROY_LIMIT):
             try:
@@ -366,10 +378,6 @@ class Communicator:
                     close()
             finally:
                 self._clock_lock.release()
-
-    def _fail_futures(self) -> None:
-        for future in tuple(self._futures):
-            fail(future, CommunicatorDestroyedException("the communicator was destroyed during the call"))
 
 
 _live: Final[set[Communicator]] = set()

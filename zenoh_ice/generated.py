@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Coroutine
 from concurrent.futures import Future
-from concurrent.futures import Future as InvocationFuture
 from typing import Annotated, Any, TypeAlias, TypeVar
 
 from msgspec import Meta
 
 from .exceptions import UserException
+from .invocation import InvocationFuture
 from .object import Current, Object
 from .operation import Interface, Operation
 from .proxy import ObjectPrx

@@ -13,6 +13,7 @@ __all__ = [
     "PROXY_TEXT",
     "Identity",
     "Target",
+    "check_facet",
     "identityToString",
     "stringToIdentity",
 ]
@@ -27,6 +28,7 @@ PROXY_TEXT: Final = rf"\A(?:({NAME})/)?({NAME})(?: -f ({NAME}))?(?: -([toO]))?(?
 """Pattern of a proxy as text: category, name, facet, mode (twoway, oneway or batch oneway) and realm."""
 
 _FACET_MARK: Final = "+"
+_FACET: Final = re.compile(NAME)
 _IDENTITY: Final = re.compile(rf"(?:({NAME})/)?({NAME})")
 
 
@@ -57,6 +59,13 @@ class Target(NamedTuple):
         return f"{self.identity} -f {self.facet}" if self.facet else self.identity
 
     @property
+    def stand_ins(self) -> tuple[Target, ...]:
+        """What stands for it where it has no servant of its own: its category, then all categories."""
+        category = self.identity.rpartition("/")[0]
+        everything = Target(self.realm, ANY_NAME)
+        return (Target(self.realm, f"{category}/{ANY_NAME}"), everything) if category else (everything,)
+
+    @property
     def prefix(self) -> str:
         """What the keys of its operations begin with, up to and including the last separator."""
         facet = f"{_FACET_MARK}{self.facet}/" if self.facet else ""
@@ -80,3 +89,12 @@ def stringToIdentity(text: str) -> Identity:
 def identityToString(identity: Identity) -> str:
     """Return an identity as text that `stringToIdentity` takes."""
     return str(identity)
+
+
+def check_facet(facet: str) -> str:
+    """Return the name of a facet, empty for the servant itself; raises ConfigurationException for no name."""
+    if facet and not _FACET.fullmatch(facet):
+        raise ConfigurationException(
+            f"{facet!r} is no facet: write at most 128 letters, digits, '_', '-' and '.'"
+        )
+    return facet

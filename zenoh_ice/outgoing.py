@@ -4,46 +4,33 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import Future, InvalidStateError
-from contextlib import suppress
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
-from zenoh.handlers import Callback
 
-from .attachment import encode_call_attachment
-from .exceptions import (
-    BusyException,
-    CommunicatorDestroyedException,
-    ConnectionLostException,
-    InterfaceMismatchException,
-    MarshalException,
-    TimeoutException,
-)
+from .exceptions import InterfaceMismatchException, MarshalException, SystemException, TimeoutException
 from .identity import Target
+from .invocation import InvocationFuture, Replies, fail, first_reply
+from .manner import Manner
 from .mismatch import with_difference
 from .operation import Interface, Operation
-from .session import send_limit
+from .request import Request, Requests
+from .routes import route_for
 from .shared_memory import read_payload
-from .stop_signals import unbroken
+from .unanswered import UnansweredCall
 from .wire_errors import ERROR_ENCODING, decode_error
 
 if TYPE_CHECKING:
     from .communicator import Communicator
+    from .default_incoming import BoundIncoming
     from .incoming import Incoming
 
-__all__ = ["OutgoingCall", "fail", "settle"]
+__all__ = ["OutgoingCall"]
 
-# s in which the token of a servant that died during a call goes away; measured 2-3 ms.
-_LOSS_NOTICE: Final = 0.25
-# s in which word comes that the link was closed over which a message could not be sent.
-_CLOSE_NOTICE: Final = 1.0
 # s for which the one retry of an idempotent call waits for the servant to be back.
 _RETRY_WAIT: Final = 0.5
-
-_Request = tuple[bytes, bytes]  # payload and attachment
 
 _logger = logging.getLogger(__name__)
 
@@ -57,161 +44,67 @@ class OutgoingCall:
         target: Target,
         operation: Operation[..., Any],
         interface: Interface,
-        timeout: float,
+        manner: Manner,
     ) -> None:
-        self.what: Final = f"{target.identity}.{operation.name}"
+        requests = Requests(communicator, target, operation, interface, manner.timeout)
+        self.what: Final = requests.what
+        self._requests: Final = requests
         self._communicator: Final = communicator
         self._target: Final = target
         self._operation: Final = operation
         self._interface: Final = interface
-        self._fingerprint: Final = interface.fingerprint
-        self._timeout: Final = timeout
+        self._timeout: Final = manner.timeout
+        self._hurried: Final = requests.hurried
         self._local: Final = communicator.local_servants
-        self._request_limit: Final = communicator.size_limit(operation.arguments)
         self._reply_limit: Final = communicator.size_limit(operation.result)
-        self._client: Final = communicator.client_id
-        self._numbers: Final = communicator.call_numbers
-        self._pack: Final = operation.arguments.pack
         self._unpack: Final = operation.result.unpack_result
-        bulk = operation.result.holds_bytes or operation.arguments.holds_bytes
-        # A call is sent from the caller's own thread, which is fastest, unless that may hold it up for
-        # longer than the call may take: Zenoh takes no limit for one message.
-        self._send_limit: Final = send_limit(communicator.settings)
-        self._hurried: Final = timeout < self._send_limit
-        self._lane: Final = communicator.sending_lane(target)
-        # The reply travels as the request does. Dropping either where the link is busy would lose calls. No
-        # express: it halves the calls in flight.
-        self._priority: Final = zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH
-        self._querier: Final = communicator.session.declare_querier(
-            target.prefix + operation.name,
-            timeout=timeout,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=self._priority,
-        )
-        self._get: Final = self._querier.get
+        self._route: Final = route_for(communicator, target, operation, manner, requests.priority)
+        self._send: Final = self._route.send
 
     def invoke(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None = None) -> object:
         """Call, wait for the answer, and return what the operation returns."""
-        if self._communicator.destroyed:
-            raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
-        request = self._encode(arguments), self._attachment(context)
+        requests = self._requests
+        request = requests.make(arguments, context)
         started = time.monotonic()
         servant = self._local.get(self._target)
         if servant is not None:
             return self._invoke_local(servant, request)
-        return self._interpret(self._exchange(request), request, started, retry=self._operation.idempotent)
+        if self._hurried:
+            replies = requests.send_within(self._timeout, partial(self._send, **request._asdict()))
+        else:
+            try:
+                replies = self._send(payload=request.payload, attachment=request.attachment)
+            except zenoh.ZError as error:
+                raise requests.closed(error) from error
+        return self.interpret(first_reply(replies), request, started)
 
     def begin(
-        self, arguments: tuple[Any, ...], future: Future[Any], context: Mapping[str, str] | None = None
+        self,
+        arguments: tuple[Any, ...],
+        future: InvocationFuture[Any],
+        context: Mapping[str, str] | None = None,
     ) -> None:
         """Call, and let the future tell the outcome; does not wait for that."""
-        dispatcher = self._communicator.dispatcher
+        # A servant of this process is called by way of the session, too: its timer ends the call in time.
         try:
-            request = self._encode(arguments), self._attachment(context)
+            exchange = _Exchange(self, self._requests.make(arguments, context), self._timeout)
+            if self._hurried:
+                self._requests.submit(partial(self._begin_in_time, exchange, future))
+            else:
+                self._begin(exchange, future)
         except Exception as error:  # noqa: BLE001 - it is told by the future
             fail(future, error)
-            return
-        # A servant of this process is called by way of the session, too: its timer ends the call in time.
-        started = time.monotonic()
-        replies: list[zenoh.Reply] = []
 
-        def interpret() -> object:
-            reply = replies[0] if replies else None
-            return self._interpret(reply, request, started, retry=self._operation.idempotent)
-
-        def ended() -> None:  # on Zenoh's thread; whatever waits for the future runs on ours
-            dispatcher.submit(partial(settle, future, interpret))
-
-        def send() -> None:
-            try:
-                self._get(
-                    Callback(replies.append, unbroken(ended), indirect=False),
-                    payload=request[0],
-                    attachment=request[1],
-                )
-            except zenoh.ZError as error:
-                fail(future, self._closed(error))
-
-        def send_in_time() -> None:
-            with dispatcher.blocked():
-                if time.monotonic() - started < self._timeout:
-                    send()
-                else:
-                    fail(future, self._unsent(self._timeout))
-
-        if not self._hurried:
-            send()
-            return
-        try:
-            self._lane.submit(send_in_time)
-        except BusyException as error:
-            fail(future, error)
-
-    def _encode(self, arguments: tuple[Any, ...]) -> bytes:
-        payload = self._pack(arguments, self.what)
-        if len(payload) > self._request_limit:
-            raise MarshalException(
-                f"{self.what}: a request of {len(payload)} bytes where at most {self._request_limit} are sent"
-            )
-        return payload
-
-    def _attachment(self, context: Mapping[str, str] | None) -> bytes:
-        number = next(self._numbers)
-        return encode_call_attachment(self._fingerprint, number, self._client, self._timeout, context)
-
-    def _exchange(self, request: _Request) -> zenoh.Reply | None:
-        if self._hurried:
-            send = partial(self._get, payload=request[0], attachment=request[1])
-            return self._exchange_within(send, self._timeout)
-        try:
-            handler = self._get(payload=request[0], attachment=request[1])
-        except zenoh.ZError as error:
-            raise self._closed(error) from error
-        return _first(handler)
-
-    def _exchange_again(self, request: _Request, timeout: float) -> zenoh.Reply | None:
-        # Not through the querier: what is left of the call's time is shorter than the querier's limit.
-        send = partial(
-            self._communicator.session.get,
-            self._querier.key_expr,
-            payload=request[0],
-            attachment=request[1],
-            timeout=timeout,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=self._priority,
-        )
-        return self._exchange_within(send, timeout)
-
-    def _exchange_within(
-        self, send: Callable[[], zenoh.Handler[zenoh.Reply]], timeout: float
-    ) -> zenoh.Reply | None:
-        """Send from another thread, so that a link that takes nothing holds nobody up beyond the limit."""
-        dispatcher = self._communicator.dispatcher
-        sent: Future[zenoh.Handler[zenoh.Reply]] = Future()
-
-        def send_unless_late() -> None:
-            with dispatcher.blocked():
-                if sent.set_running_or_notify_cancel():
-                    settle(sent, send)
-
-        self._lane.submit(send_unless_late)
-        try:
-            with dispatcher.blocked():
-                handler = sent.result(timeout)
-        except TimeoutError:
-            sent.cancel()
-            raise self._unsent(timeout) from None
-        except zenoh.ZError as error:
-            raise self._closed(error) from error
-        return _first(handler)
-
-    def _interpret(
-        self, reply: zenoh.Reply | None, request: _Request, started: float, *, retry: bool
+    def interpret(
+        self, reply: zenoh.Reply | None, request: Request, started: float, *, again: bool = False
     ) -> object:
+        """Return what the operation returns, or raise what it raises; None is the end without a reply.
+
+        `started` is the moment of the monotonic clock when the call began; `again` tells that it was sent
+        twice already.
+        """
         if reply is None:
-            return self._unanswered(request, started, retry=retry)
+            return self._without_answer(request, started, again=again)
         sample = reply.ok
         if sample is not None:
             data = sample.payload
@@ -222,88 +115,86 @@ class OutgoingCall:
             return self._unpack(read_payload(data, self.what), self.what, self._communicator)
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out
-            raise self._unanswered_in_time()
+            raise TimeoutException(f"{self.what} did not answer within {self._timeout:g} s")
         raise self._error(error.payload)
 
     def _error(self, payload: bytes | zenoh.ZBytes) -> Exception:
         error = decode_error(payload, self._operation.exceptions, self.what, self._communicator)
         # Not of the call that asks for the difference: who refused it, too, would be asked for ever.
-        if isinstance(error, InterfaceMismatchException) and not error.member and self._fingerprint:
+        if isinstance(error, InterfaceMismatchException) and not error.member and self._interface.fingerprint:
             proxy = self._communicator.stringToProxy(str(self._target))
             return with_difference(error, proxy, self._interface)
         return error
 
-    def _unanswered(self, request: _Request, started: float, *, retry: bool) -> object:
-        """Find out why a call ended without an answer; an idempotent one is sent once more."""
-        presence = self._communicator.presence
-        if self._communicator.destroyed:
-            raise CommunicatorDestroyedException(
-                f"{self.what}: the communicator was destroyed during the call"
-            )
-        left = self._timeout - (time.monotonic() - started)
-        unsent = self._timeout - left >= self._send_limit
-        lost_now = presence.wait_for_loss(self._target, started, min(_LOSS_NOTICE, left))
-        if retry and lost_now:
-            left = self._timeout - (time.monotonic() - started)
-            if presence.wait_for_return(self._target, min(_RETRY_WAIT, left)):
-                left = self._timeout - (time.monotonic() - started)
-                if left > 0:
-                    _logger.debug("%s: sent once more after the connection was lost", self.what)
-                    return self._interpret(self._exchange_again(request, left), request, started, retry=False)
-        if presence.interfaces(self._target):
-            if lost_now:
-                raise ConnectionLostException(f"{self.what}: the server restarted during the call")
-            left = self._timeout - (time.monotonic() - started)
-            # The servant's token outlives its link for a while, and may be back with another one.
-            if presence.wait_for_link_loss(started, min(_CLOSE_NOTICE, left) if unsent else 0.0):
-                raise ConnectionLostException(f"{self.what}: the connection was lost during the call")
-            if left <= 0:
-                raise self._unanswered_in_time()
-            raise BusyException(
-                f"{self.what} was not executed: too many calls wait for {self._target}, or access control "
-                "denies it"
-            )
-        raise presence.explain_absence(self._target)
-
-    def _unanswered_in_time(self) -> TimeoutException:
-        return TimeoutException(f"{self.what} did not answer within {self._timeout:g} s")
-
-    def _unsent(self, timeout: float) -> TimeoutException:
-        return TimeoutException(
-            f"{self.what} could not be sent within {timeout:g} s: the link to {self._target} takes nothing"
+    def _without_answer(self, request: Request, started: float, *, again: bool) -> object:
+        """Raise why there is no answer, or send an idempotent call once more."""
+        requests = self._requests
+        unanswered = UnansweredCall(
+            self._communicator,
+            self._target,
+            self.what,
+            started=started,
+            timeout=self._timeout,
+            send_limit=requests.send_limit,
         )
+        if unanswered.lost and self._operation.idempotent and not again:
+            wait = min(_RETRY_WAIT, unanswered.time_left)
+            back = self._communicator.presence.wait_for_return(self._target, wait)
+            left = unanswered.time_left
+            if back and left > 0:
+                _logger.debug("%s: sent once more after the connection was lost", self.what)
+                # What is left of the call's time is shorter than the route's own limit.
+                replies = requests.send_within(
+                    left, partial(self._route.send_within, left, **request._asdict())
+                )
+                return self.interpret(first_reply(replies), request, started, again=True)
+        raise unanswered.reason()
 
-    def _closed(self, error: zenoh.ZError) -> Exception:
-        if self._communicator.destroyed:
-            return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
-        return ConnectionLostException(f"{self.what} could not be sent: {error}")
+    def _begin(self, exchange: _Exchange, future: InvocationFuture[Any]) -> None:
+        request = exchange.request
+        try:
+            exchange.replies = self._send(
+                payload=request.payload, attachment=request.attachment, cancellation_token=exchange.token
+            )
+        except zenoh.ZError as error:
+            raise self._requests.closed(error) from error
+        future.begun(exchange)
 
-    def _invoke_local(self, servant: Incoming, request: _Request) -> object:
+    def _begin_in_time(self, exchange: _Exchange, future: InvocationFuture[Any]) -> None:
+        try:
+            if exchange.longest_wait <= 0:
+                raise self._requests.unsent(self._timeout)
+            self._begin(exchange, future)
+        except SystemException as error:
+            fail(future, error)
+
+    def _invoke_local(self, servant: Incoming | BoundIncoming, request: Request) -> object:
         ok, answer = servant.call_here(self._operation.name, *request, self._timeout)
         if ok:
             return self._unpack(bytes(answer), self.what, self._communicator)
-        raise self._error(answer)
+        raise self._error(bytes(answer))
 
 
-def settle(future: Future[Any], compute: Callable[[], object]) -> None:
-    """Give a future the outcome of a function, unless it has one already."""
-    try:
-        result = compute()
-    except BaseException as error:  # noqa: BLE001 - it is told by the future
-        fail(future, error)
-    else:
-        with suppress(InvalidStateError):
-            future.set_result(result)
+class _Exchange:
+    """A request that was sent, or is about to be, without anybody waiting for it here."""
 
+    __slots__ = ("_call", "_started", "_timeout", "replies", "request", "token")
 
-def fail(future: Future[Any], error: BaseException) -> None:
-    """Give a future an exception, unless it has an outcome already."""
-    with suppress(InvalidStateError):  # the communicator was destroyed in the meantime and said so
-        future.set_exception(error)
+    replies: Replies
 
+    def __init__(self, call: OutgoingCall, request: Request, timeout: float) -> None:
+        self.request: Final = request
+        self.token: Final = zenoh.CancellationToken()
+        self._call: Final = call
+        self._started: Final = time.monotonic()
+        self._timeout: Final = timeout
 
-def _first(handler: zenoh.Handler[zenoh.Reply]) -> zenoh.Reply | None:
-    try:
-        return handler.recv()
-    except zenoh.ZError:  # the channel was closed without an answer
-        return None
+    @property
+    def longest_wait(self) -> float:
+        return self._started + self._timeout - time.monotonic()
+
+    def interpret(self, reply: zenoh.Reply | None) -> object:
+        return self._call.interpret(reply, self.request, self._started)
+
+    def cancel(self) -> None:
+        self.token.cancel()

@@ -19,10 +19,12 @@ from .exceptions import (
     CommunicatorDestroyedException,
     ConnectFailedException,
     ConnectionLostException,
+    FacetNotExistException,
     ObjectNotExistException,
     SystemException,
 )
 from .identity import ANY_NAME, NAME, Target
+from .operation import OBJECT_TYPE_ID
 from .stop_signals import unbroken
 
 __all__ = ["ABSENT", "Presence", "ServantInfo", "servant_token"]
@@ -124,6 +126,18 @@ class Presence:
         """Return the fingerprints of a servant's interfaces by type id; none when it is not there."""
         return self._servants.get(target, ABSENT)
 
+    def serving(self, target: Target) -> Target:
+        """Return what has the tokens: a target, or what stands for it where it has no servant of its own."""
+        if target not in self._servants:
+            for stand_in in target.stand_ins:
+                if stand_in in self._servants:
+                    return stand_in
+        return target
+
+    def reachable(self, target: Target) -> dict[str, str]:
+        """Return as `interfaces` does those of whoever serves a target, a default servant perhaps."""
+        return self._servants.get(target) or self.interfaces(self.serving(target))
+
     def servants(self, realm: str) -> list[ServantInfo]:
         """Return the servants of a realm, sorted by identity and facet."""
         with self._changed:
@@ -152,11 +166,11 @@ class Presence:
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was there and is no longer."""
-        return target in self._lost and target not in self._servants
+        return self._lost_at(target) > 0 and not self.reachable(target)
 
     def lost_since(self, target: Target, moment: float) -> bool:
         """Return whether a servant, or one of several, went away after a moment of the monotonic clock."""
-        return self._lost.get(target, -1.0) >= moment
+        return self._lost_at(target) >= moment
 
     def wait_for_link_loss(self, moment: float, timeout: float) -> bool:
         """Wait for at most `timeout` s for the end of a link; return whether one ended after `moment`."""
@@ -173,8 +187,9 @@ class Presence:
         deadline = start + timeout
 
         def found() -> bool:
-            known = self._servants.get(target, ABSENT)
-            return bool(known) if type_id is None else type_id in known
+            known = self.reachable(target)
+            # A servant locator is an object and no more before it is asked.
+            return bool(known) if type_id is None else type_id in known or OBJECT_TYPE_ID in known
 
         with self._changed:
             while not found() and not self._closed:
@@ -191,7 +206,7 @@ class Presence:
         """Wait for at most `timeout` s until a servant is gone; return whether it went after `moment`."""
         with self._changed:
             self._changed.wait_for(
-                lambda: self._closed or target not in self._servants or self.lost_since(target, moment),
+                lambda: self._closed or not self.reachable(target) or self.lost_since(target, moment),
                 timeout,
             )
             return self.lost_since(target, moment)
@@ -206,8 +221,8 @@ class Presence:
     def wait_for_return(self, target: Target, timeout: float) -> bool:
         """Wait for at most `timeout` s until a lost servant is there again; return whether it is."""
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or target in self._servants, timeout)
-            return target in self._servants
+            self._changed.wait_for(lambda: self._closed or bool(self.reachable(target)), timeout)
+            return bool(self.reachable(target))
 
     def linked(self) -> bool:
         """Return whether any link to another process stands."""
@@ -229,6 +244,12 @@ class Presence:
                 "or name another endpoint with --connect",
                 self._endpoints,
             )
+        facets = self._facets(target)
+        if facets:
+            return FacetNotExistException(
+                f"no facet {target.facet!r} of {target.identity!r} in realm {target.realm!r}; "
+                f"there is {', '.join(facets)}"
+            )
         present = self.identities(target.realm)
         near = difflib.get_close_matches(target.identity, present, 3, 0.5)
         if near or len(present) <= _MOST_NAMED:
@@ -240,11 +261,21 @@ class Presence:
             + (f"there is {names}" if names else "the realm has no servants: is --realm right?")
         )
 
+    def _facets(self, target: Target) -> list[str]:
+        """Return the facets of an identity that is served, without those of its own name."""
+        with self._changed:
+            found = [other.facet for other in self._servants if other[:2] == target[:2]]
+        return sorted(repr(facet) if facet else "the identity itself" for facet in found)
+
+    def _lost_at(self, target: Target) -> float:
+        """Return when a target, or what stands for it, was lost last; -1 when never."""
+        return max(self._lost.get(each, -1.0) for each in (target, *target.stand_ins))
+
     def _lost_with_its_link(self, target: Target) -> bool:
         """Return whether a servant went away because its process did, or the way to it."""
         with self._changed:
-            lost = self._lost.get(target)
-            if lost is None:
+            lost = self._lost_at(target)
+            if lost <= 0:
                 return False
             if time.monotonic() - lost < _SAME_MOMENT:  # word of the link may still be on its way
                 self._changed.wait_for(lambda: abs(lost - self._last_link_lost) < _SAME_MOMENT, _LINK_NOTICE)

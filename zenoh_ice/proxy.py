@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final, ParamSpec, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, ParamSpec, Self, TypeVar, cast
 
 from .attachment import check_context
-from .exceptions import CommunicatorDestroyedException, InterfaceMismatchException, ZenohIceError
-from .identity import Target
+from .exceptions import (
+    CommunicatorDestroyedException,
+    ConfigurationException,
+    InterfaceMismatchException,
+    ZenohIceError,
+)
+from .identity import Identity, Target, check_facet, stringToIdentity
+from .invocation import InvocationFuture, fail
+from .manner import Manner, Mode, Replicas
 from .mismatch import describe_difference
 from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
-from .operation import Interface, Operation
-from .outgoing import OutgoingCall, fail
+from .oneway import BatchedCall, OnewayBatch, OnewayCall
+from .operation import OBJECT_TYPE_ID, Interface, Operation
+from .outgoing_calls import AnyCall
 from .stream_reader import Sample, StreamReader
 from .subscription import Subscription
 from .values import Reference
@@ -27,14 +33,15 @@ __all__ = ["ObjectPrx"]
 P = ParamSpec("P")
 V = TypeVar("V")
 
-# What a copy of a proxy takes over.
-_STATE: Final = ("_communicator", "_target", "_timeout", "_context")
+# What a copy of a proxy, or one of another type, takes over.
+_STATE: Final = ("_communicator", "_target", "_manner", "_context", "_batch")
 
 
 class ObjectPrx(Reference):
     """A proxy: it stands for a servant, wherever that is, and survives the restart of its server.
 
-    Make one by `Communicator.stringToProxy` and give it a type by `checkedCast` of a generated class.
+    Make one by `Communicator.stringToProxy` and give it a type by `checkedCast` of a generated class. A proxy
+    does not change: what would change it returns a copy.
     """
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
@@ -42,32 +49,54 @@ class ObjectPrx(Reference):
     def __init__(self, communicator: Communicator, target: Target, timeout: float) -> None:
         self._communicator = communicator
         self._target = target
-        self._timeout = timeout
+        self._manner = Manner(timeout)
         self._context: Mapping[str, str] | None = None
-        self._calls: dict[Operation[..., Any], OutgoingCall] = {}
+        self._batch: OnewayBatch | None = None
+        self._calls: dict[Operation[..., Any], AnyCall | BatchedCall] = {}
 
     @classmethod
-    def checkedCast(cls, proxy: ObjectPrx) -> Self:
+    def checkedCast(
+        cls, proxy: ObjectPrx, facet: str | None = None, context: Mapping[str, str] | None = None
+    ) -> Self:
         """Return a proxy of this type after making sure that its servant is there and has the interface.
 
-        Raises ObjectNotExistException when the realm has no such servant, ConnectFailedException when
-        nothing answers at the endpoints, ConnectionLostException when the server went away, and
-        InterfaceMismatchException when the servant has another interface or another version of it.
+        `facet` is that of the result; `context` is for the servant locator that may have to be asked.
+
+        Raises ObjectNotExistException when the realm has no such servant, FacetNotExistException when it has
+        no such facet, ConnectFailedException when nothing answers at the endpoints, ConnectionLostException
+        when the server went away, and InterfaceMismatchException when the servant has another interface or
+        another version of it.
         """
-        cast = cls.uncheckedCast(proxy)
-        cast._check_interface()
+        cast = cls.uncheckedCast(proxy, facet)
+        cast._check_interface(context)
         return cast
 
     @classmethod
-    def uncheckedCast(cls, proxy: ObjectPrx) -> Self:
-        """Return a proxy of this type without asking anybody."""
-        cast = cls(proxy._communicator, proxy._target, proxy._timeout)
-        cast._context = proxy._context
+    def uncheckedCast(cls, proxy: ObjectPrx, facet: str | None = None) -> Self:
+        """Return a proxy of this type, of another facet if one is given, without asking anybody."""
+        target = proxy._target if facet is None else proxy._target._replace(facet=check_facet(facet))
+        cast = cls(proxy._communicator, target, proxy._manner.timeout)
+        cast._manner, cast._context, cast._batch = proxy._manner, proxy._context, proxy._batch
         return cast
 
+    # What it stands for.
+
     def ice_getIdentity(self) -> str:
-        """Return the identity of the servant."""
+        """Return the identity of the servant as text, `name` or `category/name`."""
         return self._target.identity
+
+    def ice_identity(self, identity: str | Identity) -> ObjectPrx:
+        """Return a proxy of another servant in the same realm; cast it, as its type is not known."""
+        target = Target(self._target.realm, str(stringToIdentity(str(identity))))
+        return ObjectPrx.uncheckedCast(self._copy(_target=target))
+
+    def ice_getFacet(self) -> str:
+        """Return the facet; it is empty for the servant itself."""
+        return self._target.facet
+
+    def ice_facet(self, facet: str) -> ObjectPrx:
+        """Return a proxy of another facet; cast it, as its type is not known."""
+        return ObjectPrx.uncheckedCast(self, facet)
 
     def ice_getRealm(self) -> str:
         """Return the realm of the servant."""
@@ -80,24 +109,27 @@ class ObjectPrx(Reference):
     def ice_toString(self) -> str:
         """Return the proxy as text that `stringToProxy` takes."""
         realm = self._target.realm
-        return self._target.object if realm == self._communicator.realm else str(self._target)
+        return self._text(self._target.object, "" if realm == self._communicator.realm else f"@{realm}")
 
     def ice_toWire(self) -> str:
         """Return the proxy as text that means the same in every realm."""
-        return str(self._target)
+        return self._text(self._target.object, f"@{self._target.realm}")
 
     @classmethod
     def ice_fromWire(cls, text: str, communicator: Communicator) -> Self:
         """Return the proxy that arrived as text."""
         return cls.uncheckedCast(communicator.stringToProxy(text))
 
+    # How it calls.
+
     def ice_invocationTimeout(self, milliseconds: float) -> Self:
         """Return a copy whose calls end within another limit, in ms as in Ice."""
-        return self._copy(_timeout=self._communicator.check_timeout(milliseconds / 1000))
+        timeout = self._communicator.check_timeout(milliseconds / 1000)
+        return self._copy(_manner=self._manner._replace(timeout=timeout))
 
     def ice_getInvocationTimeout(self) -> float:
         """Return the limit of calls in ms."""
-        return self._timeout * 1000
+        return self._manner.timeout * 1000
 
     def ice_context(self, context: Mapping[str, str]) -> Self:
         """Return a copy whose calls tell the servant a context: texts by name, in `Current.ctx`.
@@ -109,6 +141,69 @@ class ObjectPrx(Reference):
     def ice_getContext(self) -> dict[str, str]:
         """Return the context of calls."""
         return dict(self._context or {})
+
+    def ice_twoway(self) -> Self:
+        """Return a copy whose calls wait for their answers."""
+        return self.ice_mode(Mode.TWOWAY)
+
+    def ice_isTwoway(self) -> bool:
+        """Return whether calls wait for their answers."""
+        return self._manner.mode is Mode.TWOWAY
+
+    def ice_oneway(self) -> Self:
+        """Return a copy whose calls are sent and not answered.
+
+        Only what returns nothing and declares no exceptions can be called so; anything else raises
+        TwowayOnlyException. What was sent may be lost with its link, or be more than the servant takes.
+        """
+        return self.ice_mode(Mode.ONEWAY)
+
+    def ice_isOneway(self) -> bool:
+        """Return whether calls are sent and not answered."""
+        return self._manner.mode is Mode.ONEWAY
+
+    def ice_batchOneway(self) -> Self:
+        """Return a copy whose calls are as oneway, and are sent by `ice_flushBatchRequests`, in their order.
+
+        Copies of the copy share its batch. One of 1024 calls or 1 MiB is sent by itself.
+        """
+        return self.ice_mode(Mode.BATCH_ONEWAY)
+
+    def ice_isBatchOneway(self) -> bool:
+        """Return whether calls wait for `ice_flushBatchRequests`."""
+        return self._manner.mode is Mode.BATCH_ONEWAY
+
+    def ice_mode(self, mode: Mode) -> Self:
+        """Return a copy that calls in another mode."""
+        batch = self._communicator.new_batch() if mode is Mode.BATCH_ONEWAY else None
+        return self._copy(_manner=self._manner._replace(mode=mode), _batch=batch)
+
+    def ice_flushBatchRequests(self) -> None:
+        """Send the calls that were made since the last time.
+
+        Raises what says that a call cannot arrive, after the others were sent.
+        """
+        if self._batch is not None:
+            self._batch.flush()
+
+    def ice_replicas(self, choice: Literal["nearest", "first", "spread"]) -> Self:
+        """Return a copy that calls otherwise where several servers serve the identity as replicas.
+
+        `nearest`, the default, leaves the choice to Zenoh; `first` asks all and takes the first good answer,
+        of idempotent operations only; `spread` asks one after the other.
+        """
+        try:
+            replicas = Replicas(choice)
+        except ValueError:
+            choices = ", ".join(known.value for known in Replicas)
+            raise ConfigurationException(f"replicas are called {choices}, not {choice!r}") from None
+        return self._copy(_manner=self._manner._replace(replicas=replicas))
+
+    def ice_getReplicas(self) -> str:
+        """Return which of several replicas is called."""
+        return self._manner.replicas.value
+
+    # What every servant answers.
 
     def ice_ping(self) -> None:
         """Return once the servant has answered."""
@@ -151,17 +246,19 @@ class ObjectPrx(Reference):
         operation: Operation[P, V],
         *args: P.args,
         **kwargs: P.kwargs,  # noqa: ARG002 - as above
-    ) -> Future[V]:
-        """Call an operation without waiting; the future has what `ice_invoke` would return or raise.
-
-        Callbacks of the future run on threads of the communicator.
-        """
-        future: Future[V] = self._communicator.new_future()
-        if operation in self._calls or self._communicator.knows(self._target):
+    ) -> InvocationFuture[V]:
+        """Call an operation without waiting; the future has what `ice_invoke` would return or raise."""
+        communicator = self._communicator
+        call = self._calls.get(operation)
+        at_once = call is not None or communicator.knows(self._target)
+        future: InvocationFuture[V] = communicator.new_future(at_once=at_once)
+        if call is not None:
+            call.begin(args, future, self._context)
+        elif at_once:
             self._prepare_and_begin(operation, args, future)
         else:  # finding the servant may take a while
-            self._communicator.dispatcher.submit(partial(self._prepare_and_begin, operation, args, future))
-            if self._communicator.destroyed:  # meanwhile, and the job may have come too late
+            communicator.dispatcher.submit(partial(self._prepare_and_begin, operation, args, future))
+            if communicator.destroyed:  # meanwhile, and the job may have come too late
                 fail(future, CommunicatorDestroyedException("the communicator was destroyed"))
         return future
 
@@ -176,23 +273,28 @@ class ObjectPrx(Reference):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):
             return NotImplemented
-        return self._target == other._target and self._communicator is other._communicator
+        return all(getattr(self, name) == getattr(other, name) for name in _STATE)
 
     def __hash__(self) -> int:
         return hash(self._target)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self._target}>"
+        return f"<{type(self).__name__} {self.ice_toWire()}>"
 
     def _copy(self, **changes: object) -> Self:
         """Return a proxy that differs in some attributes; calls are got ready anew unless they are given."""
-        copied = copy.copy(self)
+        own = self.__dict__
+        copied = object.__new__(type(self))
         # What hangs on the one, such as its streams, is not for the other.
-        copied.__dict__ = {name: self.__dict__[name] for name in _STATE} | {"_calls": {}} | changes
+        copied.__dict__.update({name: own[name] for name in _STATE} | {"_calls": {}} | changes)
         return copied
 
+    def _text(self, target: str, realm: str) -> str:
+        mode = self._manner.mode
+        return target + ("" if mode is Mode.TWOWAY else f" -{mode.value}") + realm
+
     def _prepare_and_begin(
-        self, operation: Operation[..., Any], args: tuple[Any, ...], future: Future[Any]
+        self, operation: Operation[..., Any], args: tuple[Any, ...], future: InvocationFuture[Any]
     ) -> None:
         try:
             call = self._calls.get(operation) or self._prepare(operation)
@@ -201,23 +303,27 @@ class ObjectPrx(Reference):
         else:
             call.begin(args, future, self._context)
 
-    def _prepare(self, operation: Operation[..., Any]) -> OutgoingCall:
+    def _prepare(self, operation: Operation[..., Any]) -> AnyCall | BatchedCall:
         """Wait until the servant is there, for not longer than a call, and get ready to call it."""
-        communicator = self._communicator
-        if not communicator.presence.is_lost(
-            self._target
-        ):  # as every later call: one that is lost fails at once
-            communicator.find(self._target, None, self._timeout)
-        call = communicator.outgoing_call(self._target, operation, self.ice_interface, self._timeout)
+        communicator, batch = self._communicator, self._batch
+        # As every later call: one of a servant that is lost fails at once. A batch is sent later.
+        if batch is None and not communicator.presence.is_lost(self._target):
+            communicator.find(self._target, None, self._manner.timeout)
+        made = communicator.outgoing_call(self._target, operation, self.ice_interface, self._manner)
+        call = BatchedCall(made, batch) if batch is not None and isinstance(made, OnewayCall) else made
         self._calls[operation] = call
         return call
 
-    def _check_interface(self) -> None:
-        wanted = self.ice_interface
+    def _check_interface(self, context: Mapping[str, str] | None) -> None:
+        wanted, timeout = self.ice_interface, self._manner.timeout
         if wanted is OBJECT_INTERFACE:
-            self._communicator.find(self._target, None, self._timeout)
+            self._communicator.find(self._target, None, timeout)
             return
-        found = self._communicator.find(self._target, wanted.type_id, self._timeout)
+        found = self._communicator.find(self._target, wanted.type_id, timeout)
+        if OBJECT_TYPE_ID in found:  # a servant locator, which has to be asked for the servant
+            asking = ObjectPrx.uncheckedCast(self.ice_twoway())
+            descriptions = (asking if context is None else asking.ice_context(context)).ice_describe()
+            found = {known.typeId: known.fingerprint for known in descriptions}
         fingerprint = found.get(wanted.type_id)
         if fingerprint is None:
             raise InterfaceMismatchException(
@@ -225,7 +331,7 @@ class ObjectPrx(Reference):
                 expected=wanted.fingerprint,
             )
         if wanted.fingerprint and fingerprint != wanted.fingerprint:
-            difference = describe_difference(ObjectPrx.uncheckedCast(self), wanted)
+            difference = describe_difference(ObjectPrx.uncheckedCast(self.ice_twoway()), wanted)
             raise InterfaceMismatchException(
                 f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "
                 f"{wanted.fingerprint}, the servant from {fingerprint}; {difference}; generate both from "

@@ -11,8 +11,8 @@ from functools import partial
 from typing import Any, ClassVar, TypeVar, cast
 
 from zenoh_ice import ObjectPrx, Sample, Subscription
+from zenoh_ice.invocation import InvocationFuture, fail
 from zenoh_ice.operation import Operation
-from zenoh_ice.outgoing import fail
 from zenoh_ice.stream_reader import StreamReader
 
 from ..component import Component, proxies_of
@@ -60,7 +60,7 @@ class _Recorded(ObjectPrx):
             self._results.put(outcome, context)
         return value
 
-    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> Future[V]:  # noqa: ANN401
+    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> InvocationFuture[V]:  # noqa: ANN401
         """Call, and record the outcome when it arrives."""
         genuine = super().ice_invokeAsync(operation, *args, **kwargs)
         context = self._recorder.turns.context
@@ -68,7 +68,7 @@ class _Recorded(ObjectPrx):
             return genuine
         ticket = next(self._tickets)
         self._results.put(Outcome(operation, "begin", args, extra={"ticket": ticket}), context)
-        visible: Future[V] = _RecordedFuture(self._recorder)
+        visible: InvocationFuture[V] = _RecordedFuture(self._recorder)
         visible.set_running_or_notify_cancel()
         genuine.add_done_callback(partial(self._arrived, operation, ticket, visible))
         return visible
@@ -111,7 +111,7 @@ class _Recorded(ObjectPrx):
                 visible.set_result(value)
 
 
-class _RecordedFuture(Future[V]):
+class _RecordedFuture(InvocationFuture[V]):
     """A future whose waits let others have their turns."""
 
     def __init__(self, recorder: Recorder) -> None:

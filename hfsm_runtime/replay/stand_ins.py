@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import builtins
 from collections.abc import Callable
-from concurrent.futures import Future
 from typing import Any, ClassVar, Final, NoReturn, TypeVar, cast
 
 import msgspec
@@ -12,6 +11,7 @@ import msgspec
 from zenoh_ice import ObjectPrx, Sample, Subscription, exceptions
 from zenoh_ice.exceptions import MarshalException, SystemException, TimeoutException, UnknownException
 from zenoh_ice.identity import Target
+from zenoh_ice.invocation import InvocationFuture
 from zenoh_ice.operation import Operation
 from zenoh_ice.stream_reader import StreamReader
 from zenoh_ice.wire_errors import decode_error
@@ -95,9 +95,9 @@ class _Replayed(ObjectPrx):
         record = self._answers.take(want, args)
         return cast("V", self._outcome(operation, want, record))
 
-    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> Future[V]:  # noqa: ANN401, ARG002
+    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> InvocationFuture[V]:  # noqa: ANN401, ARG002
         """Return a future that is settled when the outcome arrived."""
-        future: Future[V] = _ReplayedFuture(self._answers)
+        future: InvocationFuture[V] = _ReplayedFuture(self._answers)
         future.set_running_or_notify_cancel()
 
         def settle(record: Record | None) -> None:
@@ -228,7 +228,7 @@ class _ReplayedReader:
         return newest[key]
 
 
-class _ReplayedFuture(Future[V]):
+class _ReplayedFuture(InvocationFuture[V]):
     """A future that is settled in its time."""
 
     def __init__(self, answers: Answers) -> None:

@@ -1,0 +1,103 @@
+"""A servant that tells what it was told: texts, contexts, under which name it was called."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import ClassVar, Final
+
+from tests.support.limits import LIMIT
+from zenoh_ice.generated import Current, Interface, InvocationFuture, Object, ObjectPrx, Operation, Struct
+
+__all__ = ["Notebook", "NotebookPrx"]
+
+
+class _Nothing(Struct):
+    pass
+
+
+class _Text(Struct):
+    text: str
+
+
+class _Texts(Struct):
+    returnValue: list[str]
+
+
+class _About(Struct):
+    returnValue: dict[str, str]
+
+
+_note: Final[Operation[[str], None]] = Operation("note", arguments=_Text, result=_Nothing)
+_notes: Final[Operation[[], list[str]]] = Operation(
+    "notes", arguments=_Nothing, result=_Texts, idempotent=True
+)
+_about: Final[Operation[[], dict[str, str]]] = Operation("about", arguments=_Nothing, result=_About)
+_who: Final[Operation[[], dict[str, str]]] = Operation(
+    "who", arguments=_Nothing, result=_About, idempotent=True
+)
+
+NOTEBOOK: Final = Interface(
+    "::test::Notebook",
+    operations=(_note, _notes, _about, _who),
+    fingerprint="c0ffee0000000005",
+    definition="interface ::test::Notebook",
+)
+
+
+class NotebookPrx(ObjectPrx):
+    ice_interface: ClassVar[Interface] = NOTEBOOK
+
+    def note(self, text: str, context: Mapping[str, str] | None = None) -> None:
+        return (self if context is None else self.ice_context(context)).ice_invoke(_note, text)
+
+    def noteAsync(self, text: str) -> InvocationFuture[None]:
+        return self.ice_invokeAsync(_note, text)
+
+    def notes(self) -> list[str]:
+        return self.ice_invoke(_notes)
+
+    def about(self, context: Mapping[str, str] | None = None) -> dict[str, str]:
+        return (self if context is None else self.ice_context(context)).ice_invoke(_about)
+
+    def aboutAsync(self, context: Mapping[str, str] | None = None) -> InvocationFuture[dict[str, str]]:
+        return (self if context is None else self.ice_context(context)).ice_invokeAsync(_about)
+
+    def who(self) -> dict[str, str]:
+        return self.ice_invoke(_who)
+
+
+class Notebook(Object):
+    ice_interface: ClassVar[Interface] = NOTEBOOK
+
+    def __init__(self, name: str = "") -> None:
+        self._name = name
+        self._changed = threading.Condition()
+        self._notes: list[str] = []
+        self.called = 0
+
+    def note(self, text: str, current: Current) -> None:
+        with self._changed:
+            self._notes.append(text)
+            self._changed.notify_all()
+
+    def notes(self, current: Current) -> list[str]:
+        return list(self._notes)
+
+    def about(self, current: Current) -> dict[str, str]:
+        self.called += 1
+        return {
+            "servant": self._name,
+            "identity": current.identity,
+            "facet": current.facet,
+            **current.ctx,
+        }
+
+    def who(self, current: Current) -> dict[str, str]:
+        return self.about(current)
+
+    def wait_for(self, count: int) -> list[str]:
+        """Wait until so many notes are there, and return them."""
+        with self._changed:
+            self._changed.wait_for(lambda: len(self._notes) >= count, LIMIT)
+            return list(self._notes)

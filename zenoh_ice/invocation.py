@@ -1,0 +1,291 @@
+"""Futures of calls: what they cost is paid by whoever waits, and only when somebody does."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, InvalidStateError
+from contextlib import AbstractContextManager, nullcontext, suppress
+from functools import partial
+from typing import Any, Final, Protocol, TypeVar
+
+import zenoh
+
+from .dispatch import Dispatcher
+from .exceptions import CommunicatorDestroyedException
+
+__all__ = ["Exchange", "InvocationFuture", "Receiver", "Replies", "fail", "first_reply", "settle"]
+
+V = TypeVar("V")
+
+_THREADS: Final = 4  # of a communicator that receive for futures which nobody waits for
+_LOOK: Final = 0.001  # s between two looks at the calls beyond those that a thread of its own waits for
+_FINISHED: Final = "FINISHED"
+_NOTHING: Final = nullcontext()
+_CANCELLED: Final = frozenset({"CANCELLED", "CANCELLED_AND_NOTIFIED"})
+
+
+class Replies(Protocol):
+    """What the answer to a request is received from; both raise ZError at the end without one."""
+
+    def recv(self) -> zenoh.Reply:
+        """Wait for the answer."""
+
+    def try_recv(self) -> zenoh.Reply | None:
+        """Return the answer, or None before it has come."""
+
+
+class Exchange(Protocol):
+    """A request that was sent."""
+
+    @property
+    def replies(self) -> Replies:
+        """What the reply is received from."""
+
+    @property
+    def longest_wait(self) -> float:
+        """Seconds within which the outcome is known in any case."""
+
+    def interpret(self, reply: zenoh.Reply | None) -> object:
+        """Return what the operation returns, or raise what it raises; None is the end without a reply."""
+
+    def cancel(self) -> None:
+        """Forget the request; no reply is received any more."""
+
+
+class InvocationFuture(Future[V]):
+    """The outcome of a call, to wait for by `result`, to `await`, to be called back by or to cancel.
+
+    `cancel` ends the wait at once; the servant may execute the call all the same. Functions given to
+    `add_done_callback` run on threads of the communicator.
+    """
+
+    def __init__(self, receiver: Receiver | None = None) -> None:
+        self._receiver = receiver
+        self._watched = False
+        self._unreceived: list[Exchange] = []
+        """The exchange; who takes it out receives its reply, and nobody else does."""
+        self._exchange: Exchange | None = None
+        super().__init__()
+
+    def __await__(self) -> Generator[Any, None, V]:
+        return asyncio.wrap_future(self).__await__()
+
+    def begun(self, exchange: Exchange) -> None:
+        """Take note that the request was sent."""
+        self._exchange = exchange
+        self._unreceived.append(exchange)
+        if self._watched:
+            self._watch()
+        if self._state in _CANCELLED:
+            exchange.cancel()
+
+    def result(self, timeout: float | None = None) -> V:
+        """Return what the operation returns, or raise what it raises.
+
+        Without `timeout`, in s, it waits for as long as a call may take. Raises TimeoutError when the
+        outcome is not known in time, CancelledError after `cancel`.
+        """
+        self._receive(timeout)
+        with self._waiting():
+            return super().result(timeout)
+
+    def exception(self, timeout: float | None = None) -> BaseException | None:
+        """Return what the operation raises, or None; waits as `result` does."""
+        self._receive(timeout)
+        with self._waiting():
+            return super().exception(timeout)
+
+    def running(self) -> bool:
+        """Return whether the outcome is not known yet."""
+        return not self.done()
+
+    def cancel(self) -> bool:
+        """End the wait; return False when the outcome is known already."""
+        if not super().cancel():
+            return False
+        with self._lock:
+            if self._state == "CANCELLED":
+                self.set_running_or_notify_cancel()  # tells those that wait for several futures
+        if self._exchange is not None:
+            self._exchange.cancel()
+        return True
+
+    def _waiting(self) -> AbstractContextManager[None]:
+        """Let the pool of threads that settles futures have one thread more, if this is one of them."""
+        if self._receiver is None or self._state == _FINISHED:
+            return _NOTHING
+        return self._receiver.blocked()
+
+    def _receive(self, timeout: float | None) -> None:
+        """Receive the reply on the thread that wants it: that saves two changes of threads."""
+        try:
+            exchange = self._unreceived[-1]
+            if timeout is not None and timeout < exchange.longest_wait:
+                return  # a reply cannot be received with another limit than that of the call
+            self._unreceived.remove(exchange)
+        except (IndexError, ValueError):
+            return  # not sent yet, or somebody else receives
+        try:
+            reply = first_reply(exchange.replies)
+        except BaseException:  # Ctrl-C: others wait on, and who asks again does
+            self._unreceived.append(exchange)
+            if self._watched:
+                self._watch()
+            raise
+        self.received(exchange, reply)
+
+    def received(self, exchange: Exchange, reply: zenoh.Reply | None) -> None:
+        """Let the future have the outcome that a reply is, or that there was none."""
+        if self._state not in _CANCELLED:
+            settle(self, partial(exchange.interpret, reply))
+
+    # The standard library takes this lock wherever it needs to be woken when the outcome is known: by then
+    # somebody must receive the reply who does not wait for it in person.
+
+    @property
+    def _condition(self) -> threading.Condition:
+        if not self._watched and self._state != _FINISHED:
+            self._watched = True
+            self._watch()
+        return self._lock
+
+    @_condition.setter
+    def _condition(self, condition: threading.Condition) -> None:
+        self._lock = condition
+
+    def _watch(self) -> None:
+        if self._receiver is not None:
+            with suppress(IndexError):
+                self._receiver.watch(self, self._unreceived.pop())
+
+
+class Receiver:
+    """Receive replies for futures that somebody wants to be told of, with few threads for any number of them.
+
+    All threads but one each wait for one reply. The last, once it is alone, looks after all the others by
+    turns, so that calls that take long hold up nobody. A receiver ends when its session is closed, which ends
+    all calls. Callbacks of users run on the threads of the dispatcher.
+    """
+
+    def __init__(self, name: str, dispatcher: Dispatcher) -> None:
+        self._name: Final = name
+        self._submit: Final = dispatcher.submit
+        self.blocked: Final = dispatcher.blocked
+        self._changed = threading.Condition()
+        self._waiting: deque[tuple[InvocationFuture[Any], Exchange]] = deque()
+        self._futures: set[InvocationFuture[Any]] = set()
+        self._threads: list[threading.Thread] = []
+        self._idle = 0
+        self._blocked = 0
+        self._closed = False
+
+    def watch(self, future: InvocationFuture[Any], exchange: Exchange) -> None:
+        """Receive a reply, and let a future have the outcome."""
+        with self._changed:
+            if self._closed:
+                self._submit(partial(fail, future, _destroyed()))
+                return
+            self._futures.add(future)
+            self._waiting.append((future, exchange))
+            if self._idle:
+                self._changed.notify()
+            elif len(self._threads) < _THREADS:
+                name = f"{self._name} replies {len(self._threads) + 1}"
+                thread = threading.Thread(target=self._work, name=name, daemon=True)
+                thread.start()  # first: if Ctrl-C strikes here, what was not started must not be waited for
+                self._threads.append(thread)
+
+    def close(self, timeout: float) -> None:
+        """End the threads, after the session was closed; futures that have no outcome get an exception."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        deadline = time.monotonic() + timeout
+        for thread in self._threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
+        for future in tuple(self._futures):
+            fail(future, _destroyed())
+
+    def _work(self) -> None:
+        while (turn := self._next()) is not None:
+            for future, exchange in turn:
+                reply = first_reply(exchange.replies)
+                with self._changed:
+                    self._blocked -= 1
+                self._deliver(future, exchange, reply)
+            if not self._look_through() and not turn:
+                time.sleep(_LOOK)
+
+    def _next(self) -> list[tuple[InvocationFuture[Any], Exchange]] | None:
+        """Return the call to wait for; none when all are to be looked after, None at the end."""
+        with self._changed:
+            self._idle += 1
+            self._changed.wait_for(lambda: self._waiting or self._closed)
+            self._idle -= 1
+            if not self._waiting:
+                return None
+            if self._blocked >= _THREADS - 1:
+                return []
+            self._blocked += 1
+            return [self._waiting.popleft()]
+
+    def _look_through(self) -> bool:
+        """Take the replies that have come meanwhile; return whether there were any."""
+        with self._changed:
+            waiting = list(self._waiting)
+            found = [(each, reply) for each in waiting for reply in _replies_so_far(each[1].replies)]
+            if found:
+                received = {id(each) for each, _ in found}
+                self._waiting = deque(each for each in waiting if id(each) not in received)
+        for (future, exchange), reply in found:
+            self._deliver(future, exchange, reply)
+        return bool(found)
+
+    def _deliver(self, future: InvocationFuture[Any], exchange: Exchange, reply: zenoh.Reply | None) -> None:
+        def settle_it() -> None:
+            future.received(exchange, reply)
+            self._futures.discard(future)
+
+        self._submit(settle_it)
+
+
+def settle(future: Future[Any], compute: Callable[[], object]) -> None:
+    """Give a future the outcome of a function, unless it has one already."""
+    try:
+        result = compute()
+    except BaseException as error:  # noqa: BLE001 - it is told by the future
+        fail(future, error)
+    else:
+        with suppress(InvalidStateError):
+            future.set_result(result)
+
+
+def fail(future: Future[Any], error: BaseException) -> None:
+    """Give a future an exception, unless it has an outcome already."""
+    with suppress(InvalidStateError):  # it was cancelled, or the communicator was destroyed and said so
+        future.set_exception(error)
+
+
+def first_reply(replies: Replies) -> zenoh.Reply | None:
+    """Wait for a reply; return None when the call ended without one."""
+    try:
+        return replies.recv()
+    except zenoh.ZError:  # the channel was closed
+        return None
+
+
+def _replies_so_far(replies: Replies) -> list[zenoh.Reply | None]:
+    """Return the reply that has come, None for the end without one, or nothing as long as it may come."""
+    try:
+        reply = replies.try_recv()
+    except zenoh.ZError:
+        return [None]
+    return [] if reply is None else [reply]
+
+
+def _destroyed() -> CommunicatorDestroyedException:
+    return CommunicatorDestroyedException("the communicator was destroyed during the call")
