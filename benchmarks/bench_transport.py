@@ -27,6 +27,8 @@ import time
 from pathlib import Path
 from typing import Final
 
+import psutil
+
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
@@ -37,8 +39,8 @@ from benchmarks.transport.processes import generated_package  # noqa: E402
 
 SECTIONS: Final = ("calls", "images", "streams", "clients", "joints", "beside", "soak")
 RESULTS: Final = HERE / "results"
-DISTURBED: Final = 0.3
-"""Load of the machine before a section from which its figures are doubtful."""
+DISTURBED: Final = 5.0
+"""Percent of the machine that others use before a section, from which its figures are doubtful."""
 
 
 def main() -> None:
@@ -68,15 +70,15 @@ def main() -> None:
 
 
 def _measure(name: str, package: Path, effort: Effort) -> Section:
-    load = os.getloadavg()[0]
-    print(f"measuring {name}" + (f" beside a load of {load:.1f}" if load > DISTURBED else ""), flush=True)
+    others = psutil.cpu_percent(interval=2.0)
+    beside = f" while others take {others:.0f} % of the machine" if others > DISTURBED else ""
+    print(f"measuring {name}{beside}", flush=True)
     begin = time.monotonic()
     section: Section = importlib.import_module(f"benchmarks.transport.{name}").measure(package, effort)
     section.run = {
         "when": time.strftime("%Y-%m-%d %H:%M", time.gmtime()) + " UTC",
         "took": f"{time.monotonic() - begin:.0f} s",
-        "how": ("a short trial" if effort.quick else "a full run")
-        + (f" on a machine that was busy (load {load:.1f})" if load > DISTURBED else ""),
+        "how": ("a short trial" if effort.quick else "a full run") + beside.replace("take", "took"),
         "on": _machine(),
     }
     return section
