@@ -67,7 +67,7 @@ def naoserver_naoqi(
         with serve(nao, adapter, ServerOptions()) as server:
             nao.report_to(server.assembly)
             adapter.activate()
-            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.listen)}, robot {address}")
+            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")
             communicator.waitForShutdown()
 
 

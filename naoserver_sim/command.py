@@ -128,7 +128,7 @@ def naoserver_sim(
                 url = also.enter_context(serve_as_naoqi(robot, server.assembly, qi)).url
                 typer.echo(f"NAOqi: {url}")
             adapter.activate()
-            endpoints = ", ".join(settings.listen)
+            endpoints = ", ".join(settings.reached_at)
             typer.echo(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
 
             def ended(seconds: float) -> bool:

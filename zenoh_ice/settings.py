@@ -110,6 +110,11 @@ class Settings:
         widths = [max(len(row[column]) for row in rows) for column in range(2)]
         return "\n".join(f"{key:<{widths[0]}}  {value:<{widths[1]}}  {origin}" for key, value, origin in rows)
 
+    @property
+    def reached_at(self) -> tuple[str, ...]:
+        """Where others reach the component: where it listens or, of a client, what it connects to."""
+        return self.connect if self.mode == "client" else self.listen
+
     def environment(self) -> dict[str, str]:
         """Return the variables by which another process belongs to the same realm, as the same user."""
         variables = {"realm": self.realm, "connect": ",".join(self.connect), "mode": self.mode}

@@ -35,7 +35,7 @@ def fake(*, settings: Settings) -> None:
         adapter = communicator.createObjectAdapter("FakeRobot")
         with serve(robot, adapter):
             adapter.activate()
-            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.listen)}")
+            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
             communicator.waitForShutdown()
 
 

@@ -23,7 +23,8 @@ def make_services(settings: Settings) -> MakeServices:
     """
 
     def make(publish: Publish) -> Services:
-        listen = (free_endpoint(),) if settings.listen == _ANY_PORT else settings.listen
+        listens_anywhere = settings.mode == "peer" and settings.listen == _ANY_PORT
+        listen = (free_endpoint(),) if listens_anywhere else settings.listen
         return Services(
             code_help=CodeHelper(),
             running=RunningComponents(publish, settings.override(connect=(*listen, *settings.connect))),
