@@ -21,6 +21,7 @@ from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
+from tests.support.waiting import call_until_it_works, until
 from zenoh_ice import (
     AlreadyRegisteredException,
     Communicator,
@@ -51,23 +52,6 @@ def server(endpoint: str) -> Iterator[ComponentProcess]:
 @pytest.fixture
 def client(endpoint: str, make_communicator: MakeCommunicator) -> Communicator:
     return make_communicator(connect=[endpoint])
-
-
-def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
-    deadline = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
-
-
-def call_until_it_works(calculator: CalculatorPrx) -> None:
-    def works() -> bool:
-        try:
-            return calculator.add(1.0, 2.0) == 3.0
-        except SystemException:
-            return False
-
-    until(works)
 
 
 class TestNoServer:

@@ -1,0 +1,208 @@
+"""What callers see when the network between them and a server is cut, silent, slow or garbled, or a router ends."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import pytest
+
+from tests.support.calculator import CalculatorPrx, Reading
+from tests.support.calculator_servant import CalculatorI
+from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.processes import ComponentProcess, module
+from tests.support.relay import Relay
+from tests.support.waiting import call_until_it_works, until
+from zenoh_ice import (
+    Communicator,
+    ConnectFailedException,
+    ConnectionLostException,
+    SystemException,
+    TimeoutException,
+)
+
+MakeCommunicator = Callable[..., Communicator]
+
+LEASE = 1.0  # s, so that silence is noticed soon
+
+
+@dataclass(frozen=True)
+class Line:
+    """A client and a server with a relay between them."""
+
+    relay: Relay
+    server: Communicator
+    client: Communicator
+    servant: CalculatorI
+    calculator: CalculatorPrx
+
+
+@pytest.fixture
+def line(
+    endpoint: str, make_communicator: MakeCommunicator, request: pytest.FixtureRequest
+) -> Iterator[Line]:
+    """A line whose ends notice silence after the lease that the test is marked with."""
+    lease = getattr(request, "param", CALL_LIMIT)
+    server = make_communicator(listen=[endpoint], lease=lease)
+    adapter = server.createObjectAdapter("Test")
+    servant = CalculatorI()
+    adapter.add(servant, "Calculator")
+    adapter.activate()
+    with Relay(endpoint) as relay:
+        # It listens on nothing: gossip would lead the server around the relay.
+        client = make_communicator(connect=[relay.endpoint], listen=[], lease=lease, shared_memory=False)
+        calculator = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
+        call_until_it_works(calculator)  # on a busy machine, a short lease may end as soon as it begins
+        yield Line(relay, server, client, servant, calculator)
+        servant.leave.set()
+        client.destroy()
+
+
+def patient(calculator: CalculatorPrx) -> CalculatorPrx:
+    """Return a proxy whose calls end for another reason than their limit."""
+    return calculator.ice_invocationTimeout(LIMIT * 1000)
+
+
+def test_a_cut_is_told_at_once_and_calls_go_on_after_it(line: Line) -> None:
+    pending = patient(line.calculator).sleepAsync(LIMIT)
+    assert line.servant.entered.wait(LIMIT)
+    line.relay.cut()
+    with pytest.raises(ConnectionLostException, match="went away"):
+        pending.result(LIMIT)
+    with pytest.raises(ConnectionLostException, match="calls go on as soon as it is back"):
+        patient(line.calculator).count()
+    line.servant.leave.set()
+    line.relay.resume()
+    call_until_it_works(line.calculator)
+    assert line.servant.counted == 0  # nothing that failed is sent again
+
+
+def test_a_stream_goes_on_after_a_cut(line: Line) -> None:
+    publisher = line.servant.getReadingPublisher
+    assert line.calculator.getReading.latest() is None
+    assert publisher.wait_for_listener(LIMIT)
+    publisher.publish(Reading(1, []))
+    sample = line.calculator.getReading.wait(timeout=LIMIT)
+    line.relay.cut()
+    with pytest.raises(ConnectionLostException):
+        line.calculator.getReading.wait(after=sample, timeout=LIMIT)
+    assert line.calculator.getReading.latest() is sample  # its age tells that it is old
+    line.relay.resume()
+
+    def goes_on() -> bool:
+        publisher.publish(Reading(2, []))
+        newest = line.calculator.getReading.latest()
+        return newest is not None and newest.value.count == 2
+
+    until(goes_on)
+
+
+@pytest.mark.parametrize("line", [LEASE], indirect=True)
+def test_silence_is_a_loss_after_the_lease_at_both_ends(line: Line) -> None:
+    lost: list[str] = []
+    line.server.onClientLost(lost.append)
+    line.relay.hold()
+    with pytest.raises(ConnectionLostException, match="went away"):
+        patient(line.calculator).count()
+    until(lambda: line.client.client_id in lost)
+    line.relay.resume()
+    call_until_it_works(line.calculator)
+
+
+def test_a_slow_line_delays_calls_and_only_those_that_may_not_take_so_long_fail(line: Line) -> None:
+    line.relay.delay(0.1)
+    began = time.monotonic()
+    assert line.calculator.add(1.0, 2.0) == 3.0
+    assert time.monotonic() - began >= 0.2  # there and back
+    with pytest.raises(TimeoutException, match=r"0\.15 s"):
+        line.calculator.ice_invocationTimeout(150).add(1.0, 2.0)
+
+
+def test_a_sample_that_came_over_a_slow_line_is_as_old_as_it_is(line: Line) -> None:
+    publisher = line.servant.getReadingPublisher
+    line.calculator.getReading.latest()
+    assert publisher.wait_for_listener(LIMIT)
+    line.relay.delay(0.1)
+    publisher.publish(Reading(1, []))
+    assert line.calculator.getReading.wait(timeout=LIMIT).age >= 0.1
+
+
+@pytest.mark.parametrize("line", [2.0], indirect=True)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_garbled_traffic_ends_calls_and_no_process(line: Line, seed: int) -> None:
+    """Whatever the noise makes of it, a call ends, with an exception of ours or an answer."""
+    noise = random.Random(seed)
+
+    def garble(data: bytearray) -> None:
+        for _ in range(max(1, len(data) // 200)):
+            data[noise.randrange(len(data))] ^= noise.randrange(1, 256)
+
+    line.calculator.getReading.subscribe(lambda _: None)
+    line.relay.garble(garble)
+    calculator = line.calculator.ice_invocationTimeout(2000)
+    lost = 0
+    while not lost:
+        line.servant.getReadingPublisher.publish(Reading(1, [1.0]))
+        try:
+            calculator.divide(7.0, 2.0)
+        except ConnectionLostException:
+            lost += 1
+        except SystemException:
+            continue
+    line.relay.resume()
+    call_until_it_works(line.calculator)
+
+
+class TestRouter:
+    @pytest.fixture
+    def router(self, endpoint: str) -> Iterator[ComponentProcess]:
+        with ComponentProcess(module("deploy.nao", "router", "--listen", endpoint)) as process:
+            process.wait_for("the router listens")
+            yield process
+
+    def serve(self, communicator: Communicator) -> CalculatorI:
+        adapter = communicator.createObjectAdapter("Test")
+        servant = CalculatorI()
+        adapter.add(servant, "Calculator")
+        adapter.activate()
+        return servant
+
+    def test_direct_links_outlive_the_router_that_made_them_known(
+        self, endpoint: str, router: ComponentProcess, make_communicator: MakeCommunicator
+    ) -> None:
+        server = make_communicator(connect=[endpoint])
+        self.serve(server)
+        client = make_communicator(connect=[endpoint])
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        until(lambda: {str(link.zid) for link in client.session.info.transports()} >= {server.client_id})
+        router.process.kill()
+        router.process.wait(LIMIT)
+        assert calculator.add(1.0, 2.0) == 3.0
+        late = make_communicator(connect=[endpoint])
+        proxy = late.stringToProxy("Calculator").ice_invocationTimeout(200)
+        with pytest.raises(ConnectFailedException, match="nothing answers"):
+            CalculatorPrx.checkedCast(proxy)
+        with ComponentProcess(router.command) as second:
+            second.wait_for("the router listens")
+            assert CalculatorPrx.checkedCast(late.stringToProxy("Calculator")).add(1.0, 2.0) == 3.0
+
+    def test_what_goes_through_a_router_is_lost_with_it_and_comes_back_with_it(
+        self, endpoint: str, router: ComponentProcess, make_communicator: MakeCommunicator
+    ) -> None:
+        server, client = (
+            make_communicator(connect=[endpoint], mode="client", timeout=CALL_LIMIT) for _ in range(2)
+        )
+        servant = self.serve(server)
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        pending = patient(calculator).sleepAsync(LIMIT)
+        assert servant.entered.wait(LIMIT)
+        router.process.kill()
+        with pytest.raises(ConnectionLostException):
+            pending.result(LIMIT)
+        with pytest.raises(ConnectionLostException):
+            calculator.count()
+        servant.leave.set()
+        with ComponentProcess(router.command):
+            call_until_it_works(calculator)

@@ -1,0 +1,32 @@
+"""Wait for what nothing announces."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from tests.support.calculator import CalculatorPrx
+from tests.support.limits import LIMIT
+from zenoh_ice import SystemException
+
+__all__ = ["call_until_it_works", "until"]
+
+
+def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
+    """Look again and again until a condition holds."""
+    deadline = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def call_until_it_works(calculator: CalculatorPrx) -> None:
+    """Call until the server answers as it should."""
+
+    def works() -> bool:
+        try:
+            return calculator.add(1.0, 2.0) == 3.0
+        except SystemException:
+            return False
+
+    until(works)
