@@ -97,7 +97,9 @@ class Communicator:
             self.client_id: Final = str(self.session.zid())
             self.dispatcher: Final = Dispatcher(settings.dispatch_threads, f"zenoh_ice {settings.realm}")
             on_failure.callback(self.dispatcher.close, _DESTROY_LIMIT)
-            self.presence: Final = Presence(self.session, connect_endpoints(settings), self.dispatcher.submit)
+            self.presence: Final = Presence(
+                self.session, connect_endpoints(settings), self.dispatcher.submit, settings.security
+            )
             on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
             self.coroutines: Final = Coroutines(f"zenoh_ice {settings.realm} coroutines")

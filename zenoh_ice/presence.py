@@ -24,7 +24,9 @@ from .exceptions import (
     SystemException,
 )
 from .identity import ANY_NAME, NAME, Target
+from .link_check import explain_endpoints
 from .operation import OBJECT_TYPE_ID
+from .security import Security
 from .stop_signals import unbroken
 
 __all__ = ["ABSENT", "Presence", "ServantInfo", "servant_token"]
@@ -99,15 +101,21 @@ class Presence:
     """
 
     def __init__(
-        self, session: zenoh.Session, endpoints: Sequence[str], notify: Callable[[Callable[[], None]], None]
+        self,
+        session: zenoh.Session,
+        endpoints: Sequence[str],
+        notify: Callable[[Callable[[], None]], None],
+        security: Security | None = None,
     ) -> None:
         self._session: Final = session
+        self._security: Final = security or Security()
         self._endpoints: Final = tuple(endpoints)
         self._notify: Final = notify
         self._changed = threading.Condition()
         self._servants: dict[Target, dict[str, str]] = {}
         self._servers: dict[Target, dict[str, ServantInfo]] = {}
         self._lost: dict[Target, float] = {}
+        self._last_server: dict[Target, str] = {}  # of what was lost
         self._tokens = 0
         self._listeners: list[Callable[[], None]] = []
         self._telling = False  # the listeners, or about to
@@ -239,11 +247,7 @@ class Presence:
                 "calls go on as soon as it is back"
             )
         if self._endpoints and not self.linked():
-            return ConnectFailedException(
-                f"nothing answers at {endpoints}: start a server there, for instance with `naoserver-sim`, "
-                "or name another endpoint with --connect",
-                self._endpoints,
-            )
+            return ConnectFailedException(explain_endpoints(self._endpoints, self._security), self._endpoints)
         facets = self._facets(target)
         if facets:
             return FacetNotExistException(
@@ -279,7 +283,24 @@ class Presence:
                 return False
             if time.monotonic() - lost < _SAME_MOMENT:  # word of the link may still be on its way
                 self._changed.wait_for(lambda: abs(lost - self._last_link_lost) < _SAME_MOMENT, _LINK_NOTICE)
-            return abs(lost - self._last_link_lost) < _SAME_MOMENT or not self.linked()
+            return (
+                abs(lost - self._last_link_lost) < _SAME_MOMENT
+                or not self.linked()
+                or self._lost_behind_router(target)
+            )
+
+    def _lost_behind_router(self, target: Target) -> bool:
+        """Return whether nothing is left of the server of a lost servant, to which no link of ours led."""
+        server = next(
+            (self._last_server[each] for each in (target, *target.stand_ins) if each in self._last_server), ""
+        )
+        if not server or server in self._linked:
+            return False
+        # All its tokens go together; it takes them one by one.
+        return self._changed.wait_for(lambda: not self._serves(server), _LINK_NOTICE)
+
+    def _serves(self, server: str) -> bool:
+        return any(server in servers for servers in self._servers.values())
 
     # What others register.
 
@@ -371,9 +392,11 @@ class Presence:
         else:
             del servers[server]
             while len(self._lost) >= _MAX_SERVANTS:
-                del self._lost[next(iter(self._lost))]
+                oldest = next(iter(self._lost))
+                del self._lost[oldest], self._last_server[oldest]
             self._lost.pop(target, None)  # so that it becomes the newest
             self._lost[target] = time.monotonic()
+            self._last_server[target] = server
         if servers:
             self._servants[target] = _merged(servers)
         else:

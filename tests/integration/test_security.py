@@ -15,13 +15,13 @@ from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.security import Keys
-from zenoh_ice import Communicator, Current, initialize
+from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
 from zenoh_ice.exceptions import (
     AccessDeniedException,
-    BusyException,
     ConnectFailedException,
     ConnectionLostException,
     EndpointInUseException,
+    ObjectNotExistException,
     SystemException,
     TimeoutException,
 )
@@ -71,7 +71,6 @@ def open_with() -> Iterator[Callable[[Settings], Communicator]]:
         communicator.destroy()
 
 
-DENIED = (AccessDeniedException, BusyException)
 Open = Callable[[Settings], Communicator]
 
 
@@ -94,10 +93,11 @@ def plain(**changes: object) -> Settings:
     return Settings(clock="wall", connect=()).override(**changes)
 
 
-def serve(communicator: Communicator, servant: PoseHead, identity: str) -> None:
+def serve(communicator: Communicator, servant: PoseHead, identity: str) -> ObjectAdapter:
     adapter = communicator.createObjectAdapter("Test")
     adapter.add(servant, identity)
     adapter.activate()
+    return adapter
 
 
 def proxy(communicator: Communicator, identity: str = "Head") -> PoseHeadPrx:
@@ -107,7 +107,7 @@ def proxy(communicator: Communicator, identity: str = "Head") -> PoseHeadPrx:
 def test_a_student_reads_and_does_not_move(keys: Keys, head: HeadI, open_with: Open) -> None:
     student = proxy(open_with(keys.settings("student")))
     assert student.getPose().pan == 0.25
-    with pytest.raises(DENIED, match="setPose"):
+    with pytest.raises(AccessDeniedException, match="setPose"):
         student.setPose(1.0, 0.0, 0.5)
     assert head.moved == []
     operator = proxy(open_with(keys.settings("operator")))
@@ -235,7 +235,7 @@ class TestPasswords:
 
     def test_roles_are_those_of_the_users(self, connect: dict[str, object], open_with: Open) -> None:
         ann = open_with(login(connect, user="ann", password="secret"))
-        with pytest.raises(DENIED):
+        with pytest.raises(AccessDeniedException):
             proxy(ann).setPose(1.0, 0.0, 0.5)
         assert proxy(ann).getPose().pan == 0.25
         bob = open_with(login(connect, user="bob", password="other"))
@@ -259,9 +259,25 @@ def test_a_server_without_a_router_grants_access_itself(keys: Keys, open_with: O
     serve(open_with(router.override(mode="peer")), servant, "Head")
     student = proxy(open_with(keys.settings("student")))
     assert student.getPose().pan == 0.25
-    with pytest.raises(DENIED):
+    with pytest.raises(AccessDeniedException):
         student.setPose(1.0, 0.0, 0.5)
     assert proxy(open_with(keys.settings("operator"))).setPose(1.0, 0.0, 0.5).pan == 1.0
+
+
+def test_a_server_behind_the_router_that_ended_is_lost_and_a_servant_that_was_removed_is_absent(
+    keys: Keys, router: Router, open_with: Open
+) -> None:
+    robot = open_with(keys.settings("robot"))
+    serve(robot, HeadI(), "Head")
+    adapter = serve(robot, HeadI(), "Spare")
+    operator = open_with(keys.settings("operator"))
+    head, spare = proxy(operator), proxy(operator, "Spare")
+    adapter.remove("Spare")
+    with pytest.raises(ObjectNotExistException):
+        spare.getPose()
+    robot.destroy()
+    with pytest.raises(ConnectionLostException, match="the server of Head@nao went away"):
+        head.getPose()
 
 
 def test_calls_go_on_after_the_router_was_started_again(keys: Keys, open_with: Open) -> None:
