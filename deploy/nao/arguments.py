@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from deploy.nao.definitions import Builtin, Member, Named, OperationSignature, Optional, Type
+from deploy.nao.definitions import Builtin, Member, Named, OperationSignature, Optional, Proxy, Type
 from deploy.nao.definitions import Sequence as SequenceType
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.errors import UsageError
@@ -98,21 +98,20 @@ def _whole_object(proxy: DynamicProxy, parameters: dict[str, Member], word: str)
 def _read(proxy: DynamicProxy, kind: Type, text: str, name: str) -> Any:  # noqa: ANN401 - whatever JSON holds
     if isinstance(kind, Optional):
         kind = kind.type
+    is_bytes = kind == SequenceType(Builtin("byte"))
     if text.startswith("@"):
         data = _read_file(text[1:], name)
-        if kind == SequenceType(Builtin("byte")):
+        if is_bytes:
             return data
         text = data.decode("utf-8", "replace")
-    is_text = kind == Builtin("string") or (
-        isinstance(kind, Named) and kind.type_id in proxy.definitions.enumerations
-    )
+    is_enumerator = isinstance(kind, Named) and kind.type_id in proxy.definitions.enumerations
     try:
         value = json.loads(text)
     except RecursionError:
         raise UsageError(f"{name}: nested too deeply") from None
     except ValueError:
-        if is_text:
-            return text
+        if kind == Builtin("string") or is_bytes or is_enumerator or isinstance(kind, Proxy):
+            return text  # written without quotes
         raise UsageError(f"{name}: {_shortened(text)} is no {kind} as JSON") from None
     # A word such as `42` or `true` is a text where a text is wanted.
     return text if kind == Builtin("string") and not isinstance(value, str) else value

@@ -19,8 +19,10 @@ __all__ = ["connected", "find_operation", "find_servant", "operations_of", "prox
 
 _QUIET: Final = 0.1
 """Seconds without news after which all are known that a link tells of; they come within milliseconds."""
+_LONGEST_QUIET: Final = 0.5
+"""Seconds after which a link that tells of nobody has nobody to tell of."""
 _LONGEST: Final = 1.0
-"""Seconds after which that is enough, and after which a link is not waited for any longer."""
+"""Seconds after which a link is not waited for any longer."""
 _LOOK: Final = 0.02
 
 
@@ -43,14 +45,13 @@ def find_servant(communicator: Communicator, identity: str, facet: str = "") -> 
 
 def servants(communicator: Communicator) -> list[ServantInfo]:
     """Return the servants of the realm once all are known; none when nobody answers."""
-    deadline = time.monotonic() + _LONGEST
     known: list[ServantInfo] = []
-    changed = time.monotonic()
-    while (now := time.monotonic()) < deadline:
+    started = changed = time.monotonic()
+    while (now := time.monotonic()) < started + _LONGEST:
         found = communicator.servants()
         if found != known:
             known, changed = found, now
-        elif known and now - changed >= _QUIET:
+        elif communicator.presence.linked() and now - changed >= (_QUIET if known else _LONGEST_QUIET):
             break
         time.sleep(_LOOK)
     return known
@@ -107,5 +108,7 @@ def split(communicator: Communicator, text: str) -> tuple[str, str]:
 
 
 def _examples(identity: str, operations: list[OperationSignature]) -> str:
+    if not operations:
+        return "ice_ping and its kin alone"
     names = [f"{identity}.{each.name}" for each in operations]
     return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")

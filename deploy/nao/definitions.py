@@ -48,6 +48,7 @@ _KINDS: Final = frozenset({"interface", "struct", "class", "exception", "enum"})
 _MODIFIERS: Final = frozenset({"throws", "idempotent", "stream"})
 _DEEPEST: Final = 32
 """Types within types."""
+_LONGEST_LINEAGE: Final = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +178,7 @@ class Definitions:
         next_id: str | None = type_id
         while next_id is not None:
             record = self.records.get(next_id)
-            if record is None or record in found:
+            if record is None or record in found or len(found) >= _LONGEST_LINEAGE:
                 raise MarshalException(f"the definition of {type_id} is malformed: it extends {next_id}")
             found.append(record)
             next_id = record.base

@@ -145,11 +145,12 @@ class Types:
         return struct
 
     def _class(self, record: Record) -> Any:  # noqa: ANN401 - as above
+        # Asked for first: it refuses a class that extends itself.
+        ids = [each.type_id for each in self._definitions.lineage(record.type_id)]
         base = Value
         if record.base is not None:
             self._named(record.base)
             base = self._made[record.base]
-        ids = [each.type_id for each in self._definitions.lineage(record.type_id)]
         # Classes refer to each other: the types of the members come when the class is there.
         names = [(_python(member.name), object) for member in record.members]
         rename = {_python(member.name): member.name for member in record.members}

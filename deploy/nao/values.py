@@ -134,7 +134,7 @@ class FromJson:
             case Named(type_id):
                 made = self._types.of(kind)
                 if type_id in self._definitions.enumerations:
-                    return next(iter(made))
+                    return min(made)  # the first, unless the IDL numbers them otherwise
                 record = self._definitions.records.get(type_id)
                 if record is None or record.kind == "class":
                     return None

@@ -1,0 +1,345 @@
+"""The command `nao` against a robot, and against an interface for which there is no generated code."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from naoserver.fake import FakeRobot
+from tests.support.limits import LIMIT
+from tests.support.nao_command import at, nao
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import ServedRobot, served
+from tests.support.slice_compiler import imported
+from zenoh_ice import initialize
+
+pytestmark = pytest.mark.xdist_group("nao command")
+
+
+@pytest.fixture(scope="module")
+def robot() -> Iterator[ServedRobot]:
+    with served(FakeRobot()) as server, at(server.endpoint, server.realm):
+        yield server
+
+
+TOOLS = """
+module tools {
+  enum Mode { Add, Divide };
+  exception Failure { string what; };
+  exception ByZero extends Failure { double dividend; };
+  class Node { int value; Node next; };
+  sequence<byte> Bytes;
+  dictionary<Mode, int> Counts;
+  interface Calculator {
+    double add(double a, double b);
+    double divide(double a, double b, out double remainder) throws Failure;
+    Bytes echo(Bytes data);
+    int count();
+    int total(Node head);
+    Counts swap(Counts counts, Mode first);
+    optional(1) int maybe(optional(2) int x);
+    Calculator* itself();
+    void fail(string text);
+  };
+};
+"""
+
+
+def make_calculator(api: Any) -> Any:
+    class CalculatorI(api.Calculator):  # type: ignore[misc]
+        counted = 0
+
+        def add(self, a, b, current):
+            return a + b
+
+        def divide(self, a, b, current):
+            if b == 0:
+                raise api.ByZero("the divisor is 0", a)
+            return a // b, a % b
+
+        def echo(self, data, current):
+            return data
+
+        def count(self, current):
+            self.counted += 1
+            return self.counted
+
+        def total(self, head, current):
+            return head.value + (self.total(head.next, current) if head.next else 0)
+
+        def swap(self, counts, first, current):
+            return {api.Mode(1 - mode): count for mode, count in counts.items()} | {first: 0}
+
+        def maybe(self, x, current):
+            return x
+
+        def itself(self, current):
+            return api.CalculatorPrx.uncheckedCast(current.communicator.stringToProxy(current.identity))
+
+        def fail(self, text, current):
+            raise RuntimeError(text)
+
+    return CalculatorI()
+
+
+@pytest.fixture(scope="module")
+def tools(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with imported(tmp_path_factory.mktemp("tools"), "nao_tools", {"tools.idl": TOOLS}) as package:
+        yield __import__(f"{package.__name__}.tools", fromlist=["Calculator"])
+
+
+@contextmanager
+def serving(api: Any, **settings: Any) -> Iterator[Any]:
+    """Serve a calculator by the name `tools/Calculator` and with a facet, in a session beside the robot's."""
+    with initialize(clock="wall", **settings) as communicator:
+        adapter = communicator.createObjectAdapter("Tools")
+        servant = make_calculator(api)
+        adapter.add(servant, "tools/Calculator")
+        adapter.addFacet(make_calculator(api), "tools/Calculator", "second")
+        adapter.activate()
+        yield servant
+
+
+@pytest.fixture
+def calculator(robot: ServedRobot, tools: Any) -> Iterator[Any]:
+    with serving(tools, realm=robot.realm, connect=[robot.endpoint]) as servant:
+        yield servant
+
+
+def test_servants_are_listed_with_interface_and_server(robot: ServedRobot) -> None:
+    listed = nao("list", "Head")
+    assert listed.code == 0
+    head, row = listed.out.splitlines()
+    assert head.split() == ["SERVANT", "INTERFACE", "SERVED", "BY", "FOR"]
+    assert row.split()[:2] == ["Head", "nao::PoseHead"]
+    assert str(os.getpid()) in row
+
+
+def test_a_servants_own_interface_is_told_not_one_that_it_extends(robot: ServedRobot) -> None:
+    (camera,) = json.loads(nao("list", "Camera", "--json").out)[:1]
+    assert camera["interface"] == "::jderobot::Camera"
+    assert set(camera["interfaces"]) == {"::jderobot::Camera", "::jderobot::ImageProvider"}
+    assert camera["server"]["pid"] == os.getpid()
+
+
+def test_patterns_choose_servants(robot: ServedRobot) -> None:
+    def names(pattern: str) -> set[str]:
+        return {each["servant"] for each in json.loads(nao("list", pattern, "--json").out)}
+
+    assert names("left*motors") == set()
+    assert "LeftHipMotors" in names("Left*Motors")
+    assert names("posehead") == {"Head"}
+    assert nao("list", "nothing").err.startswith("nao: error: none of ")
+
+
+def test_categories_and_facets_are_listed_and_called(calculator: Any) -> None:
+    assert "tools/Calculator -f second" in nao("list", "tools").out
+    calculator.counted = 10
+    assert nao("call", "tools/Calculator.count").out == "11\n"
+    assert nao("call", "tools/Calculator.count", "--facet", "second").out == "1\n"
+
+
+@pytest.mark.parametrize(
+    ("operation", "words", "result"),
+    [
+        ("add", ["1", "-2.5"], -1.5),
+        ("add", ["b=2", "a=1"], 3.0),
+        ("add", ['{"a": 1, "b": 2}'], 3.0),
+        ("divide", ["7", "2"], {"returnValue": 3.0, "remainder": 1.0}),
+        ("echo", ["[1, 2, 255]"], "AQL/"),
+        ("echo", ["AQL/"], "AQL/"),
+        ("total", ['{"value": 2, "next": {"value": 3, "next": null}}'], 5),
+        ("swap", ['{"Add": 1}', "Add"], {"Divide": 1, "Add": 0}),
+        ("maybe", [], None),
+        ("maybe", ["3"], 3),
+        ("itself", [], "tools/Calculator"),
+        ("ice_ping", [], None),
+        ("ice_id", [], "::tools::Calculator"),
+        ("ice_isA", ["::tools::Calculator"], True),
+    ],
+)
+def test_any_servant_can_be_called(calculator: Any, operation: str, words: list[str], result: object) -> None:
+    outcome = nao("call", f"tools/Calculator.{operation}", *words, "--json")
+    assert (outcome.err, json.loads(outcome.out or "null")) == ("", result)
+
+
+def test_what_a_servant_raises_is_one_line(calculator: Any) -> None:
+    declared = nao("call", "tools/Calculator.divide", "1", "0")
+    assert declared.code == 1
+    assert declared.err == "nao: error: tools::Failure: the divisor is 0\n"
+    undeclared = nao("call", "tools/Calculator.fail", "anything")
+    assert "RuntimeError: anything" in undeclared.err
+
+
+def test_arguments_are_read_from_files_and_standard_input(calculator: Any, tmp_path: Path) -> None:
+    (tmp_path / "data").write_bytes(bytes(range(256)))
+    from_file = nao("call", "tools/Calculator.echo", f"@{tmp_path / 'data'}", "--json")
+    from_input = nao("call", "tools/Calculator.echo", "@-", "--json", stdin=bytes(range(256)))
+    assert from_file.out == from_input.out != ""
+    assert "cannot read" in nao("call", "tools/Calculator.echo", "@/no/such/file").err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["Haed.getPose"], "no servant 'Haed' in realm"),
+        (["Head.getpose"], "did you mean Head.getPose?"),
+        (["Head"], "name an operation of Head, such as Head."),
+        (["Head.setPose", "1"], "setPose needs tilt, fraction as well: HeadPose setPose(double pan, "),
+        (["Head.setPose", "1", "2", "3", "4"], "'4' is one value too many: "),
+        (["Head.setPose", "1", "2", "pan=3"], "pan is given twice"),
+        (["Head.setPose", "1", "left", "3"], "tilt: 'left' is no double as JSON"),
+        (["Head.setPose", "1", "true", "3"], "tilt: true is no double"),
+        (["Head.setPose", '{"pan": 1, "tlit": 2}'], "setPose has no parameter 'tlit'"),
+        (["LeftHipMotors.setPose3DMotorsData", '{"titl": 1}'], "did you mean tilt?"),
+        (["Camera.getImageData", "GIF"], "jderobot::ConfigurationNotExistException: Camera has no format"),
+    ],
+)
+def test_what_is_wrong_with_a_call_is_told(robot: ServedRobot, words: list[str], told: str) -> None:
+    outcome = nao("call", *words)
+    assert told in outcome.err
+    assert (outcome.code, outcome.out) == (1, "")
+
+
+def test_an_unknown_option_is_no_argument(robot: ServedRobot) -> None:
+    assert nao("call", "Head.getPose", "--jsn").code == 2
+
+
+def test_description_tells_operations_and_types(robot: ServedRobot) -> None:
+    text = nao("describe", "Body").out
+    assert "dictionary<string, double> setJointPositions(dictionary<string, double> targets, " in text
+    assert "JointState getJointState()  [stream, idempotent]" in text
+    assert "struct JointLimits: double lower" in text
+    (operation,) = json.loads(nao("describe", "Head.getPose", "--json").out)["operations"]
+    assert (operation["stream"], operation["results"]) == (
+        True,
+        [{"name": "returnValue", "type": "HeadPose"}],
+    )
+
+
+def test_samples_are_watched_as_json(robot: ServedRobot) -> None:
+    lines = [json.loads(line) for line in nao("watch", "Head", "--count", "3", "--json").out.splitlines()]
+    assert [set(line["value"]) >= {"pan", "tilt"} for line in lines] == [True] * 3
+    assert lines[0]["sequence"] < lines[1]["sequence"] < lines[2]["sequence"]
+
+
+def test_figures_are_watched_as_lines(robot: ServedRobot) -> None:
+    head, *lines = nao("watch", "Body.getJointState", "--count", "5").out.splitlines()
+    assert head.startswith("Body.getJointState of ::nao::Joints in realm ")
+    assert lines[-1].startswith("rate ")
+    assert lines[-1].endswith("  lost 0")
+
+
+def test_what_is_no_stream_cannot_be_watched(robot: ServedRobot) -> None:
+    assert (
+        "Head.stop is no stream, it can only be called; there is Head.getPose"
+        in nao("watch", "Head.stop").err
+    )
+
+
+def test_images_are_saved_by_the_ending_of_the_file(robot: ServedRobot, tmp_path: Path) -> None:
+    for name, kind in (("a.png", "PNG"), ("a.jpg", "JPEG"), ("a.ppm", "PPM")):
+        saved = json.loads(nao("save-image", "Camera", str(tmp_path / name), "--json").out)
+        with Image.open(tmp_path / name) as image:
+            assert (image.format, image.size) == (kind, (saved["width"], saved["height"]))
+            image.load()
+    assert "the ending says the format" in nao("save-image", "Camera", "a.gif").err
+    assert "gives no images" in nao("save-image", "Head").err
+    assert "cannot write" in nao("save-image", "Camera", "/no/such/folder/a.png").err
+
+
+def test_status_tells_of_robot_and_processes(robot: ServedRobot) -> None:
+    nao("call", "Speech.ice_ping")
+    told = json.loads(nao("status", "--json").out)
+    assert told["robot"]["Clock"]["simulated"] in {True, False}
+    (process,) = told["processes"]
+    assert process["pid"] == os.getpid()
+    speech = next(each for name, each in process["servants"].items() if name.startswith("Speech"))
+    assert speech["calls"] >= 1
+    text = nao("status", "--all").out
+    assert "upright" in text
+    assert "Speech" in text
+
+
+def test_doctor_finds_the_robot_in_order(robot: ServedRobot) -> None:
+    found = json.loads(nao("doctor", "--json").out)
+    network = [each for each in found if each["check"] == "network"]
+    assert {each["level"] for each in network} == {"ok"}, network
+    assert any("held by" in each["text"] and str(os.getpid()) in each["text"] for each in network)
+
+
+def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:
+    ends = [free_endpoint(), free_endpoint()]
+    with (
+        serving(tools, realm="twice", listen=ends[:1], connect=[]),
+        serving(tools, realm="twice", listen=ends[1:], connect=[]),
+    ):
+        outcome = nao("doctor", "--json", "--realm", "twice", "--connect", ends[0], "--connect", ends[1])
+    failed = [each["text"] for each in json.loads(outcome.out) if each["level"] == "FAIL"]
+    assert any("tools/Calculator is served by " in text for text in failed)
+    assert outcome.code == 1
+
+
+def test_a_realm_without_servants_tells_of_those_that_have_some(robot: ServedRobot) -> None:
+    assert nao("list", "--realm", "empty").err.endswith(f"has no servants; there is --realm {robot.realm}\n")
+
+
+def test_nobody_at_the_endpoint_is_told_with_what_to_do() -> None:
+    outcome = nao("list", "--connect", "tcp/127.0.0.1:9")
+    assert (outcome.code, "nothing answers at tcp/127.0.0.1:9" in outcome.err) == (1, True)
+
+
+# As processes of their own.
+
+
+def nao_process(*words: str) -> list[str]:
+    return module("deploy.nao", *words)
+
+
+def test_names_are_completed_from_what_is_alive(robot: ServedRobot) -> None:
+    def complete(*words: str) -> list[str]:
+        code = "import sys; sys.argv[0] = 'nao'; from deploy.nao.cli import main; main()"
+        line = {"COMP_WORDS": " ".join(["nao", *words]), "COMP_CWORD": str(len(words))}
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, **line, "_NAO_COMPLETE": "complete_bash"},
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+        )
+        assert done.stderr == ""
+        return done.stdout.split()
+
+    assert complete("call", "Head.set") == ["Head.setPose", "Head.setSpeed"]
+    assert "LeftHipMotors." in complete("call", "Left")
+    assert "Body.getJointState" in complete("watch", "B")
+    assert complete("save-image", "Cam")[:2] == ["Camera", "CameraBottom"]
+    assert complete("call", "Head.set", "--connect", "tcp/127.0.0.1:9")[:1] != ["Traceback"]
+
+
+def test_watching_ends_quietly_at_ctrl_c_and_when_nobody_reads(robot: ServedRobot) -> None:
+    with ComponentProcess(nao_process("watch", "Head", "--json")) as watching:
+        watching.wait_for('"sequence"')
+        watching.process.send_signal(signal.SIGINT)
+        assert watching.process.wait(LIMIT) == 130
+        assert "Traceback" not in watching.output
+    with subprocess.Popen(
+        nao_process("watch", "Head", "--json"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.readline()
+        process.stdout.close()
+        assert process.wait(LIMIT) != 0
+        assert process.stderr.read() == ""

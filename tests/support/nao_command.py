@@ -1,0 +1,49 @@
+"""Run the command `nao` in this process, against a robot that a test serves."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from unittest.mock import patch
+
+from typer.testing import CliRunner
+
+from deploy.nao.command import app
+from deploy.nao.errors import NaoError
+from zenoh_ice import ZenohIceError
+
+__all__ = ["Outcome", "at", "nao"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a command wrote, and how it ended."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def text(self) -> str:
+        """Both streams together."""
+        return self.out + self.err
+
+
+@contextmanager
+def at(endpoint: str, realm: str) -> Iterator[None]:
+    """Let commands talk to the servers of a realm behind an endpoint."""
+    with patch.dict(os.environ, {"VISUALHFSM_CONNECT": endpoint, "VISUALHFSM_REALM": realm}):
+        yield
+
+
+def nao(*words: str, stdin: bytes | None = None) -> Outcome:
+    """Run `nao` with these words; errors become its one line on stderr, as `zenoh_ice.command.run` has it."""
+    result = CliRunner().invoke(app, words, prog_name="nao", input=stdin, env={"COLUMNS": "120"})
+    error = result.exception
+    if isinstance(error, ZenohIceError | NaoError):
+        return Outcome(1, result.stdout, f"nao: error: {' '.join(str(error).split())}\n")
+    if error is not None and not isinstance(error, SystemExit):
+        raise error
+    return Outcome(result.exit_code, result.stdout, result.stderr)
