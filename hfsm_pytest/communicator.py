@@ -25,6 +25,7 @@ from zenoh_ice.invocation import InvocationFuture
 from zenoh_ice.manner import Manner
 from zenoh_ice.operation import Interface, Operation
 from zenoh_ice.pulse import Pulse
+from zenoh_ice.subscription import Delivery
 
 from .calls import CLIENT, CallLog, InlineDispatcher, InProcessCall
 from .clock import TaskClock
@@ -145,7 +146,10 @@ class InProcessCommunicator:
         return self._readers[key]
 
     def new_subscription(
-        self, reader: InProcessReader[V], callback: Callable[[Sample[V]], Any]
+        self,
+        reader: InProcessReader[V],
+        callback: Callable[[Sample[V]], Any],
+        delivery: Delivery,  # noqa: ARG002 - in virtual time every sample is delivered at once
     ) -> InProcessSubscription[V]:
         """Return a callback on a stream."""
         return InProcessSubscription(reader, callback)

@@ -10,6 +10,7 @@ from typing import Any, Final, Generic, Self, TypeVar
 
 from zenoh_ice import Sample, TimeoutException
 from zenoh_ice.operation import Operation
+from zenoh_ice.pieces import Pieces
 from zenoh_ice.publisher import Publisher
 from zenoh_ice.stream_reader import LINGER
 
@@ -151,9 +152,9 @@ class InProcessChannel:
         """Whether anybody listens."""
         return self._reader.listening
 
-    def send(self, payload: bytes, number: int, robot_time: float) -> None:
+    def send(self, payload: bytes | Pieces, number: int, robot_time: float) -> None:
         """Hand over a sample."""
-        self._reader.receive(payload, number, robot_time)
+        self._reader.receive(bytes(payload), number, robot_time)
 
     def attach_to(self, publisher: Publisher[Any]) -> None:
         """Let a servant publish here, and no longer the one before."""

@@ -33,9 +33,9 @@ from .presence import ServantInfo
 from .process_status import ProcessStatus, ServantStatus
 from .proxy import ObjectPrx
 from .publisher import Publisher
+from .sample import Sample
 from .servant_locator import ServantLocator
 from .settings import Settings, load_settings
-from .stream_reader import Sample
 from .subscription import Subscription
 
 __all__ = [

@@ -41,11 +41,16 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
     wall_time: float = 0.0
     """The sender's wall time in s since the epoch."""
     call_id: _Name = ""
-    """`{session id}/{number}` of a call, empty in a sample."""
+    """`{session id}/{number}` of a call; of a sample what tells its stream from the one before a restart."""
     timeout: float = 0.0
     """Seconds after which the caller gives up; 0 in a sample."""
     context: _Context = {}
     """What the caller says beside the parameters; absent when that is nothing."""
+
+    @property
+    def stream(self) -> str:
+        """What tells the stream of a sample from the one of the same servant before a restart."""
+        return self.call_id
 
     @property
     def client(self) -> str:
@@ -85,9 +90,12 @@ def check_context(context: Mapping[str, str]) -> Mapping[str, str]:
     return MappingProxyType(checked)
 
 
-def encode_sample_attachment(fingerprint: str, sequence: int, robot_time: float) -> bytes:
-    """Return the attachment of a stream sample as it travels."""
-    return _encoder.encode((fingerprint, sequence, robot_time, time.time(), "", 0.0))
+def encode_sample_attachment(
+    fingerprint: str, sequence: int, robot_time: float, stream: str = "", wall_time: float | None = None
+) -> bytes:
+    """Return the attachment of a stream sample as it travels; it is sent now, or was at `wall_time`."""
+    sent = time.time() if wall_time is None else wall_time
+    return _encoder.encode((fingerprint, sequence, robot_time, sent, stream, 0.0))
 
 
 def decode_attachment(data: bytes) -> Attachment:

@@ -34,12 +34,13 @@ from .process_status import ProcessStatus, ProcessStatusServer, ask_process_stat
 from .proxy import ObjectPrx
 from .pulse import Pulse
 from .rivals import Rivals
+from .sample import Sample
 from .session import close_session, connect_endpoints, open_session
 from .settings import Settings, load_settings
 from .shared_memory import SharedMemory, may_lock_enough
-from .stream_reader import Sample, StreamReader
+from .stream_reader import StreamReader
 from .stream_readers import StreamReaders
-from .subscription import Subscription
+from .subscription import Delivery, Subscription
 
 __all__ = ["Communicator", "initialize"]
 
@@ -82,7 +83,7 @@ class Communicator:
         self.local_servants: Final = LocalServants()
         self._lock = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
-        self._subscriptions: set[Subscription] = set()
+        self._subscriptions: set[Subscription[Any]] = set()
         self._clock: Clock | None = None
         self._clock_lock = threading.Lock()
         self._is_shut_down = False
@@ -327,11 +328,13 @@ class Communicator:
         self.check()
         return self._readers.get(target, operation)
 
-    def new_subscription(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
+    def new_subscription(
+        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], delivery: Delivery
+    ) -> Subscription[V]:
         """Return a subscription that ends with the communicator."""
         with self._lock:
             self.check()
-            subscription = Subscription(reader, callback, self._subscriptions.discard)
+            subscription = Subscription(reader.source, callback, delivery, self._subscriptions.discard)
             self._subscriptions.add(subscription)
             return subscription
 

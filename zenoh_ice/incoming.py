@@ -16,6 +16,7 @@ from .publisher import Channel, Publisher
 from .query_inbox import QueryInbox
 from .registration import Registration, nobody, reply, take_request
 from .skeleton import Skeleton
+from .stream_source import HISTORY_PARAMETER
 from .wire_errors import encode_error, unknown_exception
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Incoming(Registration):
         self.servant: Final = servant
         self.replicated = replica
         self._skeleton: Final = skeleton
-        self._channels: list[tuple[Publisher[Any], Channel]] = []
+        self._channels: Final[dict[str, tuple[Publisher[Any], Channel]]] = {}
 
     @property
     def fingerprints(self) -> dict[str, str]:
@@ -67,11 +68,9 @@ class Incoming(Registration):
         for operation in interface.all_operations.values():
             if operation.streamed:
                 publisher = self.servant.ice_publisher(operation)
-                limit = self._communicator.size_limit(operation.result)
                 key = target.prefix + operation.name
-                memory = self._communicator.shared_memory
-                channel = Channel(session, key, publisher, interface.fingerprint, limit, shared_memory=memory)
-                self._channels.append((publisher, channel))
+                channel = Channel(self._communicator, key, publisher, interface.fingerprint)
+                self._channels[operation.name] = publisher, channel
                 publisher.attach(channel)
         own = f"{target.prefix}~{self._communicator.client_id}/" if self.replicated else target.prefix
         for prefix in dict.fromkeys((target.prefix, own)):
@@ -90,7 +89,7 @@ class Incoming(Registration):
         """Let everybody know, and take no more calls."""
         super().withdraw()
         while self._channels:
-            publisher, channel = self._channels.pop()
+            _, (publisher, channel) = self._channels.popitem()
             publisher.detach(channel)
             channel.close()
 
@@ -100,9 +99,15 @@ class Incoming(Registration):
 
     def _answer(self, prefix: str, query: zenoh.Query, since: float) -> None:
         key = query.key_expr
+        name = str(key).removeprefix(prefix)
+        history = query.parameters.get(HISTORY_PARAMETER)
+        if history is not None and name in self._channels:
+            _, channel = self._channels[name]
+            channel.answer(query, history)
+            return
         later = partial(reply, self._communicator.shared_memory, query, key)
         try:
-            answer = self._execute_query(query, str(key).removeprefix(prefix), since, later)
+            answer = self._execute_query(query, name, since, later)
         except BaseException as error:
             _logger.exception("internal error at %s", key)
             answer = False, encode_error(unknown_exception(error))

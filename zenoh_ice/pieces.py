@@ -13,7 +13,7 @@ from .values import Value
 
 __all__ = ["LARGE", "Pieces", "byte_sequences", "split_off", "take_out"]
 
-LARGE: Final = 1 << 15
+LARGE: Final = 1 << 16
 """Bytes from which a byte sequence is worth a piece of its own, and a payload shared memory."""
 
 _LONGEST: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
@@ -27,7 +27,7 @@ class Pieces:
 
     __slots__ = ("_size", "parts")
 
-    def __init__(self, parts: Sequence[bytes | bytearray]) -> None:
+    def __init__(self, parts: Sequence[bytes]) -> None:
         self.parts: Final = parts
         self._size: Final = sum(map(len, parts))
 
@@ -45,18 +45,18 @@ def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
 
 def take_out(
     struct: msgspec.Struct, paths: tuple[tuple[str, ...], ...]
-) -> tuple[msgspec.Struct, list[bytes | bytearray]]:
+) -> tuple[msgspec.Struct, list[bytes]]:
     """Return a copy of a struct in which marks stand for the large byte sequences, and these."""
-    taken: list[bytes | bytearray] = []
+    taken: list[bytes] = []
     for path in paths:
         struct = _without(struct, path, taken)
     return struct, taken
 
 
-def split_off(encoded: bytes, taken: Sequence[bytes | bytearray]) -> Pieces:
+def split_off(encoded: bytes, taken: Sequence[bytes]) -> Pieces:
     """Return the payload that an encoding with marks stands for."""
     first, *others = encoded.split(_MARK)
-    parts: list[bytes | bytearray] = [first]
+    parts: list[bytes] = [first]
     for large, following in zip(taken, others, strict=True):
         parts += (large, following)
     return Pieces([part for part in parts if part])
@@ -70,7 +70,7 @@ def _paths(node: inspect.Type) -> list[tuple[str, ...]]:
     return []
 
 
-def _without(struct: Any, path: tuple[str, ...], taken: list[bytes | bytearray]) -> Any:  # noqa: ANN401
+def _without(struct: Any, path: tuple[str, ...], taken: list[bytes]) -> Any:  # noqa: ANN401
     """Return a struct, or whatever stands in its place, with the bytes at the end of a path taken out."""
     if not isinstance(struct, msgspec.Struct):
         return struct
@@ -78,8 +78,9 @@ def _without(struct: Any, path: tuple[str, ...], taken: list[bytes | bytearray])
     value = getattr(struct, name)
     if rest:
         changed = _without(value, tuple(rest), taken)
-    elif isinstance(value, bytes | bytearray) and LARGE <= len(value) <= _LONGEST:
+    elif isinstance(value, bytes) and LARGE <= len(value) <= _LONGEST:
         taken.append(value)
+        # MessagePack's header of so many bytes.
         changed = msgspec.Raw(b"\xc6" + len(value).to_bytes(4, "big") + _MARK)
     else:
         return struct

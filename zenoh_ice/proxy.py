@@ -21,8 +21,9 @@ from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_IN
 from .oneway import BatchedCall, OnewayBatch, OnewayCall
 from .operation import OBJECT_TYPE_ID, Interface, Operation
 from .outgoing_calls import AnyCall
-from .stream_reader import Sample, StreamReader
-from .subscription import Subscription
+from .sample import Sample
+from .stream_reader import StreamReader
+from .subscription import Delivery, Subscription
 from .values import Reference
 
 if TYPE_CHECKING:
@@ -266,9 +267,11 @@ class ObjectPrx(Reference):
         """Return the reader of a streamed operation, subscribing on first use."""
         return self._communicator.stream_reader(self._target, operation)
 
-    def ice_subscribe(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
-        """Call a function with the newest samples of a stream."""
-        return self._communicator.new_subscription(reader, callback)
+    def ice_subscribe(
+        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], delivery: Delivery
+    ) -> Subscription[V]:
+        """Call a function with the samples of a stream."""
+        return self._communicator.new_subscription(reader, callback, delivery)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable
 from typing import TYPE_CHECKING, Any, Concatenate, Final, Generic, ParamSpec, TypeVar, overload
 
 from .operation import Operation
-from .stream_reader import Sample, StreamReader
-from .subscription import Subscription
+from .sample import Sample
+from .samples import Samples
+from .stream_reader import StreamReader
+from .subscription import Delivery, Subscription
 
 if TYPE_CHECKING:
     from .proxy import ObjectPrx
 
-__all__ = ["Sample", "StreamedCall", "StreamedOperation", "Subscription", "streamed"]
+__all__ = ["Sample", "Samples", "StreamedCall", "StreamedOperation", "Subscription", "streamed"]
 
 P = ParamSpec("P")
 V = TypeVar("V")
@@ -57,19 +59,37 @@ class StreamedCall(Generic[P, V]):
         reader = self._reader or self._open()
         return reader.wait(after, self._limit(timeout))
 
-    def samples(self, timeout: float | None = None) -> Iterator[Sample[V]]:
-        """Yield sample after sample, always the newest; raises as `wait` does."""
-        sample = None
-        while True:
-            sample = self.wait(sample, timeout)
-            yield sample
+    def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
+        """Return what yields sample after sample, always the newest, in `for` and in `async for`.
 
-    def subscribe(self, callback: Callable[[Sample[V]], Any]) -> Subscription:
-        """Call a function with the newest sample, again and again, on a thread of its own.
+        With a rate, at most so many a second. Each is waited for for at most `timeout` s, by default the
+        proxy's limit for calls; raises as `wait` does.
+        """
+        return Samples(self._reader or self._open(), self._limit(timeout), rate, self.subscribe)
+
+    def __aiter__(self) -> AsyncIterator[Sample[V]]:
+        """Yield sample after sample, as `samples` does."""
+        return aiter(self.samples())
+
+    def subscribe(
+        self,
+        callback: Callable[[Sample[V]], Any],
+        *,
+        rate: float | None = None,
+        history: int = 0,
+        queue: int = 1,
+    ) -> Subscription[V]:
+        """Call a function with sample after sample, on a thread of its own.
+
+        While it runs, `queue` samples wait for it, and those that come beyond push the oldest out: with 1 it
+        always gets the newest, and one that must miss none needs as many as come while it may be busy. `rate`
+        is how many it gets a second at most. `history` is how many from before it gets first, if the
+        servant's publisher keeps them.
 
         It goes on by itself after a restart of the server. An exception of the function is logged.
         """
-        return self._proxy.ice_subscribe(self._reader or self._open(), callback)
+        delivery = Delivery(rate, history, queue, self._limit(None))
+        return self._proxy.ice_subscribe(self._reader or self._open(), callback, delivery)
 
     def _limit(self, timeout: float | None) -> float:
         return self._proxy.ice_getInvocationTimeout() / 1000 if timeout is None else timeout

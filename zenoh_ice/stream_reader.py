@@ -6,22 +6,15 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from time import monotonic as _monotonic
-from time import time as _wall_time
-from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 import zenoh
-from zenoh.handlers import RingChannel
 
-from .attachment import NO_ATTACHMENT, decode_attachment
-from .exceptions import (
-    CommunicatorDestroyedException,
-    MarshalException,
-    TimeoutException,
-)
+from .exceptions import CommunicatorDestroyedException, TimeoutException
 from .identity import Target
 from .operation import Operation
-from .shared_memory import read_payload
+from .sample import Gaps, Sample
+from .stream_source import StreamSource
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -31,66 +24,35 @@ __all__ = ["LINGER", "Sample", "StreamReader"]
 V = TypeVar("V")
 
 LINGER = 10.0
-"""Seconds after which a stream without a subscription that nobody asks for is no longer listened to."""
+"""Seconds after which a stream that nobody asks for is no longer listened to."""
 
 _JOIN_LIMIT: Final = 2.0
-
-
-class Sample(Generic[V]):
-    """A value that a stream brought."""
-
-    __slots__ = ("_read_at", "_transit", "sequence", "time", "value", "wall_time")
-
-    def __init__(self, value: V, sequence: int, time: float, wall_time: float) -> None:
-        self.value: Final = value
-        self.sequence: Final = sequence
-        """Number of the sample in its stream: a gap shows samples that were skipped."""
-        self.time: Final = time
-        """Robot time of the value in s, nan when the servant gives none."""
-        self.wall_time: Final = wall_time
-        """Wall time of the servant's machine at which it was sent, in s since the epoch."""
-        # From here on by the steady clock: when the date is set back, old samples must not look fresh.
-        self._transit: Final = max(0.0, _wall_time() - wall_time)
-        self._read_at: Final = _monotonic()
-
-    @property
-    def age(self) -> float:
-        """Wall seconds since it was sent; between machines as exact as their clocks agree."""
-        return self._transit + _monotonic() - self._read_at
-
-    def __repr__(self) -> str:
-        from rich.pretty import pretty_repr  # here: most programs never ask
-
-        # An image of some megabytes must not be formatted to show its beginning.
-        value = pretty_repr(self.value, max_width=1 << 16, max_length=8, max_string=40, max_depth=4)
-        return f"<sample {self.sequence} at {self.time:.3f} s: {value:.200}>"
 
 
 class StreamReader(Generic[V]):
     """Keep the newest sample of one stream, and listen to it only while somebody wants it.
 
-    Asking for a sample makes it listen, and so does a subscription. When the last subscription has ended and
-    nobody has asked for `LINGER` s it stops, so that the servant need not publish any longer, and forgets the
-    sample, which would be stale when somebody asks again.
+    Asking for a sample makes it listen. When nobody has asked for `LINGER` s it stops, so that the servant
+    need not publish any longer, and forgets the sample, which would be stale when somebody asks again.
 
     Until somebody waits, samples stay in Zenoh's ring of one, undecoded, and cost this process nothing. The
     first wait starts a thread that takes them out and wakes whoever waits.
     """
 
     def __init__(self, communicator: Communicator, target: Target, operation: Operation[..., V]) -> None:
-        self.what: Final = f"{target.identity}.{operation.name}"
+        self.source: Final = StreamSource(communicator, target, operation)
+        self.what: Final = self.source.what
         self._communicator: Final = communicator
         self._target: Final = target
-        self._operation: Final = operation
-        self._limit: Final = communicator.size_limit(operation.result)
-        self._key: Final = target.prefix + operation.name
         self._changed = threading.Condition()
         self._subscriber: zenoh.Subscriber[zenoh.Handler[zenoh.Sample]] | None = None
         self._try_receive: Callable[[], zenoh.Sample | None] = self._take_pending
         self._pending: zenoh.Sample | None = None
         self._sample: Sample[V] | None = None
+        self._gaps = Gaps()
         self._pump: threading.Thread | None = None
-        self._users = 0  # subscriptions, and threads that wait
+        self._waiting = 0  # threads
+        self._watchers: set[Callable[[], object]] = set()
         self._asked = False  # since `let_go_if_unwanted` last looked
         self._asked_at = -math.inf
         self._closed = False
@@ -116,63 +78,59 @@ class StreamReader(Generic[V]):
         """
         started = time.monotonic()
         deadline = started + timeout
-        presence = self._communicator.presence
         with self._changed:
             self._asked = True
             self._start_pump()
-            self._users += 1
+            self._waiting += 1
             try:
                 while True:
                     sample = self._newest()
                     if sample is not None and sample is not after:
                         return sample
                     left = deadline - time.monotonic()
-                    lost = presence.lost_since(self._target, started)
-                    if left <= 0 or (lost and not presence.interfaces(self._target)):
+                    if left <= 0 or self.lost_since(started):
                         break
                     self._changed.wait(left)
             finally:
-                self._users -= 1
+                self._waiting -= 1
+        raise self.explain_silence(timeout)
+
+    @property
+    def closed(self) -> bool:
+        """Whether no sample will come any more, as the communicator was destroyed."""
+        return self._closed or self._communicator.destroyed
+
+    def lost_since(self, moment: float) -> bool:
+        """Return whether the servant went away after a moment of the monotonic clock, and is away."""
+        presence = self._communicator.presence
+        return presence.lost_since(self._target, moment) and not presence.interfaces(self._target)
+
+    def explain_silence(self, timeout: float) -> Exception:
+        """Return why no sample came within `timeout` s."""
+        presence = self._communicator.presence
+        if self._communicator.destroyed:
+            return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         if presence.interfaces(self._target):
-            raise TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
-        raise presence.explain_absence(self._target)
+            return TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
+        return presence.explain_absence(self._target)
 
-    def wait_until_stopped(self, after: Sample[V] | None, stopped: threading.Event) -> Sample[V] | None:
-        """Return the newest sample other than `after`, or None once `stopped` is set and `wake` called.
-
-        It waits for an absent servant to come back. Raises MarshalException as `latest` does.
-        """
+    def add_watcher(self, watcher: Callable[[], object]) -> None:
+        """Call a function of ours, which does not wait, whenever servants come or go or this closes."""
         with self._changed:
-            if not stopped.is_set():
-                self._start_pump()
-            while not stopped.is_set():
-                sample = self._newest()
-                if sample is not None and sample is not after:
-                    return sample
-                self._changed.wait()
-        return None
+            self._watchers.add(watcher)
 
-    def join(self) -> None:
-        """Count one subscription more."""
+    def remove_watcher(self, watcher: Callable[[], object]) -> None:
+        """Call a function no longer."""
         with self._changed:
-            self._check_open()
-            self._users += 1
-            if self._subscriber is None:
-                self._listen()
-
-    def leave(self) -> None:
-        """Count one subscription less, and stop listening when nobody else wants the stream."""
-        with self._changed:
-            self._users -= 1
-        self.let_go_if_unwanted()
+            self._watchers.discard(watcher)
 
     def let_go_if_unwanted(self) -> None:
-        """Stop listening if there is no subscription and nobody has asked for a while."""
+        """Stop listening if nobody waits or has asked for a while."""
         with self._changed:
             now = time.monotonic()
             if self._asked:
                 self._asked, self._asked_at = False, now
-            elif self._users == 0 and now - self._asked_at >= LINGER:
+            elif self._waiting == 0 and now - self._asked_at >= LINGER:
                 self._stop_listening()
 
     def close(self) -> None:
@@ -189,6 +147,9 @@ class StreamReader(Generic[V]):
         """Let those who wait look again."""
         with self._changed:
             self._changed.notify_all()
+            watchers = list(self._watchers)
+        for watcher in watchers:
+            watcher()
 
     # Whoever calls these holds the lock.
 
@@ -197,7 +158,8 @@ class StreamReader(Generic[V]):
             self._check_open()
         raw = self._try_receive()
         if raw is not None:
-            self._sample = self._decode(raw)
+            about = self.source.samples.about(raw)
+            self._sample = self.source.samples.decode(raw, about, self._gaps.before(about))
         return self._sample
 
     def _start_pump(self) -> None:
@@ -214,7 +176,7 @@ class StreamReader(Generic[V]):
 
     def _listen(self) -> zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]:
         self._check_open()
-        self._subscriber = self._communicator.session.declare_subscriber(self._key, RingChannel(1))
+        self._subscriber = self.source.listen()
         # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
         self._try_receive = self._subscriber.handler.try_recv
         return self._subscriber
@@ -223,21 +185,12 @@ class StreamReader(Generic[V]):
         subscriber, self._subscriber = self._subscriber, None
         self._try_receive = self._take_pending
         self._pump = self._pending = self._sample = None
+        self._gaps = Gaps()
         if subscriber is not None:
             subscriber.undeclare()  # ends the pump: its channel is closed
 
-    def _decode(self, raw: zenoh.Sample) -> Sample[V]:
-        payload = raw.payload
-        what = f"sample of {self.what}"
-        if len(payload) > self._limit:
-            raise MarshalException(f"{what}: {len(payload)} bytes where at most {self._limit} are taken")
-        attachment = NO_ATTACHMENT if raw.attachment is None else decode_attachment(raw.attachment.to_bytes())
-        data = read_payload(payload, what)
-        value = cast("V", self._operation.result.unpack_result(data, what, self._communicator))
-        return Sample(value, attachment.sequence, attachment.robot_time, attachment.wall_time)
-
     def _check_open(self) -> None:
-        if self._closed or self._communicator.destroyed:
+        if self.closed:
             raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
 
     def _take_pending(self) -> zenoh.Sample | None:

@@ -14,6 +14,7 @@ from zenoh_ice import ObjectPrx, Sample, Subscription
 from zenoh_ice.invocation import InvocationFuture, fail
 from zenoh_ice.operation import Operation
 from zenoh_ice.stream_reader import StreamReader
+from zenoh_ice.subscription import Delivery
 
 from ..component import Component, proxies_of
 from .recorder import Recorder
@@ -78,11 +79,13 @@ class _Recorded(ObjectPrx):
         reader = super().ice_stream(operation)
         return cast("StreamReader[V]", _RecordedReader(reader, operation, self._recorder, self._results))
 
-    def ice_subscribe(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
+    def ice_subscribe(
+        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], delivery: Delivery
+    ) -> Subscription[V]:
         """Subscribe, and record each sample that the callback gets."""
         recorder, results = self._recorder, self._results
         if not isinstance(reader, _RecordedReader) or recorder.turns.context is None:
-            return super().ice_subscribe(reader, callback)
+            return super().ice_subscribe(reader, callback, delivery)
         ticket = next(self._tickets)
         operation = reader.operation
         results.put(Outcome(operation, "subscribe", extra={"ticket": ticket}), recorder.turns.context)
@@ -93,7 +96,7 @@ class _Recorded(ObjectPrx):
                 results.put(sample_outcome(operation, "sample", sample, ticket=ticket), context)
                 callback(AgedSample(sample, recorder))
 
-        return super().ice_subscribe(cast("StreamReader[V]", reader.genuine), deliver)
+        return super().ice_subscribe(cast("StreamReader[V]", reader.genuine), deliver, delivery)
 
     def _arrived(
         self, operation: Operation[..., V], ticket: int, visible: Future[V], genuine: Future[V]

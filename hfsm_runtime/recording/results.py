@@ -51,7 +51,7 @@ class AgedSample(Sample[V]):
     __slots__ = ("_recorder", "genuine")
 
     def __init__(self, sample: Sample[V], recorder: Recorder) -> None:
-        super().__init__(sample.value, sample.sequence, sample.time, sample.wall_time)
+        super().__init__(sample.value, sample.sequence, sample.time, sample.wall_time, sample.lost)
         self._recorder = recorder
         self.genuine = sample
 

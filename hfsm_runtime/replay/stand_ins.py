@@ -14,6 +14,7 @@ from zenoh_ice.identity import Target
 from zenoh_ice.invocation import InvocationFuture
 from zenoh_ice.operation import Operation
 from zenoh_ice.stream_reader import StreamReader
+from zenoh_ice.subscription import Delivery
 from zenoh_ice.wire_errors import decode_error
 
 from ..component import Component, proxies_of
@@ -120,7 +121,12 @@ class _Replayed(ObjectPrx):
         reader = _ReplayedReader(self._answers, self._attribute, operation, self._outcome)
         return cast("StreamReader[V]", reader)
 
-    def ice_subscribe(self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any]) -> Subscription:
+    def ice_subscribe(
+        self,
+        reader: StreamReader[V],
+        callback: Callable[[Sample[V]], Any],
+        delivery: Delivery,  # noqa: ARG002 - what was delivered is recorded
+    ) -> Subscription[V]:
         """Call a function with the samples that a subscription brought."""
         operation = cast("_ReplayedReader", reader).operation
         want = Want("sample", self._attribute, operation.name)
@@ -133,7 +139,7 @@ class _Replayed(ObjectPrx):
         context = f"subscription {_result(record).ticket}" if record is not None else ""
         if context:
             self._answers.expect(context, deliver)
-        return cast("Subscription", _ReplayedSubscription(self._answers, context))
+        return cast("Subscription[V]", _ReplayedSubscription(self._answers, context))
 
     def _outcome(self, operation: Operation[..., Any], want: Want, record: Record | None) -> object:
         """Return or raise what was recorded, or the newest that is known."""

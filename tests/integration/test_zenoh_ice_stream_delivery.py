@@ -1,0 +1,351 @@
+"""Which samples of a stream its readers get: rates, queues, the past, and what is lost."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+
+import pytest
+
+from tests.conftest import Pair
+from tests.support.calculator import CalculatorPrx, Reading
+from tests.support.calculator_servant import CalculatorI
+from tests.support.limits import LIMIT
+from zenoh_ice import (
+    CommunicatorDestroyedException,
+    ConfigurationException,
+    ObjectNotExistException,
+    Sample,
+    TimeoutException,
+)
+
+
+@pytest.fixture
+def servant(pair: Pair) -> CalculatorI:
+    servant = CalculatorI()
+    pair.adapter.add(servant, "Calculator")
+    return servant
+
+
+@pytest.fixture
+def calculator(pair: Pair, servant: CalculatorI) -> CalculatorPrx:
+    return CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+
+
+class Collector:
+    """A callback that keeps what it got, and holds up who calls it as long as it is told to."""
+
+    def __init__(self) -> None:
+        self.samples: list[Sample[Reading]] = []
+        self.free = threading.Event()
+        self.free.set()
+        self._changed = threading.Condition()
+
+    def __call__(self, sample: Sample[Reading]) -> None:
+        with self._changed:
+            self.samples.append(sample)
+            self._changed.notify_all()
+        self.free.wait(LIMIT)
+
+    @property
+    def counts(self) -> list[int]:
+        return [sample.value.count for sample in self.samples]
+
+    def wait(self, happened: Callable[[], bool]) -> None:
+        with self._changed:
+            assert self._changed.wait_for(happened, LIMIT)
+
+    def wait_for(self, count: int) -> None:
+        self.wait(partial(self._has, count))
+
+    def _has(self, count: int) -> bool:
+        return count in self.counts
+
+
+def publish(servant: CalculatorI, *counts: int) -> None:
+    for count in counts:
+        servant.getReadingPublisher.publish(Reading(count, []))
+
+
+class TestQueue:
+    def test_busy_callback_gets_the_newest_alone(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        collector = Collector()
+        collector.free.clear()
+        with calculator.getReading.subscribe(collector) as subscription:
+            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            publish(servant, 0)
+            collector.wait_for(0)
+            publish(servant, *range(1, 100))
+            assert latest_is(calculator, 99)
+            collector.free.set()
+            collector.wait_for(99)
+            assert collector.counts == [0, 99]
+            assert collector.samples[-1].lost == 98
+            assert subscription.lost == 98
+            assert subscription.received == 2
+
+    def test_queue_keeps_as_many_as_it_is_long(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        collector = Collector()
+        collector.free.clear()
+        with calculator.getReading.subscribe(collector, queue=10) as subscription:
+            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            publish(servant, 0)
+            collector.wait_for(0)
+            publish(servant, *range(1, 31))
+            assert latest_is(calculator, 30)
+            collector.free.set()
+            collector.wait_for(30)
+            assert collector.counts == [0, *range(21, 31)]
+            assert [sample.lost for sample in collector.samples] == [0, 20, *[0] * 9]
+            assert subscription.lost == 20
+
+    def test_a_new_stream_has_lost_nothing(
+        self, pair: Pair, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        collector = Collector()
+        with calculator.getReading.subscribe(collector) as subscription:
+            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            publish(servant, 1)
+            collector.wait_for(1)
+            pair.adapter.remove("Calculator")
+            again = CalculatorI()
+            for count in range(2, 5):  # nobody listens: these are not sent
+                publish(again, count)
+            pair.adapter.add(again, "Calculator")
+            assert again.getReadingPublisher.wait_for_listener(LIMIT)
+            publish(again, 5)
+            collector.wait_for(5)
+            assert subscription.lost == 0
+
+
+def latest_is(calculator: CalculatorPrx, count: int) -> bool:
+    """Wait until the newest sample has reached this process."""
+    deadline = time.monotonic() + LIMIT
+    while time.monotonic() < deadline:
+        sample = calculator.getReading.latest()
+        if sample is not None and sample.value.count == count:
+            return True
+        time.sleep(0.001)
+    return False
+
+
+class TestRate:
+    def test_callback_gets_no_more_than_its_rate_and_the_last(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        collector = Collector()
+        with calculator.getReading.subscribe(collector, rate=20.0):
+            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            began = time.monotonic()
+            publish(servant, 0)
+            collector.wait_for(0)
+            for count in range(1, 200):
+                publish(servant, count)
+                time.sleep(0.002)
+            collector.wait_for(199)  # though nothing comes after it
+            assert len(collector.samples) <= 20.0 * (time.monotonic() - began) + 1
+
+    def test_loop_gets_no_more_than_its_rate(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        servant.getReadingPublisher.keep(1)
+        with publishing(servant):
+            began = time.monotonic()
+            samples = calculator.getReading.samples(LIMIT, rate=50.0)
+            for _ in range(10):
+                next(samples)
+            assert time.monotonic() - began >= 9 / 50.0
+
+    @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
+    def test_rate_that_is_none_is_refused(self, calculator: CalculatorPrx, rate: float) -> None:
+        with pytest.raises(ConfigurationException, match="rate"):
+            calculator.getReading.subscribe(print, rate=rate)
+        with pytest.raises(ConfigurationException, match="rate"):
+            calculator.getReading.samples(rate=rate)
+
+    @pytest.mark.parametrize(
+        "options", [{"queue": 0}, {"queue": 1 << 20}, {"history": -1}, {"history": 1001}]
+    )
+    def test_numbers_out_of_range_are_refused(
+        self, calculator: CalculatorPrx, options: dict[str, int]
+    ) -> None:
+        with pytest.raises(ConfigurationException, match=f"{next(iter(options))} is from"):
+            calculator.getReading.subscribe(print, **options)  # type: ignore[arg-type]
+
+
+class TestHistory:
+    def test_late_joiner_gets_what_is_kept_then_what_comes(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        servant.getReadingPublisher.keep(3)
+        publish(servant, *range(5))
+        collector = Collector()
+        with calculator.getReading.subscribe(collector, history=10) as subscription:
+            collector.wait_for(4)
+            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            publish(servant, 5)
+            collector.wait_for(5)
+            assert collector.counts == [2, 3, 4, 5]
+            assert [sample.sequence for sample in collector.samples] == [3, 4, 5, 6]
+            assert subscription.lost == 0
+
+    def test_samples_of_the_past_have_their_age(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        servant.getReadingPublisher.keep(1)
+        servant.getReadingPublisher.publish(Reading(1, []), time=12.5)
+        time.sleep(0.1)
+        collector = Collector()
+        with calculator.getReading.subscribe(collector, history=1):
+            collector.wait_for(1)
+        assert collector.samples[0].age >= 0.1
+        assert collector.samples[0].time == 12.5
+
+    def test_less_may_be_asked_for_than_is_kept(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        servant.getReadingPublisher.keep(10)
+        publish(servant, *range(10))
+        collector = Collector()
+        with calculator.getReading.subscribe(collector, history=2):
+            collector.wait_for(9)
+        assert collector.counts == [8, 9]
+
+    def test_without_a_keeper_there_is_no_past(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        publish(servant, 1)
+        collector = Collector()
+        with calculator.getReading.subscribe(collector, history=5):
+            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            publish(servant, 2)
+            collector.wait_for(2)
+        assert collector.counts == [2]
+
+    def test_an_absent_servant_has_no_past(self, pair: Pair) -> None:
+        absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
+        collector = Collector()
+        with absent.getReading.subscribe(collector, history=5):
+            servant = CalculatorI()
+            pair.adapter.add(servant, "Calculator")
+            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            publish(servant, 2)
+            collector.wait_for(2)
+
+    @pytest.mark.parametrize("count", [-1, 1001])
+    def test_no_more_than_so_many_are_kept(self, servant: CalculatorI, count: int) -> None:
+        with pytest.raises(ConfigurationException, match="a publisher keeps from 0 to 1000 samples"):
+            servant.getReadingPublisher.keep(count)
+
+    def test_the_call_beside_the_history_works(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        servant.getReadingPublisher.keep(2)
+        servant.counted = 7
+        assert calculator.getReading().count == 7
+
+
+class publishing:
+    """Publish one sample after the other, until the end of the block."""
+
+    def __init__(self, servant: CalculatorI) -> None:
+        self._servant = servant
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join(LIMIT)
+
+    def _run(self) -> None:
+        count = 0
+        while not self._ended.wait(0.001):
+            publish(self._servant, count)
+            count += 1
+
+
+class TestAsyncio:
+    def test_loop_over_a_stream(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        async def read() -> list[Sample[Reading]]:
+            samples = []
+            async for sample in calculator.getReading:
+                samples.append(sample)
+                if len(samples) == 5:
+                    break
+            return samples
+
+        with publishing(servant):
+            samples = asyncio.run(read())
+        counts = [sample.value.count for sample in samples]
+        assert counts == sorted(set(counts))
+        for before, sample in pairwise(samples):
+            assert sample.lost == sample.sequence - before.sequence - 1
+
+    def test_other_tasks_go_on(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        async def wait_for(calculator: CalculatorPrx) -> int:
+            async for sample in calculator.getReading.samples(LIMIT):
+                return sample.value.count
+            raise AssertionError
+
+        async def both() -> list[int]:
+            waiting = [asyncio.create_task(wait_for(calculator)) for _ in range(2)]
+            while not servant.getReadingPublisher.listening:
+                await asyncio.sleep(0.001)
+            with publishing(servant):
+                return await asyncio.wait_for(asyncio.gather(*waiting), LIMIT)
+
+        assert len(asyncio.run(both())) == 2
+
+    def test_rate(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        async def read() -> float:
+            began = time.monotonic()
+            count = 0
+            async for _ in calculator.getReading.samples(LIMIT, rate=50.0):
+                count += 1
+                if count == 10:
+                    break
+            return time.monotonic() - began
+
+        with publishing(servant):
+            assert asyncio.run(read()) >= 9 / 50.0
+
+    def test_silence_is_told(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        with pytest.raises(TimeoutException, match=r"no new sample of Calculator.getReading within 0.05 s"):
+            asyncio.run(first(calculator, 0.05))
+
+    def test_absence_is_told(self, pair: Pair) -> None:
+        absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
+        with pytest.raises(ObjectNotExistException):
+            asyncio.run(first(absent, 0.05))
+
+    def test_destroy_ends_the_wait(self, pair: Pair, servant: CalculatorI) -> None:
+        calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+
+        async def destroyed() -> None:
+            waiting = asyncio.create_task(first(calculator, LIMIT))
+            while not servant.getReadingPublisher.listening:
+                await asyncio.sleep(0.001)
+            await asyncio.to_thread(pair.client.destroy)
+            await waiting
+
+        with pytest.raises(CommunicatorDestroyedException):
+            asyncio.run(destroyed())
+
+    def test_servant_may_stop_publishing_after_the_loop(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        with publishing(servant):
+            asyncio.run(first(calculator, LIMIT))
+        deadline = time.monotonic() + LIMIT
+        while servant.getReadingPublisher.listening:
+            assert time.monotonic() < deadline
+            time.sleep(0.001)
+
+
+async def first(calculator: CalculatorPrx, timeout: float) -> Sample[Reading]:
+    async for sample in calculator.getReading.samples(timeout):
+        return sample
+    raise AssertionError

@@ -1,0 +1,96 @@
+"""Payloads in pieces: they are the same bytes as in one piece."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenoh_ice import pieces
+from zenoh_ice.codec import Codec
+from zenoh_ice.pieces import Pieces
+from zenoh_ice.values import Struct
+
+
+class Shape(Struct):
+    width: int
+    mask: bytes
+
+
+class Image(Struct):
+    shape: Shape
+    pixels: bytes
+    comment: str
+
+
+class Arguments(Struct):
+    image: Image
+    others: list[bytes]
+    note: bytes | None = None
+
+
+CODEC = Codec(Arguments)
+LARGE = 8  # so that examples stay small
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_is_large() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pieces, "LARGE", LARGE)
+        yield
+
+
+sizes = st.sampled_from([0, 1, LARGE - 1, LARGE, LARGE + 1, 3 * LARGE])
+byte_sequences = st.builds(lambda size, fill: bytes([fill]) * size, sizes, st.integers(0, 255))
+
+
+@given(
+    st.builds(
+        Arguments,
+        image=st.builds(
+            Image,
+            shape=st.builds(Shape, width=st.integers(0, 9), mask=byte_sequences),
+            pixels=byte_sequences,
+            comment=st.text(max_size=9),
+        ),
+        others=st.lists(byte_sequences, max_size=2),
+        note=st.none() | byte_sequences,
+    )
+)
+def test_pieces_together_are_the_value(value: Arguments) -> None:
+    gathered = CODEC.gather((value.image, value.others, value.note), "it")
+    assert len(gathered) == len(bytes(gathered))
+    large = [data for data in (value.image.shape.mask, value.image.pixels) if len(data) >= LARGE]
+    parts = gathered.parts if isinstance(gathered, Pieces) else [gathered]
+    assert [part for part in parts if any(part is data for data in large)] == large
+    assert CODEC.unpack(bytes(gathered), "it") == value
+
+
+def test_pieces_together_are_what_msgspec_encodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    large = 1 << 16
+    monkeypatch.setattr(pieces, "LARGE", large)
+    for size in (0, large - 1, large, large + 1):
+        value = Arguments(Image(Shape(1, b"m" * size), b"p" * size, "c"), [b"o" * size], None)
+        gathered = CODEC.gather((value.image, value.others, value.note), "it")
+        assert bytes(gathered) == msgspec.msgpack.encode(value)
+
+
+def test_the_value_keeps_its_bytes() -> None:
+    image = Image(Shape(1, b""), b"x" * LARGE, "")
+    CODEC.gather((image, [], None), "it")
+    assert image.pixels == b"x" * LARGE
+
+
+@pytest.mark.parametrize("pixels", [bytearray(LARGE), memoryview(bytes(LARGE)), np.zeros(LARGE, np.uint8)])
+def test_what_may_change_is_copied_at_once(pixels: object) -> None:
+    gathered = CODEC.gather((Image(Shape(1, b""), pixels, ""), [], None), "it")  # type: ignore[arg-type]
+    assert isinstance(gathered, bytes)
+    assert CODEC.unpack(gathered, "it").image.pixels == bytes(LARGE)
+
+
+def test_what_is_no_struct_is_left_to_the_receiver() -> None:
+    assert msgspec.msgpack.decode(bytes(CODEC.gather((None, [], None), "it")))["image"] is None
