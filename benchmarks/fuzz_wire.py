@@ -21,13 +21,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.support.hostile_bytes import BOMBS, HostileBytes
-
 _GUIDED = importlib.util.find_spec("atheris") is not None
 _FINDINGS = Path("fuzz_findings")
 _LONGEST_INPUT = 1 << 16
 _SLOWEST = 1.0  # s that one input may take
 _MEMORY = 512  # MB
+_ENDING = 120.0  # s in which a process begins and ends
 _BRED = 0.5  # share of the inputs that atheris changes byte by byte, rather than we by value
 
 
@@ -57,17 +56,22 @@ def main() -> None:
     for name in options.doors or names:
         command = [sys.executable, __file__, name, "--here"]
         command += ["--seconds", str(options.seconds), "--seed", str(options.seed)]
-        done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
+        done = subprocess.run(
+            command,
+            check=False,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=options.seconds + _ENDING,
+        )
         row = [line for line in done.stderr.splitlines() if line.startswith("stat::")]
         figures = {line.split()[0]: int(line.split()[-1]) for line in row}
         inputs = figures.get("stat::number_of_executed_units:", 0)
         peak = figures.get("stat::peak_rss_mb:", 0)
         found = done.returncode != 0
         failed = failed or found
-        print(
-            f"| {name} | {inputs} | {inputs // options.seconds} | {peak} | {'FOUND' if found else 'nothing'} |",
-            flush=True,
-        )
+        result = "FOUND" if found else "nothing"
+        print(f"| {name} | {inputs} | {inputs // options.seconds} | {peak} | {result} |", flush=True)
         if found:
             print(done.stdout[-4000:], done.stderr[-4000:], sep="\n", file=sys.stderr)
     sys.exit(failed)
@@ -81,7 +85,8 @@ def _try(name: str, seconds: int, seed: int) -> None:
         instrumenting = atheris.instrument_imports(include=["zenoh_ice"])
     else:
         instrumenting = nullcontext()
-    with instrumenting:
+    with instrumenting:  # all that imports zenoh_ice
+        from tests.support.hostile_bytes import BOMBS, HostileBytes
         from tests.support.wire_doors import DOORS
     door = next(door for door in DOORS if door.name == name)
     sound = [*door.sound, *BOMBS]

@@ -126,19 +126,18 @@ class HostileBytes:
         return _packed(value)
 
     def _change(self, value: Any) -> Any:
-        if isinstance(value, tuple) and value and self._random.random() < 0.8:  # of pairs, too
+        if type(value) in (tuple, Pairs) and value and self._random.random() < 0.8:
             at = self._random.randrange(len(value))
             inside = [*value]
-            inside[at : at + 1] = self._random.choice(
-                (
-                    [self._change(value[at])],
-                    [self._change(value[at])],
-                    [self._change(value[at])],
-                    [],
-                    [value[at], value[at]],
-                    [value[at]] * 30,
-                )
-            )
+            match self._random.randrange(6):
+                case 0:
+                    del inside[at]
+                case 1:
+                    inside.insert(at, value[at])
+                case 2:
+                    inside[at:at] = [value[at]] * 30
+                case _:
+                    inside[at] = self._change(value[at])
             return type(value)(inside)
         return self._random.choice(_LEAVES)
 
@@ -157,9 +156,12 @@ def _packed(value: Any) -> bytes:
         return bytes(packer.pack_map_header(len(value))) + b"".join(
             _packed(part) for pair in value for part in _pair(pair)
         )
-    if isinstance(value, tuple):
+    if type(value) is tuple:
         return bytes(packer.pack_array_header(len(value))) + b"".join(map(_packed, value))
-    return bytes(packer.pack(value))
+    try:
+        return bytes(packer.pack(value))
+    except (ValueError, OverflowError):  # a timestamp that nothing else can hold
+        return b"\xc0"
 
 
 def _pair(pair: Any) -> tuple[Any, Any]:

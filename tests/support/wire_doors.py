@@ -73,6 +73,10 @@ class Menagerie(Struct):
     notes: list[list[str]]
 
 
+class Introduction(Struct):
+    proxy: ObjectPrx
+
+
 class NoRoomError(UserException):
     ice_type_id = "::zoo::NoRoomError"
 
@@ -249,7 +253,7 @@ def _clock_readings() -> Door:
 
 
 def _proxies() -> Door:
-    codec = Codec(type("Proxies", (Struct,), {"__annotations__": {"proxy": ObjectPrx}}))
+    codec = Codec(Introduction)
 
     def take(data: bytes) -> None:
         text = data.decode("utf-8", "replace")
