@@ -1,0 +1,216 @@
+"""Futures of calls over loopback: waited for, awaited, cancelled, called back, and what ends them."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from concurrent.futures import CancelledError, as_completed, wait
+
+import pytest
+
+from tests.conftest import Pair
+from tests.support.calculator import CalculatorPrx, DivisionByZero
+from tests.support.calculator_servant import CalculatorI
+from tests.support.limits import AT_ONCE, LIMIT
+from zenoh_ice import CommunicatorDestroyedException, InvocationFuture, TimeoutException
+
+
+@pytest.fixture
+def servant(pair: Pair) -> CalculatorI:
+    servant = CalculatorI()
+    pair.adapter.add(servant, "Calculator")
+    return servant
+
+
+@pytest.fixture(params=["remote", "collocated"])
+def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI) -> CalculatorPrx:
+    communicator = pair.client if request.param == "remote" else pair.server
+    proxy = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
+    proxy.add(0.0, 0.0)  # whoever calls for the first time waits until the servant was found
+    return proxy
+
+
+class TestWaiting:
+    def test_results_come_in_any_order(self, calculator: CalculatorPrx) -> None:
+        futures = [calculator.addAsync(float(number), 1.0) for number in range(40)]
+        assert [future.result() for future in reversed(futures)] == [40.0 - number for number in range(40)]
+
+    def test_result_can_be_asked_for_again(self, calculator: CalculatorPrx) -> None:
+        future = calculator.addAsync(1.0, 2.0)
+        assert future.result() == future.result(0.0) == 3.0
+        assert future.exception() is None
+        assert future.done()
+        assert not future.running()
+
+    def test_short_wait_raises_and_a_longer_one_has_the_result(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        future = calculator.sleepAsync(LIMIT)
+        with pytest.raises(TimeoutError):
+            future.result(0.01)
+        with pytest.raises(TimeoutError):
+            future.exception(0.01)
+        assert future.running()
+        servant.leave.set()
+        assert future.result(LIMIT) is None
+
+    def test_several_threads_have_the_same_result(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        future = calculator.sleepAsync(LIMIT)
+        results: list[object] = []
+        threads = [
+            threading.Thread(target=lambda wait: results.append(future.result(wait)), args=(limit,))
+            for limit in (None, None, LIMIT, AT_ONCE)
+        ]
+        for thread in threads:
+            thread.start()
+        assert servant.entered.wait(LIMIT)
+        servant.leave.set()
+        for thread in threads:
+            thread.join(LIMIT)
+        assert results == [None] * 4
+
+    def test_several_futures_can_be_waited_for(self, calculator: CalculatorPrx) -> None:
+        futures = [calculator.addAsync(float(number), 0.0) for number in range(20)]
+        done, missing = wait(futures, LIMIT)
+        assert (len(done), len(missing)) == (20, 0)
+        more = [calculator.addAsync(float(number), 0.0) for number in range(20)]
+        assert sorted(future.result() for future in as_completed(more, LIMIT)) == sorted(
+            map(float, range(20))
+        )
+
+    def test_slow_calls_hold_up_no_others(self, pair: Pair) -> None:
+        """Many more than there are threads that wait for replies."""
+        slow, quick = CalculatorI(), CalculatorI()
+        slow.ice_concurrent = True
+        pair.adapter.add(slow, "Slow")
+        pair.adapter.add(quick, "Quick")
+        proxies = [CalculatorPrx.checkedCast(pair.client.stringToProxy(name)) for name in ("Slow", "Quick")]
+        told: list[float] = []
+        sleeping = [proxies[0].sleepAsync(LIMIT) for _ in range(12)]
+        for future in sleeping:
+            future.add_done_callback(lambda _: told.append(-1.0))
+        results = [proxies[1].addAsync(float(number), 0.0) for number in range(30)]
+        assert not wait(results, AT_ONCE).not_done
+        assert told == []
+        slow.leave.set()
+        assert not wait(sleeping, LIMIT).not_done
+
+    def test_exception_is_that_of_the_call(self, calculator: CalculatorPrx) -> None:
+        future = calculator.divideAsync(1.0, 0.0)
+        assert isinstance(future.exception(), DivisionByZero)
+        with pytest.raises(DivisionByZero):
+            future.result()
+
+    @pytest.mark.parametrize("limit", [None, LIMIT])
+    def test_limit_of_the_call_ends_it(
+        self, calculator: CalculatorPrx, servant: CalculatorI, limit: float | None
+    ) -> None:
+        future = calculator.ice_invocationTimeout(100).sleepAsync(LIMIT)
+        with pytest.raises(TimeoutException):
+            future.result(limit)
+        servant.leave.set()
+
+    def test_callback_is_told_of_an_outcome_that_is_known(self, calculator: CalculatorPrx) -> None:
+        future = calculator.addAsync(1.0, 2.0)
+        future.result()
+        told: list[float] = []
+        future.add_done_callback(lambda done: told.append(done.result()))
+        assert told == [3.0]
+
+
+class TestCancelling:
+    def test_wait_ends_at_once(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        future = calculator.sleepAsync(LIMIT)
+        assert servant.entered.wait(LIMIT)
+        ended = threading.Event()
+
+        def look() -> None:
+            with pytest.raises(CancelledError):
+                future.result()
+            ended.set()
+
+        waiting = threading.Thread(target=look)
+        waiting.start()
+        told = threading.Event()
+        future.add_done_callback(lambda _: told.set())
+        assert future.cancel()
+        assert ended.wait(AT_ONCE)
+        assert told.wait(AT_ONCE)
+        assert future.cancelled()
+        assert future.cancel()
+        assert not wait([future], LIMIT).not_done
+        waiting.join(LIMIT)
+        servant.leave.set()
+
+    def test_known_outcome_cannot_be_cancelled(self, calculator: CalculatorPrx) -> None:
+        future = calculator.addAsync(1.0, 2.0)
+        assert future.result() == 3.0
+        assert not future.cancel()
+        assert future.result() == 3.0
+
+    def test_call_that_has_not_been_sent_can_be_cancelled(self, pair: Pair) -> None:
+        """The servant is looked for first."""
+        proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Late"))
+        future = proxy.addAsync(1.0, 2.0)
+        assert future.cancel()
+        with pytest.raises(CancelledError):
+            future.result(AT_ONCE)
+
+
+class TestAsyncio:
+    def test_calls_are_awaited(self, calculator: CalculatorPrx) -> None:
+        async def calls() -> list[float]:
+            assert await calculator.addAsync(1.0, 1.0) == 2.0
+            return await asyncio.gather(*(calculator.addAsync(float(number), 0.0) for number in range(20)))
+
+        assert asyncio.run(calls()) == [float(number) for number in range(20)]
+
+    def test_exception_is_raised_where_it_is_awaited(self, calculator: CalculatorPrx) -> None:
+        async def call() -> None:
+            await calculator.divideAsync(1.0, 0.0)
+
+        with pytest.raises(DivisionByZero):
+            asyncio.run(call())
+
+    def test_timeout_of_asyncio_cancels_the_call(
+        self, calculator: CalculatorPrx, servant: CalculatorI
+    ) -> None:
+        futures: list[InvocationFuture[None]] = []
+
+        async def call() -> None:
+            futures.append(calculator.sleepAsync(LIMIT))
+            await asyncio.wait_for(futures[0], 0.05)
+
+        with pytest.raises(TimeoutError):
+            asyncio.run(call())
+        assert futures[0].cancelled()
+        servant.leave.set()
+
+
+class TestTheEnd:
+    @pytest.mark.parametrize("watched", [True, False])
+    def test_communicator_that_is_destroyed_ends_all_calls(
+        self, pair: Pair, servant: CalculatorI, watched: bool
+    ) -> None:
+        proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+        futures = [proxy.sleepAsync(LIMIT) for _ in range(8)]
+        assert servant.entered.wait(LIMIT)
+        told = threading.Semaphore(0)
+        if watched:
+            for future in futures:
+                future.add_done_callback(lambda _: told.release())
+        pair.client.destroy()
+        for future in futures:
+            with pytest.raises(CommunicatorDestroyedException):
+                future.result(AT_ONCE)
+            if watched:
+                assert told.acquire(timeout=AT_ONCE)
+        servant.leave.set()
+
+    def test_future_that_nobody_asks_costs_no_thread(self, calculator: CalculatorPrx) -> None:
+        before = set(threading.enumerate())
+        futures = [calculator.addAsync(1.0, 2.0) for _ in range(50)]
+        assert set(threading.enumerate()) == before
+        assert {future.result() for future in futures} == {3.0}
