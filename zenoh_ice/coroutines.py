@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import threading
 from collections.abc import Coroutine
 from concurrent.futures import Future
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from .dispatch import mark_thread
 from .exceptions import CommunicatorDestroyedException
+
+if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines
+    import asyncio
 
 __all__ = ["Coroutines"]
 
@@ -38,6 +40,8 @@ class Coroutines:
             if self._closed:
                 coroutine.close()  # or Python warns that nobody waited for it
                 raise CommunicatorDestroyedException("the communicator was destroyed")
+            import asyncio
+
             return asyncio.run_coroutine_threadsafe(coroutine, self._loop or self._start())
 
     def close(self, timeout: float) -> bool:
@@ -56,6 +60,8 @@ class Coroutines:
         return not thread.is_alive()
 
     def _start(self) -> asyncio.AbstractEventLoop:
+        import asyncio
+
         loop = asyncio.new_event_loop()
         thread = threading.Thread(target=self._work, args=(loop,), name=self._name, daemon=True)
         thread.start()
@@ -63,6 +69,8 @@ class Coroutines:
         return loop
 
     def _work(self, loop: asyncio.AbstractEventLoop) -> None:
+        import asyncio
+
         mark_thread()
         asyncio.set_event_loop(loop)
         try:
@@ -71,6 +79,8 @@ class Coroutines:
             loop.close()
 
     def _cancel_all(self) -> None:
+        import asyncio
+
         loop = asyncio.get_running_loop()
         tasks = asyncio.all_tasks(loop)
         for task in tasks:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 import time
 from collections import deque
@@ -72,6 +71,8 @@ class InvocationFuture(Future[V]):
         super().__init__()
 
     def __await__(self) -> Generator[Any, None, V]:
+        import asyncio  # here: it takes long to load, and who awaits has it
+
         return asyncio.wrap_future(self).__await__()
 
     def begun(self, exchange: Exchange) -> None:
