@@ -10,7 +10,6 @@ import sys
 import threading
 import time
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -187,6 +186,8 @@ def _key(realm: str, process: str) -> str:
 
 @cache
 def _version(distribution: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # here: it takes long to load
+
     try:
         return version(distribution)
     except PackageNotFoundError:  # run from a copy of the sources
