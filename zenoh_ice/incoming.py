@@ -55,6 +55,7 @@ class Incoming(Registration):
         self.servant: Final = servant
         self.replicated = replica
         self._skeleton: Final = skeleton
+        self._own_prefix: Final = f"{target.prefix}~{communicator.client_id}/" if replica else target.prefix
         self._channels: Final[dict[str, tuple[Publisher[Any], Channel]]] = {}
 
     @property
@@ -72,7 +73,7 @@ class Incoming(Registration):
                 channel = Channel(self._communicator, key, publisher, interface.fingerprint)
                 self._channels[operation.name] = publisher, channel
                 publisher.attach(channel)
-        own = f"{target.prefix}~{self._communicator.client_id}/" if self.replicated else target.prefix
+        own = self._own_prefix
         for prefix in dict.fromkeys((target.prefix, own)):
             inbox = QueryInbox(
                 f"servant {target.object}", partial(self._answer, prefix), width=self._skeleton.width
@@ -128,7 +129,7 @@ class Incoming(Registration):
 
     def _execute_oneway(self, key: str, sample: zenoh.Sample, since: float) -> Answer | None:
         try:
-            name = key.rpartition("/")[2]
+            name = key.removeprefix(self._own_prefix)
             payload, attachment = take_request(sample, *self._limit_of(name))
         except ZenohIceError as error:
             return self.upcalls.refuse(error)

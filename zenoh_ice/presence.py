@@ -109,6 +109,7 @@ class Presence:
     ) -> None:
         self._session: Final = session
         self._security: Final = security or Security()
+        self._own_id: Final = str(session.zid())
         self._endpoints: Final = tuple(endpoints)
         self._notify: Final = notify
         self._changed = threading.Condition()
@@ -294,7 +295,7 @@ class Presence:
         server = next(
             (self._last_server[each] for each in (target, *target.stand_ins) if each in self._last_server), ""
         )
-        if not server or server in self._linked:
+        if not server or server in self._linked or server == self._own_id:
             return False
         # All its tokens go together; it takes them one by one.
         return self._changed.wait_for(lambda: not self._serves(server), _LINK_NOTICE)
