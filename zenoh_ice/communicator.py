@@ -81,6 +81,8 @@ class Communicator:
         self.realm: Final = settings.realm
         self.destroyed = False
         self.local_servants: Final = LocalServants()
+        self.crowded_at: Final[dict[Target, float]] = {}
+        """When calls may last have fallen out of the queues of others' servants, on the monotonic clock."""
         self._lock = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
         self._subscriptions: set[Subscription[Any]] = set()

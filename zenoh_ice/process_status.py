@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 import platform
 import socket
@@ -53,6 +54,8 @@ class ServantStatus(msgspec.Struct, frozen=True):
     """How many are executed now."""
     busy_for: float
     """For how many s, up to now, calls may have fallen out of its queue; 0 when surely none did."""
+    crowded_ago: float = math.inf
+    """How many s ago a call may last have fallen out of it; infinite when surely none ever did."""
 
 
 class ProcessStatus(msgspec.Struct, frozen=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -37,7 +38,7 @@ class QueryInbox:
         self._resting: Final = [True] * width
         self._taken = 0
         self._empty_at = time.monotonic()
-        self._crowded = (0.0, -_CROWDED_NOTICE)
+        self._crowded = (-math.inf, -math.inf)
         self._queryable: zenoh.Queryable[zenoh.Handler[zenoh.Query]] | None = None
         self._threads: list[threading.Thread] = []
 
@@ -81,6 +82,10 @@ class QueryInbox:
             return now - self._empty_at
         began, ended = self._crowded
         return now - began if now - ended < _CROWDED_NOTICE else 0.0
+
+    def crowded_ago(self) -> float:
+        """Return how many s ago a call may last have fallen out of the queue; infinite when none ever did."""
+        return time.monotonic() - self._crowded[1] if any(self._resting) else 0.0
 
     def _serve(self, handler: zenoh.Handler[zenoh.Query], number: int) -> None:
         mark_thread()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from abc import ABC, abstractmethod
 from concurrent.futures import Future, InvalidStateError
@@ -122,6 +123,7 @@ class Registration(ABC):
             refused=upcalls.refused,
             running=upcalls.running,
             busy_for=max((inbox.busy_for() for inbox in self._inboxes), default=0.0),
+            crowded_ago=min((inbox.crowded_ago() for inbox in self._inboxes), default=math.inf),
         )
 
     def withdraw(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING, Final
 
@@ -15,7 +16,7 @@ from .exceptions import (
     TimeoutException,
 )
 from .identity import Target
-from .process_status import ServantStatus, ask_process_status
+from .process_status import ask_process_status
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -30,6 +31,7 @@ _LINK_NOTICE: Final = 0.02
 _CLOSE_NOTICE: Final = 1.0
 # s for which a process that seems to be there is asked how its servants are.
 _STATUS_LIMIT: Final = 0.5
+_LATE_STATUS_LIMIT: Final = 0.25  # s for the same, where the call's own limit has passed
 _MOST_ASKED: Final = 3  # of several servers of one identity
 
 
@@ -56,10 +58,10 @@ class UnansweredCall:
         self._what: Final = what
         self._started: Final = started
         self._deadline: Final = started + timeout
-        self._took: Final = time.monotonic() - started
-        self._unsent: Final = self._took >= send_limit
-        self._status: Final = None if self._is_lost() else self._ask_status()
-        self.lost: Final = self._is_lost() or (self._status is None and self._wait_for_loss())
+        self._unsent: Final = time.monotonic() - started >= send_limit
+        # Of many calls that fall out of a queue, one asks for all.
+        self._asked = self._was_crowded() or (not self._is_lost() and self._ask_status())
+        self.lost: Final = self._is_lost() or (not self._asked and self._wait_for_loss())
         """Whether the servant, or the way to it, was lost during the call."""
 
     @property
@@ -81,10 +83,10 @@ class UnansweredCall:
         notice = _CLOSE_NOTICE if self._unsent else _LINK_NOTICE
         if self._presence.wait_for_link_loss(self._started, min(notice, max(0.0, self.time_left))):
             return ConnectionLostException(f"{self._what}: the connection was lost during the call")
-        if self.time_left <= 0:
-            return TimeoutException(f"{self._what} did not answer in time")
-        if self._status is not None and self._status.busy_for >= self._took:
+        if self._was_crowded():
             return BusyException(f"{self._what} was not executed: too many calls wait for {self._target}")
+        if self.time_left <= 0 and not self._asked:
+            return TimeoutException(f"{self._what} did not answer in time")
         return AccessDeniedException(
             f"{self._what} was not executed: {self._target} is there, and access control does not let this "
             "component call it; `security` in its settings, and in those of the router, says who may"
@@ -97,16 +99,25 @@ class UnansweredCall:
         limit = min(_LOSS_NOTICE, max(0.0, self.time_left))
         return self._presence.wait_for_loss(self._target, self._started, limit)
 
-    def _ask_status(self) -> ServantStatus | None:
-        """Return how the servant is; None when nobody tells, its process being gone, for instance."""
-        communicator, limit = self._communicator, min(_STATUS_LIMIT, self.time_left)
+    def _was_crowded(self) -> bool:
+        """Return whether calls may, as far as known, have fallen out of the queue since this one began."""
+        return self._communicator.crowded_at.get(self._target, -math.inf) >= self._started
+
+    def _ask_status(self) -> bool:
+        """Ask how the servant is; return whether anybody told: its process may be gone, for instance."""
+        communicator = self._communicator
+        # Whoever looks at a future late finds no time left, and wants to know all the same.
+        limit = min(_STATUS_LIMIT, self.time_left) if self.time_left > 0 else _LATE_STATUS_LIMIT
         serving = self._presence.serving(self._target)
         servers = [info.server for info in self._presence.servers(serving)][:_MOST_ASKED]
-        for server in servers if limit > 0 and not communicator.destroyed else ():
+        for server in () if communicator.destroyed else servers:
+            moment = time.monotonic()
             try:
                 status = ask_process_status(communicator.session, serving.realm, server, limit / len(servers))
             except (ConnectionLostException, MarshalException):
                 continue
-            if str(serving) in status.servants:
-                return status.servants[str(serving)]
-        return None
+            servant = status.servants.get(str(serving))
+            if servant is not None:
+                communicator.crowded_at[self._target] = moment - servant.crowded_ago
+                return True
+        return False
