@@ -40,7 +40,7 @@ def at(endpoint: str, realm: str) -> Iterator[None]:
 
 def nao(*words: str, stdin: bytes | None = None) -> Outcome:
     """Run `nao` with these words; errors become its one line on stderr, as `zenoh_ice.command.run` has it."""
-    result = CliRunner().invoke(app, words, prog_name="nao", input=stdin, env={"COLUMNS": "120"})
+    result = CliRunner().invoke(app, words, prog_name="nao", input=stdin, env={"COLUMNS": "80"})
     error = result.exception
     if isinstance(error, ZenohIceError | NaoError):
         return Outcome(1, result.stdout, f"nao: error: {' '.join(str(error).split())}\n")

@@ -1,0 +1,52 @@
+"""docs/nao.md, followed to the letter against a robot: commands run, what they write compared."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from deploy.nao.command import app
+from naoserver.fake import FakeRobot
+from tests.support.nao_command import at, nao
+from tests.support.pages import DOCS, blocks_of
+from tests.support.robot_server import served
+
+PAGE = (DOCS / "nao.md").read_text("utf-8")
+
+
+def commands(text: str) -> list[tuple[str, str]]:
+    """Return the commands of a console, each with what it writes."""
+    parts = re.split(r"^\$ ", text, flags=re.M)[1:]
+    return [(part.partition("\n")[0], part.partition("\n")[2]) for part in parts]
+
+
+def matches(expected: str, output: str) -> bool:
+    """Return whether an output is as expected; three dots stand for anything, spaces for any number of them."""
+    pieces = (r"\s+".join(map(re.escape, piece.split(" "))) for piece in expected.split("..."))
+    return re.fullmatch(".*".join(pieces), output, re.S) is not None
+
+
+def test_the_page_works_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = 0
+    with served(FakeRobot()) as robot, at(robot.endpoint, robot.realm):
+        for block in blocks_of(PAGE):
+            assert block.language == "console"
+            for command, expected in commands(block.text):
+                program, *words = shlex.split(command)
+                assert program == "nao"
+                outcome = nao(*words)
+                ran += 1
+                assert matches(expected.rstrip(), outcome.text.rstrip()), f"{command}\n{outcome.text}"
+    assert ran == 17
+
+
+def test_every_command_is_explained() -> None:
+    names = [
+        command.name or (command.callback and command.callback.__name__)
+        for command in app.registered_commands
+    ]
+    assert [name for name in names if name and f"nao {name.replace('_', '-')}" not in PAGE] == []
