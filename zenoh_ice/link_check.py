@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import socket
-import ssl
 from collections.abc import Iterable
 from typing import Final
 
@@ -56,6 +55,8 @@ def explain_endpoint(endpoint: str, security: Security) -> str:
 
 
 def _explain_tls(connection: socket.socket, host: str, security: Security) -> str:
+    import ssl  # here: it takes long to load, and few need it
+
     context = ssl.create_default_context(cafile=security.authority)
     if security.certificate:
         context.load_cert_chain(security.certificate, security.key)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ssl
 import stat
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -47,9 +46,9 @@ class Security:
     """File of the users who may connect: a line `NAME:PASSWORD` for each."""
     mutual: bool = True
     """Whether those that connect by TLS must show a certificate of the authority."""
-    roles: Mapping[str, Role] = field(default_factory=dict)
+    roles: Mapping[str, Role] = field(default_factory=dict, hash=False)
     """What may be done through this component, by the name of the role; without any, everything."""
-    users: Mapping[str, str] = field(default_factory=dict)
+    users: Mapping[str, str] = field(default_factory=dict, hash=False)
     """The role of each certificate, by its common name, and of each user; `*` is everybody who is let in."""
 
     def __post_init__(self) -> None:
@@ -59,9 +58,7 @@ class Security:
                 value = str(value)
             if not isinstance(value, str) or "\0" in value:
                 raise ValueError(f"{name}: write text")
-            # Another process that is told of the file may run in another directory.
-            absolute = str(Path(value).expanduser().absolute()) if name in PATHS and value else value
-            object.__setattr__(self, name, absolute)
+            object.__setattr__(self, name, _absolute(name, value) if name in PATHS and value else value)
         if not isinstance(self.mutual, bool):
             raise ValueError("mutual: write true or false")
         object.__setattr__(self, "roles", _parse_roles(self.roles))
@@ -116,31 +113,38 @@ class Security:
             if path:
                 _check_readable(f"security.{name}", Path(path))
         if self.authority:
-            context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-            try:
-                context.load_verify_locations(self.authority)
-            except ssl.SSLError as error:
-                raise ConfigurationException(
-                    f"security.authority = {self.authority!r}: no certificate in PEM"
-                ) from error
-            if self.certificate:
-                try:
-                    # Without a password for the key: who runs unattended cannot be asked for one.
-                    context.load_cert_chain(self.certificate, self.key, password="")
-                except ssl.SSLError as error:
-                    what = (
-                        "the key is not that of the certificate"
-                        if error.reason == "KEY_VALUES_MISMATCH"
-                        else "not a certificate and its key in PEM"
-                    )
-                    raise ConfigurationException(
-                        f"security.certificate = {self.certificate!r}, security.key = {self.key!r}: {what}"
-                    ) from error
+            self._check_tls()
         return [
             f"{getattr(self, name)} can be read by others on this machine: chmod 600 it"
             for name in ("key", "passwords")
             if getattr(self, name) and _is_open(Path(getattr(self, name)))
         ]
+
+    def _check_tls(self) -> None:
+        import ssl  # here: it takes long to load, and few need it
+
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        try:
+            context.load_verify_locations(self.authority)
+        except ssl.SSLError as error:
+            raise ConfigurationException(
+                f"security.authority = {self.authority!r}: no certificate in PEM"
+            ) from error
+        if not self.certificate:
+            return
+        try:
+            # Without a password for the key: who runs unattended cannot be asked for one.
+            context.load_cert_chain(self.certificate, self.key, password="")
+        except ssl.SSLError as error:
+            mismatch = error.reason == "KEY_VALUES_MISMATCH"
+            what = (
+                "the key is not that of the certificate"
+                if mismatch
+                else "not a certificate and its key in PEM"
+            )
+            raise ConfigurationException(
+                f"security.certificate = {self.certificate!r}, security.key = {self.key!r}: {what}"
+            ) from error
 
     def _check_together(self) -> None:
         if bool(self.certificate) != bool(self.key):
@@ -162,11 +166,19 @@ class Security:
 def resolved(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """Return the table `[security]` of a file with the files that it names as seen from its folder."""
     return {
-        name: str(folder / Path(value).expanduser())
-        if name in PATHS and isinstance(value, str) and value
+        name: str(folder / value)
+        if name in PATHS and isinstance(value, str) and value and not value.startswith("~")
         else value
         for name, value in table.items()
     }
+
+
+def _absolute(name: str, path: str) -> str:
+    # Another process that is told of the file may run in another directory.
+    try:
+        return str(Path(path).expanduser().absolute())
+    except (OSError, RuntimeError) as error:
+        raise ValueError(f"{name}: {path!r}: {error}") from None
 
 
 def _parse_roles(value: object) -> dict[str, Role]:

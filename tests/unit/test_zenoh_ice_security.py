@@ -57,6 +57,7 @@ class TestSources:
             ),
             ("[security]\nkey = 3", "key: write text"),
             ("[security]\nmutual = 1", "mutual: write true or false"),
+            ("[security]\nkey = '~nobody-of-this-name/key'", "key: '~nobody-of-this-name/key': "),
             ("[security.roles]\nr = 3", "roles.r: write a table"),
             ("[security.roles.r]\ncall = ['Head']", "roles.r: call: 'Head': write IDENTITY.OPERATION"),
             ("[security.users]\nann = 'r'", "users.ann: there is no role 'r'; there is none"),
@@ -74,6 +75,11 @@ class TestSources:
     def test_an_unknown_variable_is_told(self) -> None:
         with pytest.raises(ConfigurationException, match=r"VISUALHFSM_SECURITY_KEI: .*'kei'"):
             load_settings(environment={"VISUALHFSM_SECURITY_KEI": "x"})
+
+
+def test_settings_can_be_keys() -> None:
+    roles = secured(roles=ROLES, users={"ann": "all"})
+    assert len({Settings(), Settings(), roles, secured(roles=ROLES, users={"ann": "all"})}) == 2
 
 
 def test_another_process_is_led_to_the_same_place_as_the_same_user(tmp_path: Path) -> None:
