@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import re
 from collections.abc import Sequence
 from typing import Final
 
@@ -15,10 +14,10 @@ from .exposure import exposure
 from .link_check import explain_endpoints
 from .session_config import connect_endpoints, send_limit, session_config
 from .settings import Settings
+from .text import without_source
 
 __all__ = ["close_session", "connect_endpoints", "open_session", "send_limit"]
 
-_SOURCE_PLACE: Final = re.compile(r" at /\S+\.rs:\d+\.?")
 # Our own messages tell what Zenoh's warnings would. Some of its errors are none for a user: an answer that
 # came after its call's timeout, a link that a bad network let fail and that is tried again, the end of what
 # was never allowed to begin. RUST_LOG shows everything.
@@ -61,7 +60,7 @@ def close_session(session: zenoh.Session) -> None:
     try:
         session.close()
     except zenoh.ZError as error:
-        _logger.warning("the session did not end in time: %s", _SOURCE_PLACE.sub("", str(error)))
+        _logger.warning("the session did not end in time: %s", without_source(error))
 
 
 def _explain(error: zenoh.ZError, listen: Sequence[str]) -> EndpointInUseException | ConfigurationException:
@@ -74,5 +73,4 @@ def _explain(error: zenoh.ZError, listen: Sequence[str]) -> EndpointInUseExcepti
         return EndpointInUseException(
             f"port in use: another process listens on {used} already; stop it or choose another with --listen"
         )
-    # Zenoh adds the places in its sources, nothing to a user.
-    return ConfigurationException(f"Zenoh refuses the settings: {_SOURCE_PLACE.sub('', text)}")
+    return ConfigurationException(f"Zenoh refuses the settings: {without_source(error)}")

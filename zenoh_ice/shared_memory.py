@@ -19,6 +19,7 @@ from zenoh import shm
 
 from .exceptions import MarshalException
 from .pieces import LARGE, Pieces
+from .text import without_source
 
 __all__ = ["POOL_SIZE", "SharedMemory", "may_lock_enough", "read_payload"]
 
@@ -112,7 +113,7 @@ class SharedMemory:
             self._provider = shm.ShmProvider.default_backend(self._size)
         except zenoh.ZError as error:
             self._wanted = False
-            _logger.warning("no shared memory, large payloads go over the network: %s", error)
+            _logger.warning("no shared memory, large payloads go over the network: %s", without_source(error))
         return self._provider
 
 
