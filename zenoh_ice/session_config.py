@@ -32,8 +32,9 @@ def session_config(settings: Settings) -> dict[str, Any]:
         "mode": settings.mode,
         # Only endpoints that were named: a robot must never hear the commands for another one.
         "scouting/multicast/enabled": False,
-        # Peers do not relay: two clients of one server reach each other by the links that gossip makes.
-        "scouting/gossip/enabled": True,
+        # Peers do not relay: two clients of one server reach each other by the links that gossip makes. Where
+        # there are roles nobody is to find a way past those who grant them.
+        "scouting/gossip/enabled": not settings.security.roles,
         "scouting/delay": _OPEN_DELAY,
         # A client has one link, to whom it connects.
         "listen/endpoints": [] if settings.mode == "client" else list(settings.listen),
@@ -122,7 +123,10 @@ def _tls(settings: Settings) -> dict[str, Any]:
             )
     if not security.has_tls:
         return {}
+    named = {protocol(endpoint).name for endpoint in (*connect_endpoints(settings), *listening)}
     values: dict[str, Any] = {
+        # No link without TLS to where others say that somebody is.
+        "transport/link/protocols": sorted(named),
         "transport/link/tls/root_ca_certificate": security.authority,
         "transport/link/tls/close_link_on_expiration": True,
     }

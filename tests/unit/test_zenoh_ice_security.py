@@ -151,6 +151,14 @@ def test_a_client_listens_nowhere() -> None:
     assert values["listen/endpoints"] == []
 
 
+def test_no_link_is_made_by_other_means_or_past_who_grants_access(keys: Path) -> None:
+    values = session_config(load_settings(keys / "router.toml", environment={}))
+    assert values["transport/link/protocols"] == ["tls"]
+    assert values["scouting/gossip/enabled"] is False
+    assert "transport/link/protocols" not in session_config(Settings())
+    assert session_config(Settings())["scouting/gossip/enabled"] is True
+
+
 class TestExposure:
     @pytest.mark.parametrize(
         "endpoint",
