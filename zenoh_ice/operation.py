@@ -47,6 +47,8 @@ class Operation(Generic[P, V]):
         self.idempotent: Final = idempotent
         self.streamed: Final = streamed
         self.amd: Final = amd
+        self.interface: Interface | None = None
+        """The interface that declares it, once there is one."""
 
     @property
     def oneway(self) -> bool:
@@ -76,6 +78,8 @@ class Interface:
         self.type_id: Final = type_id
         self.bases: Final = bases
         self.operations: Final = operations
+        for operation in operations:
+            operation.interface = self
         self.fingerprint: Final = fingerprint
         self.definition: Final = definition
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast
 import zenoh
 
 from .attachment import NO_ATTACHMENT, Attachment, decode_attachment
-from .exceptions import MarshalException
+from .exceptions import InterfaceMismatchException, MarshalException
+from .identity import Target
 from .operation import Operation
 from .shared_memory import read_payload
 
@@ -77,9 +78,14 @@ class Gaps:
 class SampleDecoder(Generic[V]):
     """Make samples of one operation of what arrives."""
 
-    def __init__(self, communicator: Communicator, operation: Operation[..., V], what: str) -> None:
+    def __init__(
+        self, communicator: Communicator, target: Target, operation: Operation[..., V], what: str
+    ) -> None:
         self._what: Final = f"sample of {what}"
         self._communicator: Final = communicator
+        self._target: Final = target
+        self._interface: Final = operation.interface
+        self._accepted = ""
         self._result: Final = operation.result
         self._limit: Final = communicator.size_limit(operation.result)
 
@@ -88,7 +94,13 @@ class SampleDecoder(Generic[V]):
         return NO_ATTACHMENT if raw.attachment is None else decode_attachment(raw.attachment.to_bytes())
 
     def decode(self, raw: zenoh.Sample, about: Attachment, lost: int) -> Sample[V]:
-        """Return the sample; raises MarshalException for one that does not fit the operation."""
+        """Return the sample.
+
+        Raises MarshalException for one that does not fit the operation, InterfaceMismatchException for one of
+        a servant whose interface is another one.
+        """
+        if about.fingerprint != self._accepted:
+            self._check_fingerprint(about.fingerprint)
         payload = raw.payload
         if len(payload) > self._limit:
             raise MarshalException(
@@ -97,3 +109,17 @@ class SampleDecoder(Generic[V]):
         data = read_payload(payload, self._what)
         value = cast("V", self._result.unpack_result(data, self._what, self._communicator))
         return Sample(value, about.sequence, about.robot_time, about.wall_time, lost)
+
+    def _check_fingerprint(self, fingerprint: str) -> None:
+        own = self._interface
+        if own is not None and own.fingerprint and fingerprint != own.fingerprint:
+            # The sample tells that of its servant's own interface, which may extend the one that we know.
+            found = self._communicator.presence.reachable(self._target).get(own.type_id, own.fingerprint)
+            if found != own.fingerprint:
+                raise InterfaceMismatchException(
+                    f"{self._what}: this component was generated from {own.fingerprint}, the servant's "
+                    f"{own.type_id} from {found}; generate both from the same IDL",
+                    expected=own.fingerprint,
+                    found=found,
+                )
+        self._accepted = fingerprint

@@ -35,7 +35,7 @@ class StreamSource(Generic[V]):
         self.what: Final = f"{target.object}.{operation.name}"
         self.communicator: Final = communicator
         self.target: Final = target
-        self.samples: Final = SampleDecoder(communicator, operation, self.what)
+        self.samples: Final = SampleDecoder(communicator, target, operation, self.what)
         self._key: Final = target.prefix + operation.name
 
     def listen(self, queue: int = 1) -> zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]:

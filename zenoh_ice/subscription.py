@@ -12,7 +12,12 @@ from typing import Any, Final, Generic, Self, TypeVar
 import zenoh
 
 from .dispatch import mark_thread
-from .exceptions import CommunicatorDestroyedException, ConfigurationException, MarshalException
+from .exceptions import (
+    CommunicatorDestroyedException,
+    ConfigurationException,
+    InterfaceMismatchException,
+    MarshalException,
+)
 from .pacing import Pacer
 from .sample import Gaps, Sample
 from .stream_source import MOST_HISTORY, StreamSource
@@ -149,7 +154,7 @@ class Subscription(Generic[V]):
             lost = self._gaps.before(about)
             self.lost += lost
             sample = self._source.samples.decode(raw, about, lost)
-        except MarshalException as error:
+        except (MarshalException, InterfaceMismatchException) as error:
             if self._readable:
                 _logger.error("%s; the next that fits goes on", error)
             self._readable = False

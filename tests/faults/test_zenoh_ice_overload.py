@@ -89,9 +89,6 @@ def test_calls_that_cannot_be_sent_are_bounded(pair: Pair, make_communicator: Ma
             calls[-1].result(LIMIT)
         relay.resume()
         assert len(large.result(LIMIT)) == 8 * MEGABYTE
-        wait(calls, LIMIT)
-        executed = sum(call.exception() is None for call in calls)
-        assert executed == calculator.count() - 1
         client.destroy()
 
 

@@ -1,0 +1,143 @@
+"""What happens when two processes serve one identity, or a server that restarts speaks another version."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import ClassVar
+
+import pytest
+
+from tests.support.calculator import NEWER_CALCULATOR, CalculatorPrx, Reading
+from tests.support.calculator_servant import CalculatorI
+from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.processes import free_endpoint
+from tests.support.waiting import until
+from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
+
+MakeCommunicator = Callable[..., Communicator]
+
+
+def serve(communicator: Communicator, servant: Object) -> None:
+    adapter = communicator.createObjectAdapter("Test")
+    adapter.add(servant, "Calculator")
+    adapter.activate()
+
+
+class TestTwoServers:
+    @pytest.fixture
+    def servers(self, make_communicator: MakeCommunicator) -> tuple[Communicator, Communicator]:
+        """Two that serve a calculator, and do not know of each other."""
+        first, second = (make_communicator(listen=[free_endpoint()], lease=CALL_LIMIT) for _ in range(2))
+        for server in (first, second):
+            serve(server, CalculatorI())
+        return first, second
+
+    def test_those_that_meet_late_each_log_an_error_that_names_the_other(
+        self,
+        servers: tuple[Communicator, Communicator],
+        make_communicator: MakeCommunicator,
+        caplog: pytest.LogCaptureFixture,
+    ) -> None:
+        endpoints = [server.settings.listen[0] for server in servers]
+        make_communicator(connect=endpoints)  # gossip makes them known to each other
+
+        def told() -> list[str]:
+            errors = [record for record in caplog.records if record.levelno == logging.ERROR]
+            return [record.getMessage() for record in errors]
+
+        until(lambda: len(told()) >= 2)
+        assert len(told()) == 2
+        for server in servers:
+            (message,) = (text for text in told() if server.client_id in text)
+            assert message.startswith("Calculator of realm nao is served by ")
+            assert "process " in message  # with its number, and the host
+            assert "stop one" in message
+
+    def test_once_one_is_stopped_the_other_says_so_and_serves_on(
+        self,
+        servers: tuple[Communicator, Communicator],
+        make_communicator: MakeCommunicator,
+        caplog: pytest.LogCaptureFixture,
+    ) -> None:
+        first, second = servers
+        client = make_communicator(connect=[server.settings.listen[0] for server in servers])
+        until(lambda: "is served by" in caplog.text)
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        first.destroy()
+        until(lambda: f"no longer served by session {first.client_id}" in caplog.text)
+        until(lambda: [info.server for info in client.servants()] == [second.client_id])
+        assert calculator.add(1.0, 2.0) == 3.0
+
+
+class NewerReading(generated.Struct):
+    count: generated.Int
+
+
+class _Result(generated.Struct):
+    returnValue: NewerReading
+
+
+class _Nothing(generated.Struct):
+    pass
+
+
+_get_reading: generated.Operation[[], NewerReading] = generated.Operation(
+    "getReading", arguments=_Nothing, result=_Result, idempotent=True, streamed=True
+)
+
+
+class NewerCalculatorI(Object):
+    """Of a newer version: its sums are of integers, its readings have fewer members."""
+
+    ice_interface: ClassVar[generated.Interface] = generated.Interface(
+        "::test::Calculator",
+        operations=(*NEWER_CALCULATOR.operations, _get_reading),
+        fingerprint=NEWER_CALCULATOR.fingerprint,
+        definition=NEWER_CALCULATOR.definition,
+    )
+
+    def add(self, a: float, b: float, current: Current) -> float:
+        return int(a) + b
+
+    def getReading(self, current: Current) -> NewerReading:
+        return NewerReading(1)
+
+    @property
+    def publisher(self) -> Publisher[NewerReading]:
+        return self.ice_publisher(_get_reading)
+
+
+def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_streams(
+    endpoint: str, make_communicator: MakeCommunicator, caplog: pytest.LogCaptureFixture
+) -> None:
+    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
+    first, older = make_communicator(listen=[endpoint], lease=CALL_LIMIT), CalculatorI()
+    serve(first, older)
+    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+    received: list[int] = []
+    calculator.getReading.subscribe(lambda sample: received.append(sample.value.count))
+    assert older.getReadingPublisher.wait_for_listener(LIMIT)
+    older.getReadingPublisher.publish(Reading(7, []))
+    until(lambda: received)
+    sample = calculator.getReading.latest()
+    first.destroy()
+
+    newer = NewerCalculatorI()
+    serve(make_communicator(listen=[endpoint], lease=CALL_LIMIT), newer)
+    until(lambda: client.identities() == ["Calculator"])
+    with pytest.raises(InterfaceMismatchException, match="add"):
+        calculator.add(1.5, 2.0)
+    with pytest.raises(InterfaceMismatchException):
+        CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+    assert newer.publisher.wait_for_listener(LIMIT)
+
+    def is_told() -> bool:
+        newer.publisher.publish(NewerReading(8))
+        return "generate both from the same IDL" in caplog.text
+
+    until(is_told)  # by the subscription, in the log
+    newer.publisher.publish(NewerReading(8))
+    with pytest.raises(InterfaceMismatchException, match="the servant's ::test::Calculator from"):
+        calculator.getReading.wait(after=sample, timeout=LIMIT)
+    assert set(received) == {7}
