@@ -66,7 +66,7 @@ def list_(
     ] = "",
     json: _Json = False,
 ) -> None:
-    """List the servants that are alive: their interfaces, who serves them, and for how long."""
+    """List who is alive: interfaces, who serves them, and for how long."""
     from deploy.nao.listing import list_servants
 
     list_servants(settings, pattern, as_json=json)
@@ -89,7 +89,7 @@ def describe(
     facet: _Facet = "",
     json: _Json = False,
 ) -> None:
-    """Tell what a servant can do: its operations, their parameters and types."""
+    """Tell what a servant can do: operations, parameters, types."""
     from deploy.nao.describing import describe
 
     describe(settings, servant, facet, as_json=json)
@@ -231,7 +231,7 @@ def status(
     ] = False,
     json: _Json = False,
 ) -> None:
-    """Tell how the robot is, and every process that serves: versions, calls, failures."""
+    """Tell how the robot is, and the processes that serve."""
     from deploy.nao.status import status
 
     status(settings, every_servant=every_servant, as_json=json)
@@ -255,9 +255,10 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
 @app.command(epilog=_examples("nao router", "nao router --config keys/router.toml"))
 @with_settings(defaults=ROUTER_DEFAULTS)
 def router(*, settings: Settings) -> None:
-    """Pass on what processes of several machines say to one another, as far as each may.
+    """Pass on what several machines say, as far as each may.
 
-    They connect to it with --mode client. `nao security init` makes what it needs to be safe on a network.
+    Their processes connect to it with --mode client. `nao security init` makes what it needs to be safe on
+    a network.
     """
     from deploy.router import serve
 

@@ -23,7 +23,7 @@ class Summary:
     received: int
     """Samples since the beginning."""
     lost: int
-    """Samples that were sent and did not come, by the gaps in their numbers, since the beginning."""
+    """Samples that were sent and did not come, since the beginning; those that a rate left out, too."""
     restarts: int
     """How often the numbers began anew: the server was started again."""
     rate: float | None
@@ -34,8 +34,6 @@ class Summary:
     """Mean age in s on arrival; below 0 when the clocks of the machines differ."""
     oldest: float | None
     """Largest age in s on arrival."""
-    size: int | None
-    """Bytes of the newest."""
     silence: float
     """Seconds since the newest came, or since the beginning."""
 
@@ -47,22 +45,18 @@ class StreamStatistics:
         self._received = 0
         self._lost = 0
         self._restarts = 0
-        self._size: int | None = None
         self._last: float = time.monotonic()
         self._sequence: int | None = None
         self._arrivals: Final[deque[tuple[float, float]]] = deque()
 
-    def add(self, sample: Sample[Any], arrived: float, age: float, size: int | None = None) -> None:
+    def add(self, sample: Sample[Any], arrived: float, age: float) -> None:
         """Count a sample that arrived at a time of the monotonic clock with an age in s."""
-        if self._sequence is not None:
-            if sample.sequence > self._sequence:
-                self._lost += sample.sequence - self._sequence - 1
-            else:
-                self._restarts += 1
+        self._lost += sample.lost
+        if self._sequence is not None and sample.sequence <= self._sequence:
+            self._restarts += 1
         self._sequence = sample.sequence
         self._received += 1
         self._last = arrived
-        self._size = self._size if size is None else size
         self._arrivals.append((arrived, age))
         self._forget(arrived)
 
@@ -81,7 +75,6 @@ class StreamStatistics:
             interval=(min(intervals), max(intervals)) if intervals else None,
             age=sum(ages) / len(ages) if ages else None,
             oldest=max(ages, default=None),
-            size=self._size,
             silence=now - self._last,
         )
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import queue
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from deploy.nao.call import shown_bytes
@@ -26,6 +28,8 @@ __all__ = ["watch"]
 _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
 _MOST_WAITING: Final = 1024  # samples that were received and not yet looked at
+_LOOK: Final = 0.1  # s after which it is looked whether the end has come
+_FEW_WAITING: Final = 4  # of those that may be images
 _SILENCE: Final = 2.0  # s after which it is told that nothing comes
 
 
@@ -67,22 +71,34 @@ class _Watched:
         self.realm: Final = proxy.proxy.ice_getRealm()
         self.statistics: Final = StreamStatistics()
         self.newest: Sample[Any] | None = None
-        self.began: Final = time.monotonic()
         self._proxy: Final = proxy
         self._name: Final = name
-        self._rate: Final = rate
-        self._arrived: Final[queue.Queue[tuple[Sample[Any], float, float]]] = queue.Queue(_MOST_WAITING)
+        self.rate: Final = rate
+        self._arrived: Final[queue.Queue[tuple[Sample[Any], float, float]]] = queue.Queue(1)
+        self._ended: Final = threading.Event()
 
-    def follow(self) -> Any:  # noqa: ANN401 - a subscription, closed by its `with` block
-        """Begin to take samples."""
-        return self._proxy.stream(self._name).subscribe(self._take)
+    @contextmanager
+    def follow(self) -> Iterator[None]:
+        """Take samples while the context lasts."""
+        if self.rate:
+            most_waiting = 1  # the newest in its turn
+        else:  # images are large, and those who look at them want the newest
+            bulk = self._proxy.operation(self._name).result.holds_bytes
+            most_waiting = _FEW_WAITING if bulk else _MOST_WAITING
+        stream = self._proxy.stream(self._name)
+        with stream.subscribe(self._take, rate=self.rate, queue=most_waiting):
+            try:
+                yield
+            finally:
+                self._ended.set()
 
     def _take(self, sample: Sample[Any]) -> None:
         # Ages are taken here: afterwards they would have waited for the view.
-        try:
-            self._arrived.put_nowait((sample, time.monotonic(), time.time() - sample.wall_time))
-        except queue.Full:
-            return  # it shows as lost
+        arrived = sample, time.monotonic(), time.time() - sample.wall_time
+        while not self._ended.is_set():
+            with suppress(queue.Full):
+                self._arrived.put(arrived, timeout=_LOOK)
+                return
 
     def next(self, timeout: float) -> Sample[Any] | None:
         """Return the next sample, or None when none comes within some seconds."""
@@ -133,7 +149,7 @@ def _print_lines(watched: _Watched, count: int, limit: float) -> None:
 
     def tell() -> None:
         summary = watched.statistics.summary()
-        print_line("  ".join(f"{name} {text}" for name, text, _ in _figures(summary, watched.size())))
+        print_line("  ".join(f"{name} {text}" for name, text, _ in _figures(summary, watched)))
 
     _follow(watched, count, limit, _LINE, tell)
 
@@ -167,8 +183,9 @@ def _follow(watched: _Watched, count: int, limit: float, period: float, tell: Ca
         tell()
 
 
-def _figures(summary: Summary, size: int | None) -> list[tuple[str, str, str]]:
+def _figures(summary: Summary, watched: _Watched) -> list[tuple[str, str, str]]:
     """Return name, figure and detail of what there is to tell of a stream."""
+    size = watched.size()
     rows = []
     if summary.rate is not None and summary.interval is not None:
         shortest, longest = summary.interval
@@ -183,7 +200,8 @@ def _figures(summary: Summary, size: int | None) -> list[tuple[str, str, str]]:
     if size is not None:
         flow = f"{bytes_text(size * summary.rate)} a second" if summary.rate is not None else ""
         rows.append(("size", bytes_text(size), flow))
-    rows.append(("lost", str(summary.lost), f"of {summary.received + summary.lost}"))
+    name = "skipped" if watched.rate else "lost"
+    rows.append((name, str(summary.lost), f"of {summary.received + summary.lost}"))
     return rows
 
 
@@ -204,7 +222,7 @@ def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
     grid.add_column(style="dim")
     grid.add_column(justify="right", min_width=8)
     grid.add_column(style="dim")
-    for name, figure, detail in _figures(summary, watched.size()):
+    for name, figure, detail in _figures(summary, watched):
         style = "bold red" if name == "lost" and summary.lost else "bold"
         grid.add_row(name, Text(figure, style=style), detail)
     parts: list[RenderableType] = [head, grid]

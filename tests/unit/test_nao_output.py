@@ -85,7 +85,9 @@ def test_quantities_have_their_unit(text: str, expected: str) -> None:
 def samples(statistics: StreamStatistics, *sequences: int, period: float = 0.1) -> None:
     start = time.monotonic()
     for index, sequence in enumerate(sequences):
-        statistics.add(Sample(None, sequence, 0.0, 0.0), start + index * period, 0.002 * (index + 1))
+        before = sequences[index - 1] if index else sequence - 1
+        lost = max(0, sequence - before - 1)
+        statistics.add(Sample(None, sequence, 0.0, 0.0, lost), start + index * period, 0.002 * (index + 1))
 
 
 def test_a_gap_in_the_numbers_is_a_loss_and_a_lower_number_a_restart() -> None:
