@@ -24,7 +24,7 @@ from .object import Object
 from .proxy import ObjectPrx
 from .registration import Registration
 from .servant_locator import ServantLocator
-from .servant_map import AnyIncoming, AnyServed, Served, ServedDefault, ServedLocator
+from .served import AnyIncoming, AnyServed, Served, ServedDefault, ServedLocator
 
 if TYPE_CHECKING:
     from .communicator import Communicator

@@ -10,7 +10,7 @@ from .exceptions import ConnectionLostException
 from .pieces import Pieces
 from .wire_errors import encode_error
 
-__all__ = ["Answer", "AnswerLater", "AnswerMemory", "RememberedCall"]
+__all__ = ["Answer", "AnswerLater", "AnswerMemory"]
 
 Answer = tuple[bool, bytes | Pieces]
 """Whether a call succeeded, and its result or error as it travels."""
@@ -21,31 +21,6 @@ _MOST_CALLS: Final = 256
 _LONGEST_ANSWER: Final = 4096  # bytes
 
 
-class RememberedCall:
-    """A call that was executed, or is being executed."""
-
-    def __init__(self, lock: threading.Lock) -> None:
-        self._lock: Final = lock
-        self._answer: Answer | None = None
-        self._waiting: list[AnswerLater] = []
-
-    def answer(self, later: AnswerLater) -> Answer | None:
-        """Return the answer; without one yet, None, and `later` is given it."""
-        with self._lock:
-            if self._answer is None:
-                self._waiting.append(later)
-            return self._answer
-
-    def end(self, ok: bool, payload: bytes | Pieces) -> None:
-        """Keep the answer, and give it to those who asked meanwhile."""
-        answer = (ok, payload)
-        with self._lock:
-            self._answer = answer if len(payload) <= _LONGEST_ANSWER else (False, _forgotten(len(payload)))
-            waiting, self._waiting = self._waiting, []
-        for later in waiting:
-            later(*answer)
-
-
 class AnswerMemory:
     """The last 256 calls of a servant that must not be executed twice, by their ids.
 
@@ -54,21 +29,37 @@ class AnswerMemory:
 
     def __init__(self) -> None:
         self._lock: Final = threading.Lock()
-        self._calls: Final[dict[str, RememberedCall]] = {}
+        self._answers: Final[dict[str, Answer]] = {}  # in the order in which they were given
+        self._running: Final[dict[str, tuple[AnswerLater, ...]]] = {}  # with those who asked again meanwhile
 
-    def begin(self, call_id: str) -> tuple[RememberedCall, bool]:
-        """Return what is known of a call, and whether it came for the first time and is to be executed."""
+    def begin(self, call_id: str) -> bool:
+        """Note a call that is about to be executed; return False when it was begun before."""
         with self._lock:
-            call = self._calls.get(call_id)
-            if call is not None:
-                return call, False
-            if len(self._calls) >= _MOST_CALLS:
-                del self._calls[next(iter(self._calls))]
-            call = self._calls[call_id] = RememberedCall(self._lock)
-            return call, True
+            if call_id in self._running or call_id in self._answers:
+                return False
+            self._running[call_id] = ()
+            return True
+
+    def answer(self, call_id: str, later: AnswerLater) -> Answer | None:
+        """Return the answer of a call that was begun before; while there is none, None: `later` is given it."""
+        with self._lock:
+            waiting = self._running.get(call_id)
+            if waiting is None:
+                return self._answers.get(call_id) or (False, _forgotten())
+            self._running[call_id] = (*waiting, later)
+            return None
+
+    def end(self, call_id: str, ok: bool, payload: bytes | Pieces) -> None:
+        """Keep the answer of a call, and give it to those who asked meanwhile."""
+        answer = ok, payload
+        with self._lock:
+            waiting = self._running.pop(call_id)
+            if len(self._answers) >= _MOST_CALLS:
+                del self._answers[next(iter(self._answers))]
+            self._answers[call_id] = answer if len(payload) <= _LONGEST_ANSWER else (False, _forgotten())
+        for later in waiting:
+            later(*answer)
 
 
-def _forgotten(size: int) -> bytes:
-    return encode_error(
-        ConnectionLostException(f"the call was executed, and its answer of {size} bytes was lost on the way")
-    )
+def _forgotten() -> bytes:
+    return encode_error(ConnectionLostException("the call was executed, and its answer was lost on the way"))

@@ -1,4 +1,4 @@
-"""The server's side of calls of identities without a servant: default servants and servant locators."""
+"""The server's side of calls of identities without a servant of their own: default servants."""
 
 from __future__ import annotations
 
@@ -7,37 +7,31 @@ import re
 from abc import abstractmethod
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import zenoh
 
 from .answer_memory import Answer, AnswerLater
-from .attachment import Attachment
 from .dispatch import Dispatcher
 from .exceptions import (
     BusyException,
-    MarshalException,
     ObjectNotExistException,
-    UserException,
     ZenohIceError,
 )
 from .identity import ANY_NAME, NAME, Identity, Target
-from .object import OBJECT_INTERFACE, Current, Object
+from .object import Object
 from .operation import Interface
-from .pieces import Pieces
 from .query_inbox import QueryInbox
 from .registration import Registration, nobody, reply, take_request
-from .skeleton import Skeleton, runs_a_call
+from .skeleton import Skeleton
 from .wire_errors import encode_error, unknown_exception
 
 if TYPE_CHECKING:
     from .adapter import ObjectAdapter
     from .communicator import Communicator
-    from .servant_locator import ServantLocator
 
-__all__ = ["BoundIncoming", "DefaultIncoming", "DefaultServantIncoming", "LocatorIncoming", "default_target"]
+__all__ = ["BoundIncoming", "DefaultIncoming", "DefaultServantIncoming", "default_target"]
 
-_CONCURRENT_CALLS: Final = 4  # of a locator
 _DRAIN_LIMIT: Final = 1.0  # s
 
 _KEY: Final = re.compile(rf"({NAME})/(?:({NAME})/)?({NAME})(?:/\+({NAME}))?/({NAME})")
@@ -197,124 +191,23 @@ class DefaultServantIncoming(DefaultIncoming):
         later: AnswerLater,
     ) -> Answer | None:
         skeleton, upcalls = self._skeleton, self.upcalls
+        owner = target.object
         try:
+            method = skeleton.method(name, owner)
             about, current = upcalls.current(target, name, attachment)
         except ZenohIceError as error:
             return upcalls.refuse(error)
         with skeleton.turn_in_pool(self._pool):
-            return upcalls.execute(skeleton, about, current, payload, since=since, later=later)
+            return upcalls.execute(
+                skeleton, method, about, current, payload, what=f"{owner}.{name}", since=since, later=later
+            )
 
     def _limit_of(self, target: Target, name: str) -> tuple[int, str]:
         owner = target.object
-        return self._skeleton.operation(name, owner)[2], f"{owner}.{name}"
+        return self._skeleton.method(name, owner)[2], f"{owner}.{name}"
 
     def _runs_here(self) -> bool:
         return self._skeleton.runs_here
-
-
-class LocatorIncoming(DefaultIncoming):
-    """Serve a category by the servants that a locator finds."""
-
-    def __init__(
-        self,
-        communicator: Communicator,
-        category: str,
-        locator: ServantLocator,
-        adapter: ObjectAdapter | None,
-    ) -> None:
-        super().__init__(communicator, category, OBJECT_INTERFACE, adapter, _CONCURRENT_CALLS)
-        self.locator: Final = locator
-
-    def drain(self, timeout: float) -> bool:
-        """Wait for the calls that run, as every registration does, and tell the locator."""
-        ended = super().drain(timeout)
-        try:
-            self.locator.deactivate(self.category)
-        except Exception:
-            _logger.exception("the servant locator of %s failed to deactivate", self.target.identity)
-        return ended
-
-    def _execute(
-        self,
-        target: Target,
-        name: str,
-        payload: bytes,
-        attachment: bytes | None,
-        *,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
-        upcalls = self.upcalls
-        try:
-            about, current = upcalls.current(target, name, attachment)
-            servant, cookie = self._locate(current)
-        except ZenohIceError as error:
-            return upcalls.refuse(error)
-
-        def finish() -> None:
-            try:
-                self.locator.finished(current, servant, cookie)
-            except Exception:
-                _logger.exception("the servant locator of %s failed to finish", self.target.identity)
-
-        def finish_later(ok: bool, answer: bytes | Pieces) -> None:
-            later(ok, answer)
-            finish()
-
-        skeleton = Skeleton(self._communicator, servant)
-        try:
-            answer = self._execute_located(skeleton, about, current, payload, since=since, later=finish_later)
-        except BaseException:
-            finish()
-            raise
-        if answer is not None:
-            finish()
-        return answer
-
-    def _execute_located(
-        self,
-        skeleton: Skeleton,
-        about: Attachment,
-        current: Current,
-        payload: bytes,
-        *,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
-        what = f"{current.identity}.{current.operation}"
-        try:
-            limit = skeleton.operation(current.operation, current.identity)[2]
-            if len(payload) > limit:
-                raise MarshalException(
-                    f"{what}: a request of {len(payload)} bytes where at most {limit} are taken"
-                )
-        except ZenohIceError as error:
-            return self.upcalls.refuse(error)
-        with skeleton.turn_in_pool(self._pool):
-            return self.upcalls.execute(skeleton, about, current, payload, since=since, later=later)
-
-    def _locate(self, current: Current) -> tuple[Object, Any]:
-        try:
-            found = self.locator.locate(current)
-        except (UserException, ObjectNotExistException):
-            raise
-        except Exception as error:
-            _logger.exception(
-                "the servant locator of %s failed for %s", self.target.identity, current.identity
-            )
-            raise unknown_exception(error) from error
-        if found is None:
-            raise ObjectNotExistException(
-                f"no servant {current.identity!r}: the servant locator of its category knows none"
-            )
-        return found if isinstance(found, tuple) else (found, None)
-
-    def _limit_of(self, target: Target, name: str) -> tuple[int, str]:
-        # More than the servant may take: that is known when it was located.
-        return self._communicator.settings.max_bulk_size, f"{target.object}.{name}"
-
-    def _runs_here(self) -> bool:
-        return runs_a_call()  # perhaps of a servant that it would locate
 
 
 @dataclass(frozen=True, slots=True)

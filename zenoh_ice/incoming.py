@@ -55,6 +55,7 @@ class Incoming(Registration):
         self.servant: Final = servant
         self.replicated = replica
         self._skeleton: Final = skeleton
+        self._owner: Final = target.object
         self._own_prefix: Final = f"{target.prefix}~{communicator.client_id}/" if replica else target.prefix
         self._channels: Final[dict[str, tuple[Publisher[Any], Channel]]] = {}
 
@@ -101,8 +102,7 @@ class Incoming(Registration):
     def _answer(self, prefix: str, query: zenoh.Query, since: float) -> None:
         key = query.key_expr
         name = str(key).removeprefix(prefix)
-        history = query.parameters.get(HISTORY_PARAMETER)
-        if history is not None and name in self._channels:
+        if name in self._channels and (history := query.parameters.get(HISTORY_PARAMETER)) is not None:
             _, channel = self._channels[name]
             channel.answer(query, history)
             return
@@ -119,18 +119,23 @@ class Incoming(Registration):
         self, query: zenoh.Query, name: str, since: float, later: AnswerLater
     ) -> Answer | None:
         skeleton, upcalls = self._skeleton, self.upcalls
+        what = f"{self._owner}.{name}"
         try:
-            payload, attachment = take_request(query, *self._limit_of(name))
+            method = skeleton.method(name, self._owner)
+            payload, attachment = take_request(query, method[2], what)
             about, current = upcalls.current(self.target, name, attachment)
         except ZenohIceError as error:
             return upcalls.refuse(error)
         with skeleton.turn:
-            return upcalls.execute(skeleton, about, current, payload, since=since, later=later)
+            return upcalls.execute(
+                skeleton, method, about, current, payload, what=what, since=since, later=later
+            )
 
     def _execute_oneway(self, key: str, sample: zenoh.Sample, since: float) -> Answer | None:
         try:
             name = key.removeprefix(self._own_prefix)
-            payload, attachment = take_request(sample, *self._limit_of(name))
+            limit = self._skeleton.method(name, self._owner)[2]
+            payload, attachment = take_request(sample, limit, f"{self._owner}.{name}")
         except ZenohIceError as error:
             return self.upcalls.refuse(error)
         return self._execute(self.target, name, payload, attachment, since=since, later=nobody)
@@ -146,17 +151,16 @@ class Incoming(Registration):
         later: AnswerLater,
     ) -> Answer | None:
         skeleton, upcalls = self._skeleton, self.upcalls
+        what = f"{self._owner}.{name}"
         try:
+            method = skeleton.method(name, self._owner)
             about, current = upcalls.current(target, name, attachment)
         except ZenohIceError as error:
             return upcalls.refuse(error)
         with skeleton.turn_in_pool(self._communicator.dispatcher):
-            return upcalls.execute(skeleton, about, current, payload, since=since, later=later)
-
-    def _limit_of(self, name: str) -> tuple[int, str]:
-        """Return how many bytes the arguments of an operation may have, and how it is called in errors."""
-        owner = self.target.object
-        return self._skeleton.operation(name, owner)[2], f"{owner}.{name}"
+            return upcalls.execute(
+                skeleton, method, about, current, payload, what=what, since=since, later=later
+            )
 
     def _runs_here(self) -> bool:
         return self._skeleton.runs_here

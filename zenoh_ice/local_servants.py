@@ -5,12 +5,13 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final
 
-from .default_incoming import BoundIncoming, DefaultServantIncoming, LocatorIncoming, default_target
+from .default_incoming import BoundIncoming, DefaultServantIncoming
 from .identity import Target
 from .incoming import Incoming
+from .locator_incoming import LocatorIncoming
 
 if TYPE_CHECKING:
-    from .servant_map import AnyIncoming
+    from .served import AnyIncoming
 
 __all__ = ["LocalServants"]
 
@@ -46,9 +47,8 @@ class LocalServants:
         own = self._own.get(target)
         if own is not None or not self._defaults:
             return own
-        category = target.identity.rpartition("/")[0]
-        for name in dict.fromkeys((category, "")):
-            default = self._defaults.get(default_target(target.realm, name))
+        for stand_in in target.stand_ins:
+            default = self._defaults.get(stand_in)
             if default is not None and default.serves(target):
                 return BoundIncoming(default, target)
         return None

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .communicator import Communicator
     from .dispatch import Dispatcher
 
-__all__ = ["Skeleton", "runs_a_call"]
+__all__ = ["Method", "Skeleton", "runs_a_call"]
 
 _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
 _TURN: Final = "_ice_turn"
@@ -89,7 +89,12 @@ class Skeleton:
         finally:
             lock.release()
 
-    def operation(self, name: str, owner: str) -> Method:
+    @property
+    def running_here(self) -> list[Object]:
+        """The servants whose calls the current thread runs, the innermost last."""
+        return _running.servants
+
+    def method(self, name: str, owner: str) -> Method:
         """Return an operation by name; raises OperationNotExistException, which names the owner."""
         try:
             return self.methods[name]
@@ -98,9 +103,9 @@ class Skeleton:
                 f"{owner}, a {self.interface.type_id}, has no operation {name!r}"
             ) from None
 
-    def check_fingerprint(self, fingerprint: str, name: str, what: str) -> None:
+    def check_fingerprint(self, fingerprint: str, operation: Operation[..., Any], what: str) -> None:
         """Raise InterfaceMismatchException when a caller was generated from another interface."""
-        if fingerprint not in self._accepted and not name.startswith("ice_"):
+        if fingerprint not in self._accepted and operation.name not in OBJECT_INTERFACE.all_operations:
             own = self.interface
             raise InterfaceMismatchException(
                 f"{what}: the caller was generated from {fingerprint}, the servant {own.type_id} from "
@@ -108,12 +113,3 @@ class Skeleton:
                 expected=fingerprint,
                 found=own.fingerprint,
             )
-
-    def run(self, method: Callable[..., Any], arguments: tuple[Any, ...]) -> object:
-        """Call a method of the servant and return what it returns."""
-        servants = _running.servants
-        servants.append(self.servant)
-        try:
-            return method(*arguments)
-        finally:
-            servants.pop()

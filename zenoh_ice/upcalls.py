@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from .answer_memory import Answer, AnswerLater, AnswerMemory, RememberedCall
+from .answer_memory import Answer, AnswerLater, AnswerMemory
 from .attachment import NO_ATTACHMENT, Attachment, decode_attachment
 from .exceptions import (
     BusyException,
@@ -30,7 +30,7 @@ from .wire_errors import encode_error, unknown_exception
 if TYPE_CHECKING:
     from .adapter import ObjectAdapter
     from .communicator import Communicator
-    from .skeleton import Skeleton
+    from .skeleton import Method, Skeleton
 
 __all__ = ["Upcalls"]
 
@@ -82,22 +82,24 @@ class Upcalls:
     def execute(
         self,
         skeleton: Skeleton,
+        method: Method,
         about: Attachment,
         current: Current,
         payload: bytes,
         *,
+        what: str,
         since: float,
         later: AnswerLater,
     ) -> Answer | None:
-        """Execute a call that came after a moment of the monotonic clock and return the answer.
+        """Execute a call of a method that came after a moment of the monotonic clock and return the answer.
 
         Without one yet, None, and `later` is given it. It is the servant's turn already.
+
+        `what` names the call in errors.
         """
-        name = current.operation
-        what = _what(current)
+        operation, function, _ = method
         try:
-            operation, method, _ = skeleton.operation(name, current.identity)
-            skeleton.check_fingerprint(about.fingerprint, name, what)
+            skeleton.check_fingerprint(about.fingerprint, operation, what)
             _check_patience(about, min(since, self._communicator.pulse.running_since), what)
             arguments = operation.arguments.unpack_arguments(payload, what, self._communicator)
             if operation.amd and self._unanswered >= _MOST_UNANSWERED:
@@ -106,33 +108,35 @@ class Upcalls:
                 )
         except ZenohIceError as error:
             return self.refuse(error)
-        remembered: RememberedCall | None = None
-        if not operation.idempotent and about.call_id:
-            remembered, first = self._memory.begin(about.call_id)
-            if not first:
-                return remembered.answer(later)
+        once = "" if operation.idempotent else about.call_id  # by which it is remembered
+        if once and not self._memory.begin(once):
+            return self._memory.answer(once, later)
         with self._lock:
             self.calls += 1
             self.running += 1
+        servants = skeleton.running_here
+        servants.append(skeleton.servant)
         try:
-            result = skeleton.run(method, (*arguments, current))
-        except BaseException as error:  # noqa: BLE001 - logged; not even CancelledError may end the thread
-            answer = self._failure(error, operation, current)
-        else:
+            result = function(*arguments, current)
             if operation.amd and (future := self._future_of(result)) is not None:
                 with self._lock:
                     self._unanswered += 1
                 future.add_done_callback(
-                    lambda future: self._answer_later(future, operation, current, remembered, later)
+                    lambda future: self._answer_later(future, operation, what, once=once, later=later)
                 )
                 return None
-            answer = self._success(result, operation, current)
+        except BaseException as error:  # noqa: BLE001 - logged; not even CancelledError may end the thread
+            answer = self._failure(error, operation, what, about.client)
+        else:
+            answer = self._success(result, operation, what)
+        finally:
+            servants.pop()
         with self._lock:
             self.running -= 1
             if self._watched:
                 self._ended.notify_all()
-        if remembered is not None:
-            remembered.end(*answer)
+        if once:
+            self._memory.end(once, *answer)
         return answer
 
     def refuse(self, error: ZenohIceError) -> Answer:
@@ -163,21 +167,22 @@ class Upcalls:
         self,
         future: Future[Any],
         operation: Operation[..., Any],
-        current: Current,
-        remembered: RememberedCall | None,
+        what: str,
+        *,
+        once: str,
         later: AnswerLater,
     ) -> None:
         """Answer with the outcome of a future, on the thread that gave it that."""
         try:
             if future.cancelled():
-                error = ConnectionLostException(f"{_what(current)}: its server gave it up without an answer")
+                error = ConnectionLostException(f"{what}: its server gave it up without an answer")
                 answer: Answer = False, encode_error(error)
             elif (failure := future.exception()) is not None:
-                answer = self._failure(failure, operation, current)
+                answer = self._failure(failure, operation, what)
             else:
-                answer = self._success(future.result(), operation, current)
-            if remembered is not None:
-                remembered.end(*answer)
+                answer = self._success(future.result(), operation, what)
+            if once:
+                self._memory.end(once, *answer)
             later(*answer)
         finally:
             with self._ended:
@@ -185,36 +190,32 @@ class Upcalls:
                 self._unanswered -= 1
                 self._ended.notify_all()
 
-    def _success(self, result: object, operation: Operation[..., Any], current: Current) -> Answer:
-        what = f"result of {_what(current)}"
+    def _success(self, result: object, operation: Operation[..., Any], what: str) -> Answer:
         try:
-            return True, operation.result.gather_result(result, what)
+            return True, operation.result.gather_result(result, f"result of {what}")
         except MarshalException as error:
             refusal = error
         if inspect.iscoroutine(result):
             result.close()  # or Python warns that nobody waited for it
-            refusal = MarshalException(f'{what}: only an operation marked ["amd"] may be a coroutine')
+            refusal = MarshalException(
+                f'result of {what}: only an operation marked ["amd"] may be a coroutine'
+            )
         with self._lock:
             self.failed += 1
         _logger.error("%s", refusal)
         return False, encode_error(refusal)
 
-    def _failure(self, error: BaseException, operation: Operation[..., Any], current: Current) -> Answer:
+    def _failure(
+        self, error: BaseException, operation: Operation[..., Any], what: str, client: str = ""
+    ) -> Answer:
         if isinstance(error, UserException) and isinstance(error, operation.exceptions):
             return False, encode_error(error)
         if isinstance(error, _OF_SERVANTS):
             return False, encode_error(error)
         with self._lock:
             self.failed += 1
-        _logger.error(
-            "%s failed, called by %r", _what(current), current.client or "a stranger", exc_info=error
-        )
+        _logger.error("%s failed, called by %r", what, client or "a stranger", exc_info=error)
         return False, encode_error(unknown_exception(error))
-
-
-def _what(current: Current) -> str:
-    facet = f" -f {current.facet}" if current.facet else ""
-    return f"{current.identity}{facet}.{current.operation}"
 
 
 def _check_patience(about: Attachment, waiting_since: float, what: str) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .default_incoming import DefaultServantIncoming, LocatorIncoming
+from .default_incoming import DefaultServantIncoming
 from .incoming import Incoming
+from .locator_incoming import LocatorIncoming
 from .object import Object
 from .servant_locator import ServantLocator
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from .adapter import ObjectAdapter
     from .identity import Target
 
-__all__ = ["AnyServed", "Served", "ServedDefault", "ServedLocator"]
+__all__ = ["AnyIncoming", "AnyServed", "Served", "ServedDefault", "ServedLocator"]
 
 AnyIncoming = Incoming | DefaultServantIncoming | LocatorIncoming
 
