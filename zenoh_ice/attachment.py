@@ -25,6 +25,10 @@ __all__ = [
 _LIMIT: Final = 512  # bytes without a context; ours has some 100
 _CONTEXT_LIMIT: Final = 4096  # bytes of keys and values
 
+# Refused is also what is not a number: servants and readers wait and compute by these.
+_WallTime = Annotated[float, Meta(ge=0.0, le=1e11)]
+_Timeout = Annotated[float, Meta(ge=0.0, le=86_400.0)]
+_Number = Annotated[int, Meta(ge=0)]
 _Name = Annotated[str, Meta(max_length=128)]
 _Context = Annotated[dict[_Name, Annotated[str, Meta(max_length=1024)]], Meta(max_length=32)]
 
@@ -34,15 +38,15 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
 
     fingerprint: _Name = ""
     """Fingerprint of the interface that the sender was generated from; empty when it knows none."""
-    sequence: int = 0
+    sequence: _Number = 0
     """Number of the call in its session, or of the sample in its stream."""
     robot_time: float = math.nan
     """Robot time of a sample in s; nan when there is none."""
-    wall_time: float = 0.0
+    wall_time: _WallTime = 0.0
     """The sender's wall time in s since the epoch."""
     call_id: _Name = ""
     """`{session id}/{number}` of a call; of a sample what tells its stream from the one before a restart."""
-    timeout: float = 0.0
+    timeout: _Timeout = 0.0
     """Seconds after which the caller gives up; 0 in a sample."""
     context: _Context = {}
     """What the caller says beside the parameters; absent when that is nothing."""

@@ -197,6 +197,9 @@ class SilentSession:
     def __init__(self) -> None:
         self.info = self
 
+    def zid(self) -> str:
+        return "abcdef"
+
     def declare_transport_events_listener(self, *_: object, **__: object) -> None:
         return None
 

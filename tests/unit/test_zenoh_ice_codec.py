@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 import msgpack
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -197,6 +198,30 @@ class TestAttachment:
     def test_sample(self) -> None:
         about = decode_attachment(encode_sample_attachment("f00d", 7, 12.5))
         assert (about.sequence, about.robot_time, about.client) == (7, 12.5, "")
+
+    @pytest.mark.parametrize(
+        ("place", "value"),
+        [
+            (1, -1),
+            (1, 0.5),
+            (3, -1.0),
+            (3, math.nan),
+            (3, math.inf),
+            (5, -0.1),
+            (5, math.nan),
+            (5, 1e300),
+            (6, {1: "x"}),
+            (6, {"x": 1}),
+            (6, {str(number): "" for number in range(33)}),
+            (6, {"x" * 129: ""}),
+            (6, {"x": "y" * 1025}),
+        ],
+    )
+    def test_what_nobody_could_go_by_is_refused(self, place: int, value: object) -> None:
+        sound = ["f00d", 7, math.nan, 1.7e9, "abc/7", 2.0, {"user": "x"}]
+        decode_attachment(msgspec.msgpack.encode(sound))
+        with pytest.raises(MarshalException, match="attachment: "):
+            decode_attachment(msgspec.msgpack.encode([*sound[:place], value, *sound[place + 1 :]]))
 
     @given(st.binary(max_size=600))
     def test_any_bytes_are_an_attachment_or_refused(self, data: bytes) -> None:
