@@ -41,7 +41,7 @@ class AnswerMemory:
             return True
 
     def answer(self, call_id: str, later: AnswerLater) -> Answer | None:
-        """Return the answer of a call that was begun before; while there is none, None: `later` is given it."""
+        """Return the answer of a call that was begun before; None while there is none: `later` gets it."""
         with self._lock:
             waiting = self._running.get(call_id)
             if waiting is None:
