@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import random
 from functools import cache
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
 
 POSE: Final = (0.1, 0.2, 0.3, 0.4)
 JOINTS: Final = tuple(0.01 * number for number in range(26))
@@ -13,9 +14,9 @@ LARGE_IMAGE: Final = (1280, 960)
 
 
 @cache
-def pixels(width: int, height: int) -> bytes:
-    """Return an image that does not compress and whose pages are all its own."""
-    return random.Random(width).randbytes(3 * width * height)
+def frame(width: int, height: int) -> Any:  # noqa: ANN401
+    """Return an image as a camera has it, an array; whoever sends it takes its bytes, anew each time."""
+    return np.random.default_rng(width).integers(0, 256, (height, width, 3), np.uint8)
 
 
 def marked_joints(number: int) -> list[float]:

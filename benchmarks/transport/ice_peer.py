@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Any, Final
 
-from .content import JOINTS, POSE, SMALL_IMAGE, pixels
+from .content import JOINTS, POSE, SMALL_IMAGE, frame
 from .interface import IDENTITY, load_ice
 from .peers import Got
 
@@ -36,7 +36,11 @@ class IceServer:
     def send(self, stream: str, stamp: int, number: int, content: Any) -> None:  # noqa: ANN401
         """Push a value; a sink that is gone is forgotten."""
         joints = stream == "joints"
-        value = (self._bench.JointState if joints else self._bench.Picture)(stamp, number, content)
+        value = (
+            self._bench.JointState(stamp, number, content)
+            if joints
+            else self._bench.Picture(stamp, number, content.tobytes())
+        )
         for sink in self._sinks:
             try:
                 (sink.takeJoints if joints else sink.takePicture)(value)
@@ -101,13 +105,14 @@ def serve(endpoint: str) -> Iterator[IceServer]:
             return angles
 
         def image(self, width: int, height: int, current: Any) -> bytes:  # noqa: ANN401, ARG002
-            return pixels(width, height)
+            pixels: bytes = frame(width, height).tobytes()
+            return pixels
 
         def joints(self, current: Any) -> Any:  # noqa: ANN401, ARG002
             return bench.JointState(time.monotonic_ns(), 0, list(JOINTS))
 
         def video(self, current: Any) -> Any:  # noqa: ANN401, ARG002
-            return bench.Picture(time.monotonic_ns(), 0, pixels(*SMALL_IMAGE))
+            return bench.Picture(time.monotonic_ns(), 0, frame(*SMALL_IMAGE).tobytes())
 
         def follow(self, receiver: Any, current: Any) -> None:  # noqa: ANN401, ARG002
             server.add(bench.SinkPrx.uncheckedCast(receiver.ice_oneway()))

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from zenoh_ice import Current, initialize
 
-from .content import JOINTS, POSE, SMALL_IMAGE, pixels
+from .content import JOINTS, POSE, SMALL_IMAGE, frame
 from .interface import IDENTITY, REALM, load_generated
 from .peers import Got
 
@@ -32,7 +32,7 @@ class OurServer:
         if stream == "joints":
             self._joints.publish(self._bench.JointState(stamp, number, content))
         else:
-            self._video.publish(self._bench.Picture(stamp, number, content))
+            self._video.publish(self._bench.Picture(stamp, number, content.tobytes()))
 
 
 class OurClient:
@@ -74,13 +74,14 @@ def make_servant(bench: Any) -> Any:  # noqa: ANN401
             return angles
 
         def image(self, width: int, height: int, current: Current) -> bytes:  # noqa: ARG002
-            return pixels(width, height)
+            pixels: bytes = frame(width, height).tobytes()
+            return pixels
 
         def joints(self, current: Current) -> Any:  # noqa: ANN401, ARG002
             return bench.JointState(time.monotonic_ns(), 0, list(JOINTS))
 
         def video(self, current: Current) -> Any:  # noqa: ANN401, ARG002
-            return bench.Picture(time.monotonic_ns(), 0, pixels(*SMALL_IMAGE))
+            return bench.Picture(time.monotonic_ns(), 0, frame(*SMALL_IMAGE).tobytes())
 
         def follow(self, receiver: Any, current: Current) -> None:  # noqa: ANN401
             raise NotImplementedError("subscribe to the streams instead")

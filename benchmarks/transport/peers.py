@@ -19,7 +19,7 @@ class Server(Protocol):
     """Serves `Robot`."""
 
     def send(self, stream: str, stamp: int, number: int, content: Any) -> None:  # noqa: ANN401
-        """Send to all who follow the stream: the positions of `joints`, or the pixels of `video`."""
+        """Send to all who follow the stream: the positions of `joints`, or the array of `video`."""
 
 
 class Client(Protocol):

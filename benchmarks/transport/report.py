@@ -16,7 +16,8 @@ _INTRODUCTION: Final = (
     "process of its own, on loopback. Those of Ice and ours alternate in rounds of random order; the first",
     "round is not counted. A figure is the median of what the rounds gave; their middle half stands in",
     "parentheses. Ice has its memory tuned (`MALLOC_MMAP_THRESHOLD_`, `MALLOC_TRIM_THRESHOLD_`), without",
-    "which its large replies take several times as long; ours run under the same tuning.",
+    "which its large replies take several times as long; ours run under the same tuning. Each image that is",
+    "sent is copied out of an array first, as from a camera.",
 )
 
 

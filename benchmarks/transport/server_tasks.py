@@ -7,7 +7,7 @@ import time
 from contextlib import AbstractContextManager, ExitStack
 from typing import Any, Self
 
-from .content import JOINTS, pixels
+from .content import JOINTS, frame
 from .peers import Server
 from .processor_time import thread_times
 
@@ -35,7 +35,7 @@ class ServerTasks:
         self, stream: str, count: int | None, rate: float = 0.0, size: tuple[int, int] = (0, 0)
     ) -> dict[str, Any]:
         """Send values, `rate` a second or without a pause, and number them on from those sent before."""
-        content: Any = list(JOINTS) if stream == "joints" else pixels(*size)
+        content: Any = list(JOINTS) if stream == "joints" else frame(*size)
         number = first = self._numbers.get(stream, 0)
         start = time.monotonic()
         while (count is None or number - first < count) and not self._stop.is_set():

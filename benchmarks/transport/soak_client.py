@@ -15,7 +15,7 @@ import numpy as np
 
 from zenoh_ice import ZenohIceError, initialize
 
-from .content import POSE, SMALL_IMAGE, pixels
+from .content import POSE, SMALL_IMAGE, frame
 from .interface import REALM, load_generated
 
 STEADY: Final = "Steady"
@@ -72,7 +72,7 @@ class SoakClient:
 
     def _call_on(self, robot: Any) -> None:  # noqa: ANN401
         angles = self._bench.Angles(*POSE)
-        image = pixels(*SMALL_IMAGE)
+        image = frame(*SMALL_IMAGE).tobytes()
         for number in itertools.count():
             if self._stop.wait(_PAUSE):
                 return
