@@ -263,6 +263,21 @@ class TestServerFrozen:
         finally:
             server.process.send_signal(signal.SIGCONT)
 
+    def test_what_was_given_up_meanwhile_is_not_executed_when_it_goes_on(
+        self, server: ComponentProcess, client: Communicator
+    ) -> None:
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        assert calculator.count() == 1
+        server.freeze()
+        try:
+            for _ in range(4):
+                with pytest.raises((TimeoutException, ConnectionLostException)):
+                    calculator.ice_invocationTimeout(200).count()
+        finally:
+            server.process.send_signal(signal.SIGCONT)
+        call_until_it_works(calculator)
+        assert calculator.count() == 2
+
 
 class TestLinkThatStandsStill:
     @pytest.mark.parametrize(("limit", "still"), [(LIMIT, 1.3), (CALL_LIMIT, 0.4)])
@@ -317,6 +332,16 @@ class TestClients:
             CalculatorPrx.checkedCast(client.stringToProxy("Other"))  # the links are made
             other.process.kill()
             server.wait_for(f"^lost {client_id}")
+
+    def test_server_is_told_of_a_frozen_client(self, endpoint: str, server: ComponentProcess) -> None:
+        command = module(SERVER, "--connect", endpoint, "--identity", "Other")
+        with ComponentProcess(command, {"VISUALHFSM_LEASE": "1"}) as other:
+            client_id = other.wait_for("^ready (.*)")[1].strip()
+            other.freeze()
+            try:
+                server.wait_for(f"^lost {client_id}")
+            finally:
+                other.process.send_signal(signal.SIGCONT)
 
     def test_server_is_told_of_a_client_that_ends(
         self, pair: Pair, make_communicator: MakeCommunicator
