@@ -21,8 +21,18 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from zenoh_ice import ZenohIceError
+from zenoh_ice.text import printable
 
-__all__ = ["LOCAL_HOSTS", "Authority", "SecurityFilesError", "check_host", "write_private", "write_public"]
+__all__ = [
+    "LOCAL_HOSTS",
+    "Authority",
+    "SecurityFilesError",
+    "check_host",
+    "common_name",
+    "load_certificate",
+    "write_private",
+    "write_public",
+]
 
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 """Names under which every machine reaches itself."""
@@ -102,6 +112,22 @@ class Authority:
             builder = builder.add_extension(names, critical=False)
         certificate = builder.sign(self.key, hashes.SHA256())
         return certificate.public_bytes(serialization.Encoding.PEM), _pem(key)
+
+
+def load_certificate(path: Path) -> x509.Certificate:
+    """Read a certificate in PEM; raises SecurityFilesError."""
+    try:
+        return x509.load_pem_x509_certificate(path.read_bytes())
+    except OSError as error:
+        raise SecurityFilesError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise SecurityFilesError(f"{path}: no certificate in PEM") from error
+
+
+def common_name(certificate: x509.Certificate) -> str:
+    """Return the name by which access is granted to who shows a certificate; empty if it has none."""
+    names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+    return printable(str(names[0].value)) if names else ""
 
 
 def write_private(path: Path, content: bytes) -> None:

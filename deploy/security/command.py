@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -26,7 +28,7 @@ app = typer.Typer(
 
 _Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of the authority.")]
 _Days = Annotated[int, typer.Option(min=1, max=3650, help="How long certificates are valid.")]
-_File = Annotated[Path, typer.Argument(metavar="TOML", help="Settings of a router or a server.")]
+_File = Annotated[Path, typer.Argument(metavar="TOML", help="File of settings.")]
 
 
 @app.command(
@@ -72,18 +74,20 @@ def add(
     typer.echo(f"start the router again with {folder / 'router.toml'}")
 
 
-@app.command(epilog="Examples:\n\nnao security show keys/router.toml")
+@app.command(epilog="Examples:\n\nnao security show keys/router.toml\n\nnao security show keys/student.toml")
 def show(file: _File) -> None:
-    """Show what each role may do, and who has it."""
+    """Show as whom a component is known and until when, and, if it decides that, who may do what."""
     from rich.console import Console
 
-    from deploy.security.report import access_table
+    with _needs_cryptography():
+        from deploy.security.report import access_table, identification
 
-    settings = _load(file)
+        settings = _load(file)
+        typer.echo(f"{file}: {identification(settings)}")
     if settings.security.roles:
         Console().print(access_table(settings))
-    else:
-        typer.echo(f"{file} has no roles: whoever is let in may do everything")
+    elif settings.mode != "client":
+        typer.echo("It has no roles: whoever is let in may do everything.")
 
 
 @app.command(
@@ -101,10 +105,16 @@ def _load(file: Path) -> Settings:
 
 
 def _folder(path: Path) -> SecurityFolder:
-    try:
+    with _needs_cryptography():
         from deploy.security.folder import SecurityFolder
+    return SecurityFolder(path)
+
+
+@contextmanager
+def _needs_cryptography() -> Iterator[None]:
+    try:
+        yield
     except ModuleNotFoundError as error:
         raise ConfigurationException(
             f"{error.name} is not installed; type: pip install 'visualhfsm[security]'"
         ) from error
-    return SecurityFolder(path)

@@ -10,7 +10,21 @@ from rich.table import Table
 from zenoh_ice.session_config import nested, session_config
 from zenoh_ice.settings import Settings
 
-__all__ = ["access_table", "zenohd_config"]
+__all__ = ["access_table", "identification", "zenohd_config"]
+
+
+def identification(settings: Settings) -> str:
+    """Return as whom a component with these settings is known, and until when.
+
+    Raises SecurityFilesError for a certificate that cannot be read.
+    """
+    from deploy.security.certificates import common_name, load_certificate
+
+    if not settings.security.certificate:
+        user = settings.security.user
+        return f"known as user {user}, by a password" if user else "known by nothing"
+    certificate = load_certificate(Path(settings.security.certificate))
+    return f"known as {common_name(certificate)}, until {certificate.not_valid_after_utc:%Y-%m-%d}"
 
 
 def access_table(settings: Settings) -> Table:

@@ -35,6 +35,7 @@ def pose(pan: float, tilt: float = 0.0) -> HeadPose:
 class HeadI(PoseHead):
     def __init__(self) -> None:
         self.moved: list[tuple[float, float]] = []
+        self.stopped: SimpleQueue[str] = SimpleQueue()
 
     def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
         self.moved.append((pan, tilt))
@@ -47,7 +48,7 @@ class HeadI(PoseHead):
         raise NotImplementedError
 
     def stop(self, current: Current) -> None:
-        raise NotImplementedError
+        self.stopped.put(current.client)
 
     def getLimits(self, current: Current) -> HeadLimits:
         raise NotImplementedError
@@ -132,6 +133,39 @@ def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> No
     assert head.getPosePublisher.wait_for_listener(LIMIT)
     head.getPosePublisher.publish(pose(0.5), time=1.0)
     assert student.getPose.wait(timeout=LIMIT).value.pan == 0.5
+
+
+def test_a_facet_is_granted_by_itself(keys: Keys, router: Router, open_with: Open) -> None:
+    adapter = serve(open_with(keys.settings("robot")), HeadI(), "Head")
+    adapter.addFacet(HeadI(), "Head", "debug")
+    student, operator = (
+        PoseHeadPrx.checkedCast(open_with(keys.settings(who)).stringToProxy("Head -f debug"))
+        for who in ("student", "operator")
+    )
+    assert operator.getPose().pan == 0.25
+    with pytest.raises(AccessDeniedException, match="getPose"):
+        student.getPose()
+
+
+def test_oneway_calls_are_granted_by_themselves(keys: Keys, head: HeadI, open_with: Open) -> None:
+    student, operator = (open_with(keys.settings(who)) for who in ("student", "operator"))
+    proxy(student).ice_oneway().stop()
+    proxy(student).getPose()  # whatever was sent before it has arrived
+    proxy(operator).ice_oneway().stop()
+    assert head.stopped.get(timeout=LIMIT) == operator.client_id
+    assert head.stopped.empty()
+
+
+def test_everybody_with_a_certificate_can_have_a_role(keys: Keys, open_with: Open, tmp_path: Path) -> None:
+    users = {"robot": "robot", "*": "student"}
+    with Router(keys.settings("router", security={"users": users})):
+        serve(open_with(keys.settings("robot")), HeadI(), "Head")
+        somebody = proxy(open_with(keys.settings("operator")))
+        assert somebody.getPose().pan == 0.25
+        with pytest.raises(AccessDeniedException):
+            somebody.setPose(1.0, 0.0, 0.5)
+        none = {"certificate": "", "key": ""}
+        assert "it asks for a certificate" in refusal(keys.settings("student", security=none))
 
 
 def test_nobody_but_the_robot_serves_it(keys: Keys, router: Router, open_with: Open) -> None:

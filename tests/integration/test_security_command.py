@@ -103,7 +103,10 @@ def test_show_tells_who_may_do_what(folder: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setenv("COLUMNS", "120")
     output = security("show", folder / "router.toml")
     assert all(word in output for word in ("operator", "student", "*.get*", "Hfsm.*"))
-    assert "has no roles" in security("show", folder / "student.toml")
+    assert "known as router, until 2" in output
+    output = security("show", folder / "student.toml")
+    assert "known as student, until 2" in output
+    assert "roles" not in output
 
 
 def answer(query: zenoh.Query) -> None:
