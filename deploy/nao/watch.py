@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import queue
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -158,7 +160,10 @@ def _show(watched: _Watched, count: int, limit: float, *, with_values: bool) -> 
     """Show figures and the newest value in place."""
     from rich.live import Live
 
-    with Live(console=console(), auto_refresh=False, vertical_overflow="crop") as live:
+    with (
+        Live(console=console(), auto_refresh=False, vertical_overflow="crop") as live,
+        _logs_above(),
+    ):
         _follow(
             watched,
             count,
@@ -166,6 +171,22 @@ def _show(watched: _Watched, count: int, limit: float, *, with_values: bool) -> 
             _REDRAW,
             lambda: live.update(_view(watched, live.console.height, with_values=with_values), refresh=True),
         )
+
+
+@contextmanager
+def _logs_above() -> Iterator[None]:
+    """Let logs go where the view has put itself: it takes them, and moves down."""
+    moved = [
+        (handler, handler.setStream(sys.stderr))
+        for handler in logging.getLogger().handlers
+        if isinstance(handler, logging.StreamHandler)
+    ]
+    try:
+        yield
+    finally:
+        for handler, stream in moved:
+            if stream is not None:
+                handler.setStream(stream)
 
 
 def _follow(watched: _Watched, count: int, limit: float, period: float, tell: Callable[[], None]) -> None:
