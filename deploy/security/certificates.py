@@ -29,6 +29,7 @@ __all__ = [
     "SecurityFilesError",
     "check_host",
     "common_name",
+    "hosts_of",
     "load_certificate",
     "write_private",
     "write_public",
@@ -128,6 +129,15 @@ def common_name(certificate: x509.Certificate) -> str:
     """Return the name by which access is granted to who shows a certificate; empty if it has none."""
     names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     return printable(str(names[0].value)) if names else ""
+
+
+def hosts_of(certificate: x509.Certificate) -> list[str]:
+    """Return the names and addresses for which a certificate serves whoever listens."""
+    try:
+        names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except x509.ExtensionNotFound:
+        return []
+    return [str(name.value) for name in names]
 
 
 def write_private(path: Path, content: bytes) -> None:

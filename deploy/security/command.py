@@ -74,6 +74,17 @@ def add(
     typer.echo(f"start the router again with {folder / 'router.toml'}")
 
 
+@app.command(epilog="Examples:\n\nnao security renew keys router --days 180")
+def renew(
+    folder: _Folder,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose certificate is issued anew.")],
+    days: _Days = 365,
+) -> None:
+    """Issue a certificate anew, with a new key, before the old one expires."""
+    _folder(folder).renew(name, valid=timedelta(days=days))
+    typer.echo(f"{name} needs {folder / f'{name}.pem'} and {folder / f'{name}.key'}, and to be started again")
+
+
 @app.command(epilog="Examples:\n\nnao security show keys/router.toml\n\nnao security show keys/student.toml")
 def show(file: _File) -> None:
     """Show as whom a component is known and until when, and, if it decides that, who may do what."""

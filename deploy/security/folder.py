@@ -15,6 +15,9 @@ from deploy.security.certificates import (
     Authority,
     SecurityFilesError,
     check_host,
+    common_name,
+    hosts_of,
+    load_certificate,
     write_private,
     write_public,
 )
@@ -83,6 +86,17 @@ class SecurityFolder:
         write_public(own, client_settings(name, role, router.realm, connect).encode())
         router_file.write_text(with_user, encoding="utf-8")
         return [self._certificate("authority"), self._certificate(name), self._key(name), own]
+
+    def renew(self, name: str, *, valid: timedelta) -> None:
+        """Issue a certificate anew, with a new key, in place of that of the same name."""
+        old = load_certificate(self._certificate(name))
+        authority = Authority.load(self._certificate("authority"), self._key("authority"))
+        certificate, key = authority.issue(common_name(old), hosts_of(old), valid)
+        fresh = [(self._key(name), key, write_private), (self._certificate(name), certificate, write_public)]
+        for path, content, write in fresh:
+            write(path.with_suffix(f"{path.suffix}.new"), content)
+        for path, _, _ in fresh:
+            path.with_suffix(f"{path.suffix}.new").replace(path)
 
     def _issue(self, authority: Authority, name: str, hosts: Sequence[str], valid: timedelta) -> None:
         certificate, key = authority.issue(name, hosts, valid)

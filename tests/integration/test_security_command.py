@@ -11,7 +11,7 @@ import typer.testing
 import zenoh
 from cryptography import x509
 
-from deploy.security.certificates import LOCAL_HOSTS, SecurityFilesError
+from deploy.security.certificates import LOCAL_HOSTS, SecurityFilesError, hosts_of
 from deploy.security.command import app
 from tests.support.limits import LIMIT
 from tests.support.security import Keys
@@ -48,8 +48,7 @@ def test_files_fit_together(folder: Path) -> None:
 
 def test_the_router_is_known_by_every_name_that_it_has(folder: Path) -> None:
     certificate = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
-    names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    assert [str(name.value) for name in names] == ["robot.lab", "192.168.1.5", *LOCAL_HOSTS]
+    assert hosts_of(certificate) == ["robot.lab", "192.168.1.5", *LOCAL_HOSTS]
 
 
 def test_nobody_else_reads_keys(folder: Path) -> None:
@@ -66,6 +65,17 @@ def test_one_more_user(folder: Path) -> None:
     assert load_settings(folder / "ann.toml", environment={}).security.check() == []
 
 
+def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
+    before = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
+    security("renew", folder, "router", "--days", 3)
+    after = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
+    assert after.not_valid_after_utc < before.not_valid_after_utc
+    assert (after.subject, hosts_of(after)) == (before.subject, hosts_of(before))
+    assert load_settings(folder / "router.toml", environment={}).security.check() == []
+    assert stat.S_IMODE((folder / "router.key").stat().st_mode) == 0o600
+    assert list(folder.glob("*.new")) == []
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -79,6 +89,7 @@ def test_one_more_user(folder: Path) -> None:
         (["init", "FOLDER"], "authority.key: cannot be written: File exists"),
         (["init", "FOLDER/other", "--host", "a b"], "'a b' is neither the name nor the address"),
         (["init", "FOLDER/other", "--realm", "a/b"], "a realm is"),
+        (["renew", "FOLDER", "bob"], "bob.pem: cannot be read"),
         (["show", "FOLDER/absent.toml"], "absent.toml: cannot read"),
     ],
 )
