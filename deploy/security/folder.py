@@ -28,6 +28,7 @@ from zenoh_ice.settings import Settings, load_settings
 __all__ = ["SecurityFolder"]
 
 _AUTHORITY_VALID: Final = timedelta(days=3650)
+_AUTHORITY: Final = "authority"
 _ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - the router is there to be reached by other machines
 
 
@@ -49,7 +50,7 @@ class SecurityFolder:
         except OSError as error:
             raise SecurityFilesError(f"{self.path}: cannot be made: {error.strerror}") from error
         authority = Authority.create(f"authority.{realm}"[:64], _AUTHORITY_VALID)
-        authority.save(self._certificate("authority"), self._key("authority"))
+        authority.save(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
         self._issue(authority, "router", [*hosts, *LOCAL_HOSTS], valid)
         settings = [self._settings("router")]
         write_public(
@@ -80,17 +81,21 @@ class SecurityFolder:
             raise SecurityFilesError(f"{router_file}: {name!r} is a user already")
         with_user = _with_user(router_file, name, role)
         connect = self._endpoint_of_clients()
-        authority = Authority.load(self._certificate("authority"), self._key("authority"))
+        authority = Authority.load(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
         self._issue(authority, name, (), valid)
         own = self._settings(name)
         write_public(own, client_settings(name, role, router.realm, connect).encode())
         router_file.write_text(with_user, encoding="utf-8")
-        return [self._certificate("authority"), self._certificate(name), self._key(name), own]
+        return [self._certificate(_AUTHORITY), self._certificate(name), self._key(name), own]
 
     def renew(self, name: str, *, valid: timedelta) -> None:
         """Issue a certificate anew, with a new key, in place of that of the same name."""
+        if name == _AUTHORITY:
+            raise SecurityFilesError(
+                f"{self.path}: an authority is not renewed: make another folder, and all certificates anew"
+            )
         old = load_certificate(self._certificate(name))
-        authority = Authority.load(self._certificate("authority"), self._key("authority"))
+        authority = Authority.load(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
         certificate, key = authority.issue(common_name(old), hosts_of(old), valid)
         fresh = [(self._key(name), key, write_private), (self._certificate(name), certificate, write_public)]
         for path, content, write in fresh:

@@ -89,6 +89,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
         (["init", "FOLDER"], "authority.key: cannot be written: File exists"),
         (["init", "FOLDER/other", "--host", "a b"], "'a b' is neither the name nor the address"),
         (["init", "FOLDER/other", "--realm", "a/b"], "a realm is"),
+        (["renew", "FOLDER", "authority"], "an authority is not renewed"),
         (["renew", "FOLDER", "bob"], "bob.pem: cannot be read"),
         (["show", "FOLDER/absent.toml"], "absent.toml: cannot read"),
     ],
