@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from .answer_memory import Answer, AnswerLater, AnswerMemory
+from .answer_memory import Answer, AnswerLater, AnswerMemory, CallKey
 from .attachment import NO_ATTACHMENT, Attachment, decode_attachment
 from .exceptions import (
     BusyException,
@@ -54,6 +54,7 @@ class Upcalls:
         self._lock: Final = threading.Lock()
         self._ended: Final = threading.Condition(self._lock)
         self._unanswered = 0
+        self._unanswered_bytes = 0
         self._watched = False  # whether somebody waits for the end of the calls
         self.calls = 0
         """How many calls were executed, those that run included."""
@@ -102,13 +103,13 @@ class Upcalls:
             skeleton.check_fingerprint(about.fingerprint, operation, what)
             _check_patience(about, min(since, self._communicator.pulse.running_since), what)
             arguments = operation.arguments.unpack_arguments(payload, what, self._communicator)
-            if operation.amd and self._unanswered >= _MOST_UNANSWERED:
-                raise BusyException(
-                    f"{what}: {self._unanswered} calls are not answered yet; this one was not executed"
-                )
+            if operation.amd:
+                self._check_unanswered(len(payload), what)
         except ZenohIceError as error:
             return self.refuse(error)
-        once = "" if operation.idempotent else about.call_id  # by which it is remembered
+        once = None  # by which it is remembered
+        if about.call_id and not operation.idempotent:
+            once = CallKey(about.call_id, what, hash(payload))
         if once and not self._memory.begin(once):
             return self._memory.answer(once, later)
         with self._lock:
@@ -119,10 +120,14 @@ class Upcalls:
         try:
             result = function(*arguments, current)
             if operation.amd and (future := self._future_of(result)) is not None:
+                size = len(payload)  # of what Zenoh's query holds until it is answered
                 with self._lock:
                     self._unanswered += 1
+                    self._unanswered_bytes += size
                 future.add_done_callback(
-                    lambda future: self._answer_later(future, operation, what, once=once, later=later)
+                    lambda future: self._answer_later(
+                        future, operation, what, once=once, later=later, size=size
+                    )
                 )
                 return None
         except BaseException as error:  # noqa: BLE001 - logged; not even CancelledError may end the thread
@@ -156,6 +161,14 @@ class Upcalls:
             self._watched = True
             return self._ended.wait_for(lambda: self.running == 0, timeout)
 
+    def _check_unanswered(self, size: int, what: str) -> None:
+        """Raise BusyException when there is no room for one more call that is answered later."""
+        too_large = self._unanswered_bytes + size > self._communicator.settings.max_bulk_size
+        if self._unanswered >= _MOST_UNANSWERED or (self._unanswered and too_large):
+            raise BusyException(
+                f"{what}: {self._unanswered} calls are not answered yet; this one was not executed"
+            )
+
     def _future_of(self, result: object) -> Future[Any] | None:
         if isinstance(result, Future):
             return result
@@ -169,8 +182,9 @@ class Upcalls:
         operation: Operation[..., Any],
         what: str,
         *,
-        once: str,
+        once: CallKey | None,
         later: AnswerLater,
+        size: int,
     ) -> None:
         """Answer with the outcome of a future, on the thread that gave it that."""
         try:
@@ -188,6 +202,7 @@ class Upcalls:
             with self._ended:
                 self.running -= 1
                 self._unanswered -= 1
+                self._unanswered_bytes -= size
                 self._ended.notify_all()
 
     def _success(self, result: object, operation: Operation[..., Any], what: str) -> Answer:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
 
 import msgpack
 import pytest
@@ -12,17 +14,22 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorError, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
+from tests.support.gripper import GRIPPER, GripperI, GripperPrx
 from tests.support.hostile_bytes import BOMBS, HostileBytes
 from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.stranger import Stranger, stranger
 from tests.support.wire_doors import check_error
 from zenoh_ice import (
+    BusyException,
+    Communicator,
+    Current,
     InterfaceMismatchException,
     MarshalException,
     UserException,
     ZenohIceError,
 )
 from zenoh_ice.attachment import encode_call_attachment, encode_sample_attachment
+from zenoh_ice.generated import Dispatched
 from zenoh_ice.identity import Target
 from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error, encode_error
 
@@ -81,6 +88,15 @@ def a_call_works(pair: Pair) -> None:
     assert CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")).add(1.0, 2.0) == 3.0
 
 
+def error_of(reply: zenoh.Reply) -> ZenohIceError:
+    assert reply.err is not None
+    assert str(reply.err.encoding) == ERROR_ENCODING
+    error = decode_error(reply.err.payload, (CalculatorError,), "call")
+    if not isinstance(error, UserException):
+        check_error(error)
+    return error
+
+
 class TestServer:
     def test_whatever_is_asked_is_answered_with_a_result_or_a_typed_error(
         self, pair: Pair, servant: CalculatorI, intruder: Stranger
@@ -100,11 +116,7 @@ class TestServer:
                     assert "*" not in str(reply.ok.key_expr)
                 else:
                     errors += 1
-                    assert reply.err is not None
-                    assert str(reply.err.encoding) == ERROR_ENCODING
-                    error = decode_error(reply.err.payload, (CalculatorError,), "call")
-                    if not isinstance(error, UserException):
-                        check_error(error)
+                    error_of(reply)
         assert errors > INPUTS / 10
         assert results > INPUTS / 50
         a_call_works(pair)
@@ -114,10 +126,7 @@ class TestServer:
         for bomb in BOMBS:
             for payload, attachment in ((bomb, None), (PAYLOADS[0], bomb)):
                 (reply,) = intruder.ask(TARGET.prefix + "total", payload, attachment)
-                assert reply.err is not None
-                error = decode_error(reply.err.payload, (), "call")
-                assert isinstance(error, MarshalException)
-                check_error(error)
+                assert isinstance(error_of(reply), MarshalException)
         a_call_works(pair)
 
     def test_what_asks_for_several_operations_executes_none(
@@ -128,6 +137,78 @@ class TestServer:
             for reply in intruder.ask(selector, b"\x80", None):
                 assert reply.ok is None
         assert servant.counted == 0
+
+
+class Later(GripperI):
+    """Answers when it is told to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.futures: list[Future[float]] = []
+        self.begun = threading.Semaphore(0)
+
+    def close(self, force: float, current: Current) -> Dispatched[float]:
+        self.futures.append(Future())
+        self.begun.release()
+        return self.futures[-1]
+
+
+class TestCallIds:
+    def test_a_call_is_executed_though_somebody_used_its_id_before(
+        self, pair: Pair, intruder: Stranger
+    ) -> None:
+        servant = GripperI()
+        pair.adapter.add(servant, "Gripper")
+        gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
+        gripper.move(1.0)
+        client, _, number = servant.currents[-1].call_id.partition("/")
+        for ahead in range(1, 5):
+            about = encode_call_attachment(GRIPPER.fingerprint, int(number) + ahead, client, 2.0)
+            (reply,) = intruder.ask("nao/Gripper/move", msgpack.packb({"position": 9.0}), about)
+            assert reply.ok is not None
+        gripper.move(2.0)
+        assert gripper.text(3) == "xxx"
+        assert servant.moved == [1.0, 9.0, 9.0, 9.0, 9.0, 2.0]
+
+    def test_who_repeats_a_call_that_is_answered_later_is_not_kept_without_end(
+        self, pair: Pair, intruder: Stranger
+    ) -> None:
+        servant = Later()
+        pair.adapter.add(servant, "Gripper")
+        assert GripperPrx.checkedCast(pair.client.stringToProxy("Gripper")).positions() == []
+        about = encode_call_attachment(GRIPPER.fingerprint, 1, "abc", 2.0)
+        call = ("nao/Gripper/close", msgpack.packb({"force": 1.0}), about)
+        asked = [intruder.begin_to_ask(*call) for _ in range(20)]
+        refused = [error_of(handler.recv()) for handler in asked[5:]]
+        assert {type(error) for error in refused} == {BusyException}
+        servant.futures[0].set_result(5.0)
+        for handler in asked[:5]:
+            assert handler.recv().ok is not None
+        assert len(servant.futures) == 1
+
+    def test_calls_that_are_answered_later_hold_no_more_bytes_than_one_may_have(
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        server = make_communicator(listen=[endpoint], max_bulk_size=40)
+        client = make_communicator(connect=[endpoint])
+        adapter = server.createObjectAdapter("Test")
+        servant = Later()
+        adapter.add(servant, "Gripper")
+        adapter.activate()
+        gripper = GripperPrx.checkedCast(client.stringToProxy("Gripper"))
+        calls = [gripper.closeAsync(1.0) for _ in range(2)]  # of 16 bytes each
+        for _ in calls:
+            assert servant.begun.acquire(timeout=LIMIT)
+        with pytest.raises(BusyException, match="2 calls are not answered yet"):
+            gripper.close(1.0)
+        servant.futures[0].set_result(1.0)
+        wait(calls, LIMIT, "FIRST_COMPLETED")
+        calls.append(gripper.closeAsync(1.0))
+        assert servant.begun.acquire(timeout=LIMIT)
+        for future in servant.futures[1:]:
+            future.set_result(2.0)
+        for call in calls:
+            call.result(LIMIT)
 
 
 class TestClient:

@@ -26,14 +26,18 @@ class Stranger:
 
     def ask(self, selector: str, payload: bytes | None, attachment: bytes | None) -> list[zenoh.Reply]:
         """Send a query and return all that is answered."""
-        return list(
-            self.session.get(
-                selector,
-                payload=payload,
-                attachment=attachment,
-                timeout=CALL_LIMIT,
-                consolidation=zenoh.ConsolidationMode.NONE,
-            )
+        return list(self.begin_to_ask(selector, payload, attachment))
+
+    def begin_to_ask(
+        self, selector: str, payload: bytes | None, attachment: bytes | None
+    ) -> zenoh.Handler[zenoh.Reply]:
+        """Send a query and return what brings the answers."""
+        return self.session.get(
+            selector,
+            payload=payload,
+            attachment=attachment,
+            timeout=CALL_LIMIT,
+            consolidation=zenoh.ConsolidationMode.NONE,
         )
 
     @contextmanager
