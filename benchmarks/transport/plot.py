@@ -11,20 +11,21 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from .figures import Section
 
 _COLORS: Final = {"bare": "#9aa0a6", "ours": "#0b7285", "ice": "#e8590c"}
+_SHOWN: Final = 0.995  # of what is measured: the last few would take half of a panel
 _NAMES: Final = {"bare": "bare Zenoh", "ours": "zenoh_ice", "ice": "Ice"}
 
 
 def draw(sections: Mapping[str, Section], path: Path) -> None:
     """Draw a panel for each section that was measured."""
-    panels = [(name, panel) for name, panel in _PANELS.items() if name in sections]
-    columns = min(len(panels), 3)
+    panels = [(name, panel) for name, panel in _PANELS if name in sections]
+    columns = min(len(panels), 2)
     rows = -(-len(panels) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(5.2 * columns, 3.6 * rows), squeeze=False)
+    figure, axes = plt.subplots(rows, columns, figsize=(5.2 * columns, 3.3 * rows), squeeze=False)
     for axis in axes.flat[len(panels) :]:
         axis.set_visible(False)
     for axis, (name, panel) in zip(axes.flat, panels, strict=False):
@@ -85,18 +86,28 @@ def _beside(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401
 
 
 def _soak(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401
+    _memory(axis, plot, "memory")
+    axis.set(title="soak: memory of its own", xlabel="minutes", ylabel="MB")
+
+
+def _soak_shared(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401
+    _memory(axis, plot, "shared")
+    axis.set(title="soak: shared memory", xlabel="minutes", ylabel="MB")
+
+
+def _memory(axis: Any, plot: dict[str, Any], kind: str) -> None:  # noqa: ANN401
     for name, color in (("server", _COLORS["ours"]), ("client", _COLORS["ice"])):
-        axis.plot(plot[name]["minutes"], plot[name]["memory"], color=color, label=name, linewidth=1)
-    axis.set(title="soak", xlabel="minutes", ylabel="memory of its own in MB")
+        axis.plot(plot[name]["minutes"], plot[name][kind], color=color, label=name, linewidth=1)
     axis.set_ylim(bottom=0)
     axis.legend(frameon=False)
 
 
 def _cumulative(axis: Any, values: list[float], kind: str, label: str = "") -> None:  # noqa: ANN401
     axis.set_xscale("log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.xaxis.set_major_formatter(lambda value, _: _short(value))
     axis.xaxis.set_minor_formatter(NullFormatter())
-    shares = np.linspace(0.0, 1.0, min(len(values), 1000))
+    shares = np.linspace(0.0, _SHOWN, min(len(values), 1000))
     axis.plot(np.quantile(values, shares), shares, color=_COLORS[kind], label=label or _NAMES[kind])
 
 
@@ -112,15 +123,17 @@ def _bars(axis: Any, groups: dict[str, dict[str, float]]) -> None:  # noqa: ANN4
         )
         axis.bar_label(bars, fmt=_short, fontsize=8)
     axis.set_xticks(range(len(groups)), list(groups))
-    axis.legend(frameon=False)
+    axis.margins(y=0.25)
+    axis.legend(frameon=False, ncols=2, loc="upper left")
 
 
-_PANELS: Final[dict[str, Callable[[Any, dict[str, Any]], None]]] = {
-    "calls": _calls,
-    "images": _images,
-    "streams": _streams,
-    "clients": _clients,
-    "joints": _joints,
-    "beside": _beside,
-    "soak": _soak,
-}
+_PANELS: Final[tuple[tuple[str, Callable[[Any, dict[str, Any]], None]], ...]] = (
+    ("calls", _calls),
+    ("images", _images),
+    ("streams", _streams),
+    ("clients", _clients),
+    ("joints", _joints),
+    ("beside", _beside),
+    ("soak", _soak),
+    ("soak", _soak_shared),
+)

@@ -159,7 +159,11 @@ def _section(
             Table("how calls ended", ["", "calls"], [[end, str(count)] for end, count in ends.items()]),
         ],
         plot={
-            name: {"minutes": [time / 60 for time in usage.times], "memory": usage.memory}
+            name: {
+                "minutes": [time / 60 for time in usage.times],
+                "memory": usage.memory,
+                "shared": usage.shared,
+            }
             for name, usage in usages.items()
         },
     )
