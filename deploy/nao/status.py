@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from deploy.nao.connection import connected, find_servant, servants
@@ -79,47 +79,55 @@ def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[st
 def _robot_lines(readings: Mapping[str, Any]) -> list[str]:
     """Return what people are told of the robot, a line for each matter."""
     lines: list[tuple[str, str]] = []
-    for name, reading in readings.items():
-        if "error" in reading:
-            lines.append((name.lower(), f"[red]{_escaped(reading['error'])}[/red]"))
-    clock, health = (_readable(readings, name) for name in ("Clock", "Health"))
-    battery, safety = (_readable(readings, name) for name in ("Battery", "Safety"))
-    if clock:
-        kind = "simulated" if clock.get("simulated") else "real"
-        lines.append(
-            ("robot", f"{kind}, robot time {clock['time']:.1f} s, {clock['rate']:.2f} times real time")
-        )
-    if health:
-        tilt = math.degrees(health["torsoTilt"])
-        posture = "[bold red]fallen[/bold red]" if health["fallen"] else "upright"
-        lines.append(("posture", f"{posture}, torso {tilt:.0f} degrees from the vertical"))
-    if battery:
-        plugged = ", charging" if battery["plugged"] else ""
-        lines.append(("battery", f"{100 * battery['charge']:.0f} %{plugged}"))
-    if safety:
-        lines.append(("safety", _safety_text(safety)))
-    if health:
-        commands = count_text(health["limitedCommands"], "command")
-        timeouts = count_text(health["velocityTimeouts"], "velocity", "velocities")
-        lines.append(("limits", f"{commands} limited, {timeouts} not renewed in time"))
-        for event in health["events"][-_MOST_EVENTS:]:
-            color = {"Error": "red", "Warning": "yellow"}.get(event["level"], "dim")
-            text = _escaped(f"{event['time']:.1f} s {event['source']}: {event['message']}")
-            lines.append(("", f"[{color}]{text}[/{color}]"))
+    for name, tell in _TELLERS.items():
+        reading = readings.get(name)
+        if reading is None:
+            continue
+        try:
+            error = reading.get("error")
+            lines += tell(reading) if error is None else [(name.lower(), f"[red]{_escaped(error)}[/red]")]
+        except (AttributeError, KeyError, TypeError, ValueError):
+            lines.append((name.lower(), f"[red]another version of the interface nao::{name}[/red]"))
     return [f"[dim]{name:<9}[/dim] {text}" for name, text in lines]
 
 
-def _readable(readings: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    reading = readings.get(name) or {}
-    return {} if "error" in reading else reading
+def _clock_lines(clock: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    kind = "simulated" if clock["simulated"] else "real"
+    yield "robot", f"{kind}, robot time {clock['time']:.1f} s, {clock['rate']:.2f} times real time"
 
 
-def _safety_text(safety: Mapping[str, Any]) -> str:
+def _battery_lines(battery: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "battery", f"{100 * battery['charge']:.0f} %" + (", charging" if battery["plugged"] else "")
+
+
+def _safety_lines(safety: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if safety["stopped"]:
-        return f"[bold red]emergency stop: {_escaped(safety['reason'])}[/bold red]"
-    if safety["holder"]:
-        return f"{_escaped(safety['holder'])} alone may command, for {safety['remaining']:.0f} s"
-    return "everybody may command"
+        yield "safety", f"[bold red]emergency stop: {_escaped(safety['reason'])}[/bold red]"
+    elif safety["holder"]:
+        yield "safety", f"{_escaped(safety['holder'])} alone may command, for {safety['remaining']:.0f} s"
+    else:
+        yield "safety", "everybody may command"
+
+
+def _health_lines(health: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    posture = "[bold red]fallen[/bold red]" if health["fallen"] else "upright"
+    tilt = math.degrees(health["torsoTilt"])
+    yield "posture", f"{posture}, torso {tilt:.0f} degrees from the vertical"
+    commands = count_text(health["limitedCommands"], "command")
+    timeouts = count_text(health["velocityTimeouts"], "velocity", "velocities")
+    yield "limits", f"{commands} limited, {timeouts} not renewed in time"
+    for event in health["events"][-_MOST_EVENTS:]:
+        color = {"Error": "red", "Warning": "yellow"}.get(event["level"], "dim")
+        text = _escaped(f"{event['time']:.1f} s {event['source']}: {event['message']}")
+        yield "", f"[{color}]{text}[/{color}]"
+
+
+_TELLERS: Final[Mapping[str, Callable[[Mapping[str, Any]], Iterator[tuple[str, str]]]]] = {
+    "Clock": _clock_lines,
+    "Battery": _battery_lines,
+    "Safety": _safety_lines,
+    "Health": _health_lines,
+}
 
 
 def _print_process(

@@ -7,7 +7,7 @@ import math
 import statistics
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final
@@ -37,7 +37,10 @@ _Processes = dict[str, ProcessStatus | ZenohIceError]
 
 def check_network(settings: Settings) -> Iterator[Finding]:
     """Yield what is found about the endpoints, and about those who serve in the realm."""
-    yield from _check_endpoints(settings)
+    states = [listens(endpoint) for endpoint in settings.connect]
+    yield from _check_endpoints(settings.connect, states)
+    if states and all(state is False for state in states):
+        return
     try:
         with connected(settings) as communicator:
             found = servants(communicator)
@@ -59,9 +62,8 @@ def check_network(settings: Settings) -> Iterator[Finding]:
         yield fail(str(error), "leave --listen and VISUALHFSM_LISTEN away: only servers need a fixed port")
 
 
-def _check_endpoints(settings: Settings) -> Iterator[Finding]:
-    for endpoint in settings.connect:
-        state = listens(endpoint)
+def _check_endpoints(endpoints: Sequence[str], states: Sequence[bool | None]) -> Iterator[Finding]:
+    for endpoint, state in zip(endpoints, states, strict=True):
         if state is False:
             yield fail(
                 f"nothing listens at {endpoint}",
