@@ -165,6 +165,8 @@ class Channel:
             key,
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.DATA_LOW if bulk else zenoh.Priority.DATA,
+            # One by one: of images that travel together all but the last would come for nothing.
+            express=bulk,
         )
 
         def on_change(_: zenoh.MatchingStatus) -> None:  # on Zenoh's receiving thread: it only notifies
