@@ -17,6 +17,7 @@ README = (REPOSITORY / "README.md").read_text("utf-8")
 APPS = {
     "ballmover": ("ballmover.cli", "app"),
     "codegen": ("codegen.commands", "app"),
+    "nao": ("deploy.nao.command", "app"),
     "naoserver-sim": ("naoserver_sim.command", "app"),
     "visualhfsm": ("visualhfsm.command", "app"),
 }
