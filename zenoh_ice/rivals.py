@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from functools import partial
+import time
 from itertools import groupby
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["Rivals"]
 
 _ASK_LIMIT: Final = 1.0  # s
-_MOST_TOLD: Final = 256  # a realm that is flooded with tokens must not flood the log
+# A realm that is flooded with tokens must flood neither the log nor the threads of the communicator.
+_MOST_TOLD: Final = 16  # rivals at a time
+_TOLD_AGAIN: Final = 1.0  # s after which one more is told
 
 _logger = logging.getLogger(__name__)
 
@@ -38,8 +40,12 @@ class Rivals:
     def __init__(self, communicator: Communicator) -> None:
         self._communicator: Final = communicator
         self._lock: Final = threading.Lock()
-        self._known: frozenset[_Rival] = frozenset()
+        self._told: set[_Rival] = set()
+        self._budget: float = _MOST_TOLD
+        self._budget_at = time.monotonic()
         self._watching = False
+        self._changed = False
+        self._looking = False
 
     def start(self) -> None:
         """Watch from now on; does nothing when it does already."""
@@ -50,23 +56,51 @@ class Rivals:
         self._communicator.presence.add_listener(self._look)
 
     def _look(self) -> None:  # on a thread of the communicator
-        communicator = self._communicator
-        if communicator.destroyed:
-            return
-        servants = communicator.presence.servants(communicator.realm)
-        found = frozenset(_rivals(servants, communicator.client_id))
         with self._lock:
-            known, self._known = self._known, found
-        for rival in sorted(found - known)[:_MOST_TOLD]:
-            communicator.dispatcher.submit(partial(self._tell, rival))
-        for rival in sorted(known - found)[:_MOST_TOLD]:
-            _logger.warning("%s is no longer served by session %s beside this process", *rival)
+            self._changed = True
+            if self._looking:
+                return
+            self._looking = True
+        # One at a time, and others of the pool go on: asking a rival who it is may take a second.
+        self._communicator.dispatcher.submit(self._tell_changes)
+
+    def _tell_changes(self) -> None:
+        communicator = self._communicator
+        try:
+            with communicator.dispatcher.blocked():
+                while self._take_change() and not communicator.destroyed:
+                    servants = communicator.presence.servants(communicator.realm)
+                    found = set(_rivals(servants, communicator.client_id))
+                    for rival in sorted(self._told - found):
+                        self._told.discard(rival)
+                        _logger.warning("%s is no longer served by session %s beside this process", *rival)
+                    for rival in sorted(found - self._told):
+                        if not self._may_tell():
+                            break  # the others, if they are still there when there is room again
+                        self._told.add(rival)
+                        self._tell(rival)
+        except BaseException:
+            self._looking = False
+            raise
+
+    def _take_change(self) -> bool:
+        with self._lock:
+            self._looking, self._changed = self._changed, False
+            return self._looking
+
+    def _may_tell(self) -> bool:
+        now = time.monotonic()
+        self._budget = min(_MOST_TOLD, self._budget + (now - self._budget_at) / _TOLD_AGAIN)
+        self._budget_at = now
+        if self._budget < 1.0:
+            return False
+        self._budget -= 1.0
+        return True
 
     def _tell(self, rival: _Rival) -> None:
         communicator = self._communicator
         try:
-            with communicator.dispatcher.blocked():
-                status = communicator.processStatus(rival.server, timeout=_ASK_LIMIT)
+            status = communicator.processStatus(rival.server, timeout=_ASK_LIMIT)
         except ZenohIceError:
             who = "another process"
         else:

@@ -18,6 +18,7 @@ from tests.support.gripper import GRIPPER, GripperI, GripperPrx
 from tests.support.hostile_bytes import BOMBS, HostileBytes
 from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.stranger import Stranger, stranger
+from tests.support.waiting import until
 from tests.support.wire_doors import check_error
 from zenoh_ice import (
     BusyException,
@@ -31,6 +32,7 @@ from zenoh_ice import (
 from zenoh_ice.attachment import encode_call_attachment, encode_sample_attachment
 from zenoh_ice.generated import Dispatched
 from zenoh_ice.identity import Target
+from zenoh_ice.presence import servant_token
 from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error, encode_error
 
 TARGET = Target("nao", "Calculator")
@@ -137,6 +139,25 @@ class TestServer:
             for reply in intruder.ask(selector, b"\x80", None):
                 assert reply.ok is None
         assert servant.counted == 0
+
+    def test_those_who_claim_to_serve_the_same_do_not_flood_the_log(
+        self, pair: Pair, servant: CalculatorI, intruder: Stranger, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        a_call_works(pair)
+        started = time.monotonic()
+        claims = [
+            servant_token(Target("nao", name), "::test::Other", "", f"{number:x}", 2e9)
+            for name in ("Calculator", "Last")
+            for number in range(1, 61)
+        ]
+        tokens = [intruder.session.liveliness().declare_token(claim) for claim in claims]
+        until(lambda: len(pair.server.presence.servers(Target("nao", "Last"))) == 60)
+        for token in tokens:
+            token.undeclare()
+        until(lambda: pair.server.presence.identities("nao") == ["Calculator"])
+        until(lambda: caplog.text.count("no longer served") == caplog.text.count("is served by") > 0)
+        assert caplog.text.count("is served by") <= 16 + (time.monotonic() - started)
+        a_call_works(pair)
 
 
 class Later(GripperI):
