@@ -100,3 +100,21 @@ def test_a_jump_of_the_robots_time_wakes_sleepers(
     until(woken)
     sleeper.join(LIMIT)
     assert clock.now() == time_after
+
+
+def test_the_robots_time_goes_on_while_nothing_is_heard_of_it(
+    endpoint: str, make_communicator: Callable[..., Communicator], caplog: pytest.LogCaptureFixture
+) -> None:
+    servant = ClockI()
+    adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Robot")
+    adapter.add(servant, "Clock")
+    adapter.activate()
+    clock = make_communicator(connect=[endpoint], clock="sim").clock
+    assert servant.getTimePublisher.wait_for_listener(LIMIT)
+    servant.getTimePublisher.publish(ClockReading(200.0, 50.0, True))
+    until(lambda: clock.rate == 50.0)
+    until(lambda: clock.now() > 260.0)  # more than a second of silence
+    assert "nothing heard of the robot's clock" in caplog.text
+    servant.getTimePublisher.publish(ClockReading(5.0, 1.0, True))
+    until(lambda: clock.rate == 1.0)
+    assert clock.now() < 200.0
