@@ -32,6 +32,8 @@ _CLOSE_NOTICE: Final = 1.0
 # s for which a process that seems to be there is asked how its servants are.
 _STATUS_LIMIT: Final = 0.5
 _LATE_STATUS_LIMIT: Final = 0.25  # s for the same, where the call's own limit has passed
+_REST_NOTICE: Final = 0.1  # s in which a servant has come to rest that is not crowded
+_LOOK_AGAIN: Final = 0.01  # s
 _MOST_ASKED: Final = 3  # of several servers of one identity
 
 
@@ -59,6 +61,7 @@ class UnansweredCall:
         self._started: Final = started
         self._deadline: Final = started + timeout
         self._unsent: Final = time.monotonic() - started >= send_limit
+        self._at_work = False  # the servant, when it was asked last
         # Of many calls that fall out of a queue, one asks for all.
         self._asked = self._was_crowded() or (not self._is_lost() and self._ask_status())
         self.lost: Final = self._is_lost() or (not self._asked and self._wait_for_loss())
@@ -101,7 +104,14 @@ class UnansweredCall:
 
     def _was_crowded(self) -> bool:
         """Return whether calls may, as far as known, have fallen out of the queue since this one began."""
-        return self._communicator.crowded_at.get(self._target, -math.inf) >= self._started
+        until = min(self._deadline, time.monotonic() + _REST_NOTICE)
+        while self._communicator.crowded_at.get(self._target, -math.inf) >= self._started:
+            if not self._at_work or time.monotonic() >= until:
+                return True
+            # It may only not have come to rest yet after an earlier call; once it has, it knows.
+            time.sleep(_LOOK_AGAIN)
+            self._ask_status()
+        return False
 
     def _ask_status(self) -> bool:
         """Ask how the servant is; return whether anybody told: its process may be gone, for instance."""
@@ -119,5 +129,6 @@ class UnansweredCall:
             servant = status.servants.get(str(serving))
             if servant is not None:
                 communicator.crowded_at[self._target] = moment - servant.crowded_ago
+                self._at_work = servant.crowded_ago == 0
                 return True
         return False
