@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Coroutine, Iterator, Mapping
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from zenoh_ice.attachment import encode_call_attachment
 from zenoh_ice.incoming import Incoming
@@ -19,7 +21,9 @@ if TYPE_CHECKING:
 
     from .communicator import InProcessCommunicator
 
-__all__ = ["Call", "CallLog", "InProcessCall", "InlineDispatcher"]
+__all__ = ["Call", "CallLog", "InProcessCall", "InlineCoroutines", "InlineDispatcher"]
+
+V = TypeVar("V")
 
 CLIENT: Final = "behavior"
 """The id of the component as a client."""
@@ -91,6 +95,16 @@ class InlineDispatcher:
     def blocked(self) -> AbstractContextManager[None]:
         """Do nothing: there is no pool that could run out of threads."""
         return nullcontext()
+
+
+class InlineCoroutines:
+    """What runs servants that are coroutines: here at once, each to its end."""
+
+    def run(self, coroutine: Coroutine[Any, Any, V]) -> Future[V]:
+        """Run a coroutine and return the future of its outcome, which it has."""
+        future: Future[V] = Future()
+        settle(future, lambda: asyncio.run(coroutine))
+        return future
 
 
 class InProcessCall:

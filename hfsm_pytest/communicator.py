@@ -27,7 +27,7 @@ from zenoh_ice.operation import Interface, Operation
 from zenoh_ice.pulse import Pulse
 from zenoh_ice.subscription import Delivery
 
-from .calls import CLIENT, CallLog, InlineDispatcher, InProcessCall
+from .calls import CLIENT, CallLog, InlineCoroutines, InlineDispatcher, InProcessCall
 from .clock import TaskClock
 from .streams import InProcessChannel, InProcessReader, InProcessSubscription
 
@@ -54,6 +54,7 @@ class InProcessCommunicator:
         self.clock: Final = clock
         self.calls: Final = CallLog(clock.now)
         self.dispatcher: Final = InlineDispatcher()
+        self.coroutines: Final = InlineCoroutines()
         self.presence: Final = self
         self.pulse: Final = Pulse()  # which does not beat: no call waits
         self.on_listening: Callable[[], None] = _nothing

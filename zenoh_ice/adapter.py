@@ -172,7 +172,8 @@ class ObjectAdapter:
         """Serve all names of a category that have no servant of their own, in any process of the realm.
 
         Of the empty category those of all categories that have no default servant. It serves any facet;
-        `Current` has both names. To say that there is no such object it raises ObjectNotExistException.
+        `Current` has both. To say that there is no such object it raises ObjectNotExistException. It has
+        no streams: a sample could not tell whose it is.
 
         Raises AlreadyRegisteredException when the category has a default servant or a locator.
         """

@@ -65,6 +65,8 @@ class DefaultIncoming(Registration):
             communicator, adapter, target, interface=interface, dispatcher=self._pool, width=width
         )
         self.category: Final = category
+        self.served = False
+        """Whether it was activated."""
         self._fingerprints: Final = {known.type_id: known.fingerprint for known in interface.lineage}
 
     @property
@@ -74,6 +76,7 @@ class DefaultIncoming(Registration):
 
     def activate(self, session: zenoh.Session) -> None:
         """Take calls, then let everybody know."""
+        self.served = True
         realm = self.target.realm
         scope = f"{realm}/{self.category}" if self.category else realm
         # Not complete: a servant of the identity's own gets the call alone, if it is in another process. In

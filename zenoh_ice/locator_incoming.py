@@ -48,6 +48,8 @@ class LocatorIncoming(DefaultIncoming):
     def drain(self, timeout: float) -> bool:
         """Wait for the calls that run, as every registration does, and tell the locator."""
         ended = super().drain(timeout)
+        if not self.served:  # somebody else serves the category
+            return ended
         try:
             self.locator.deactivate(self.category)
         except Exception:
