@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from .figures import Effort, Figure, Section, Table, microseconds, ratio, spread
+from .figures import Effort, Figure, Section, Table, microseconds, ratio, spread, thinned
 from .processes import Lab
 from .processor_time import rows, spent
 from .rounds import Times, interleaved, timed
@@ -147,7 +147,7 @@ def _section(step: dict[str, Times], flying: dict[str, list[float]], state: dict
                 ],
             ),
         ],
-        plot={"bare": bare.all, "ours": ours.all, "ice": ice.all},
+        plot={kind: thinned(step[kind].all) for kind in ("bare", "ours", "ice")},
     )
 
 

@@ -61,7 +61,7 @@ class Section:
     def save(self, path: Path) -> None:
         """Write it as JSON."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(asdict(self), indent=1) + "\n")
+        path.write_text(json.dumps(asdict(self)) + "\n")
 
     @classmethod
     def load(cls, path: Path) -> Section:
@@ -101,6 +101,14 @@ def percentile(values: Sequence[float], share: float) -> float:
     """Return the value below which this share of all lies."""
     ordered = sorted(values)
     return ordered[min(int(len(ordered) * share), len(ordered) - 1)]
+
+
+def thinned(values: Sequence[float], most: int = 500) -> list[float]:
+    """Return quantiles that draw the same curve as all values."""
+    ordered = sorted(values)
+    last = len(ordered) - 1
+    count = min(len(ordered), most)
+    return [float(f"{ordered[number * last // max(count - 1, 1)]:.4g}") for number in range(count)]
 
 
 def microseconds(seconds: float) -> str:

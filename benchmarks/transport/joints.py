@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from .figures import Effort, Figure, Section, Table, microseconds, milliseconds, percentile, spread
+from .figures import Effort, Figure, Section, Table, microseconds, milliseconds, percentile, spread, thinned
 from .processes import Lab
 from .rounds import Times, interleaved
 from .streaming import begin, streamed
@@ -68,9 +68,5 @@ def measure(package: Path, effort: Effort) -> Section:
                 ],
             )
         ],
-        plot={kind: _thinned(each.all) for kind, each in late.items()},
+        plot={kind: thinned(each.all) for kind, each in late.items()},
     )
-
-
-def _thinned(values: list[float], most: int = 5000) -> list[float]:
-    return sorted(values)[:: max(len(values) // most, 1)]

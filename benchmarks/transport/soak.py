@@ -46,8 +46,8 @@ class Usage:
         process = psutil.Process(self.pid)
         with process.oneshot():
             facts = process.memory_info()
-            self.times.append(now)
-            self.memory.append((facts.rss - facts.shared) / 1e6)
+            self.times.append(round(now, 1))
+            self.memory.append(round((facts.rss - facts.shared) / 1e6, 2))
             self.shared.append(_shared_memory(self.pid))
             self.threads.append(process.num_threads())
             self.handles.append(process.num_fds())
@@ -160,7 +160,7 @@ def _section(
         ],
         plot={
             name: {
-                "minutes": [time / 60 for time in usage.times],
+                "minutes": [round(time / 60, 3) for time in usage.times],
                 "memory": usage.memory,
                 "shared": usage.shared,
             }

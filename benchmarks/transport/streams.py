@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from .content import LARGE_IMAGE
-from .figures import Effort, Figure, Section, Table, milliseconds, percentile, ratio, spread
+from .figures import Effort, Figure, Section, Table, milliseconds, percentile, ratio, spread, thinned
 from .processes import Lab, Worker
 from .rounds import Times, interleaved
 from .streaming import begin, streamed
@@ -93,7 +93,7 @@ def _section(at_30: dict[str, list[dict[str, Any]]], fastest: dict[str, list[dic
         ],
         plot={
             "rates": {kind: spread(each).median for kind, each in rates.items()},
-            "latencies": {kind: each.all for kind, each in late.items()},
+            "latencies": {kind: thinned(each.all) for kind, each in late.items()},
         },
     )
 
