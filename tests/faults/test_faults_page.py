@@ -1,0 +1,79 @@
+"""docs/faults.md: each of its rows is a test here."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+PAGE = FOLDER.parents[1] / "docs" / "faults.md"
+
+FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS = (
+    f"test_zenoh_ice_{name}" for name in ("faults", "network", "overload", "identities", "clock_jumps")
+)
+# What a row says is tested by a function of a module.
+TESTS = {
+    "no server": (FAULTS, "test_cast_names_the_endpoint_and_how_to_start_a_server"),
+    "server killed": (FAULTS, "test_calls_streams_and_futures_report_it_at_once"),
+    "server away": (FAULTS, "test_calls_while_the_server_is_away_fail_at_once"),
+    "server restarted": (FAULTS, "test_proxies_and_streams_survive_the_restart_and_nothing_is_replayed"),
+    "server killed during an idempotent call": (
+        FAULTS,
+        "test_idempotent_call_is_sent_once_more_and_no_other",
+    ),
+    "server frozen": (FAULTS, "test_call_ends_within_its_timeout_and_the_loss_is_noticed"),
+    "server goes on": (FAULTS, "test_what_was_given_up_meanwhile_is_not_executed_when_it_goes_on"),
+    "connection cut": (NETWORK, "test_a_cut_is_told_at_once_and_calls_go_on_after_it"),
+    "cut below a stream": (NETWORK, "test_a_stream_goes_on_after_a_cut"),
+    "network silent": (NETWORK, "test_silence_is_a_loss_after_the_lease_at_both_ends"),
+    "network silent for a moment": (FAULTS, "test_large_call_is_not_lost"),
+    "slow line": (NETWORK, "test_a_slow_line_delays_calls_and_only_those_that_may_not_take_so_long_fail"),
+    "garbled traffic": (NETWORK, "test_garbled_traffic_ends_calls_and_no_process"),
+    "router gone, processes linked directly": (
+        NETWORK,
+        "test_direct_links_outlive_the_router_that_made_them_known",
+    ),
+    "router gone, all goes through it": (
+        NETWORK,
+        "test_what_goes_through_a_router_is_lost_with_it_and_comes_back_with_it",
+    ),
+    "client killed": (FAULTS, "test_server_is_told_of_a_killed_client"),
+    "client ends": (FAULTS, "test_server_is_told_of_a_client_that_ends"),
+    "client frozen": (FAULTS, "test_server_is_told_of_a_frozen_client"),
+    "identity served already": (FAULTS, "test_identity_of_another_process_is_refused"),
+    "two servers that meet late": (
+        IDENTITIES,
+        "test_those_that_meet_late_each_log_an_error_that_names_the_other",
+    ),
+    "one of the two stopped": (IDENTITIES, "test_once_one_is_stopped_the_other_says_so_and_serves_on"),
+    "other version at a cast or call": (IDENTITIES, "test_another_version_is_refused"),
+    "other version after a restart": (
+        IDENTITIES,
+        "test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_streams",
+    ),
+    "too many calls": (OVERLOAD, "test_too_many_calls_are_refused_and_take_no_memory"),
+    "too many oneway calls": (OVERLOAD, "test_oneway_calls_beyond_the_queue_are_dropped_and_counted"),
+    "too many calls unsent": (OVERLOAD, "test_calls_that_cannot_be_sent_are_bounded"),
+    "no shared memory": (OVERLOAD, "test_without_room_for_it_everything_travels_over_the_network"),
+    "shared memory full": (OVERLOAD, "test_what_finds_no_room_in_the_pool_travels_over_the_network"),
+    "date jumps, samples": (CLOCKS, "test_a_sample_ages_whatever_becomes_of_the_date"),
+    "date jumps, calls": (CLOCKS, "test_calls_that_wait_are_executed_whatever_becomes_of_the_date"),
+    "robot's time jumps": (CLOCKS, "test_a_jump_of_the_robots_time_wakes_sleepers"),
+    "robot's clock silent": (CLOCKS, "test_the_robots_time_goes_on_while_nothing_is_heard_of_it"),
+}
+
+
+def test_each_row_of_the_page_has_its_test() -> None:
+    rows = re.findall(r"^\| (?!fault \||---)(.+?) \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    assert rows == list(TESTS)
+
+
+def test_the_tests_are_there() -> None:
+    functions = {
+        (file.stem, node.name)
+        for file in FOLDER.glob("test_*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+    }
+    assert set(TESTS.values()) <= functions
