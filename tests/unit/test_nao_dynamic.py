@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 import interfaces.hfsm
 import interfaces.jderobot
 import interfaces.nao
-from deploy.nao.definitions import Named, Sequence, parse_definition
+from deploy.nao.definition_parser import parse_definition
+from deploy.nao.definitions import Named, Sequence
 from deploy.nao.dynamic import Types
 from deploy.nao.errors import UsageError
 from deploy.nao.values import FromJson, to_json
@@ -86,7 +87,7 @@ def test_our_interfaces_are_made_as_codegen_makes_them(interface: Interface, dat
     hold_alike(interface, data)
 
 
-@settings(max_examples=2, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=1, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_everything_of_slice_is_made_as_codegen_makes_it(
     everything: list[Interface], data: st.DataObject
