@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
+from itertools import islice
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 import zenoh
@@ -24,6 +26,8 @@ HISTORY_PARAMETER: Final = "history"
 """The parameter by which a query at an operation's key asks for the last samples instead of calling it."""
 MOST_HISTORY: Final = 1000
 """Samples that a publisher keeps at most."""
+
+_LARGEST_HISTORY: Final = 512 << 20  # bytes: 140 images of 1280x960
 
 _logger = logging.getLogger(__name__)
 
@@ -66,10 +70,23 @@ class StreamSource(Generic[V]):
                 priority=zenoh.Priority.DATA_HIGH,
                 cancellation_token=cancellation,
             )
-            return [reply.ok for reply in replies if reply.ok is not None]
+            return self._first(count, replies)
         except zenoh.ZError as error:  # the session was closed meanwhile
             _logger.debug("no history of %s: %s", self.what, error)
             return []
+
+    def _first(self, count: int, replies: Iterable[zenoh.Reply]) -> list[zenoh.Sample]:
+        """Return at most so many samples, whatever else a servant sends that does not know when to end."""
+        samples: list[zenoh.Sample] = []
+        size = 0
+        for reply in islice(replies, count):
+            if reply.ok is not None:
+                size += len(reply.ok.payload)
+                if size > _LARGEST_HISTORY:
+                    _logger.error("a history of %s of more than %d bytes: cut", self.what, _LARGEST_HISTORY)
+                    break
+                samples.append(reply.ok)
+        return samples
 
     def check_open(self) -> None:
         """Raise CommunicatorDestroyedException when the communicator was destroyed."""

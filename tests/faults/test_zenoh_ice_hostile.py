@@ -28,6 +28,7 @@ from zenoh_ice import (
     MarshalException,
     UserException,
     ZenohIceError,
+    stream_source,
 )
 from zenoh_ice.attachment import encode_call_attachment, encode_sample_attachment
 from zenoh_ice.generated import Dispatched
@@ -327,6 +328,36 @@ class TestClient:
         sound = RESULTS[2]
         publisher.put(sound)
         assert calculator.getReading.wait(sample, timeout=LIMIT).value == Reading(1, [1.5])
+
+    def test_a_history_without_an_end_is_cut(
+        self,
+        pair: Pair,
+        intruder: Stranger,
+        monkeypatch: pytest.MonkeyPatch,
+        caplog: pytest.LogCaptureFixture,
+    ) -> None:
+        monkeypatch.setattr(stream_source, "_LARGEST_HISTORY", 10 * len(RESULTS[2]))
+
+        def answer(query: zenoh.Query) -> None:
+            with query:
+                for number in range(3000):
+                    about = encode_sample_attachment(CALCULATOR.fingerprint, number, 1.5, "abc")
+                    query.reply(query.key_expr, RESULTS[2], attachment=about)
+
+        with intruder.impersonating(TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, answer):
+            calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+
+            def received_of(asked: int, wanted: int) -> int:
+                received: list[Reading] = []
+                with calculator.getReading.subscribe(
+                    lambda sample: received.append(sample.value), history=asked
+                ) as subscription:
+                    until(lambda: len(received) >= wanted)
+                return subscription.received
+
+            assert received_of(5, 5) == 5
+            assert received_of(50, 10) == 10
+        assert "a history of Calculator.getReading of more than" in caplog.text
 
     def test_tokens_of_any_kind_leave_the_servants_that_are_there(
         self, pair: Pair, servant: CalculatorI, intruder: Stranger
