@@ -89,7 +89,7 @@ def make_servant(api: Any) -> Any:
                 return answer
             if how == "coroutine":
                 return improve_later(answer)
-            future = Future()
+            future: Future[str] = Future()
             Thread(target=future.set_result, args=(answer,)).start()
             return future
 
