@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from deploy.nao.arguments import read_arguments
-from deploy.nao.connection import connected, find_operation
+from deploy.nao.connection import find_operation
 from deploy.nao.output import note, print_json, print_value
 from deploy.nao.values import Json, to_json
+from zenoh_ice import initialize
 from zenoh_ice.settings import Settings
 
 __all__ = ["call", "shown_bytes"]
@@ -18,7 +19,7 @@ def call(settings: Settings, address: str, words: Sequence[str], facet: str, *, 
 
     Raises UsageError for arguments that do not fit, and whatever the call raises.
     """
-    with connected(settings) as communicator:
+    with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address, facet)
         arguments, left_out = read_arguments(proxy, name, words)
         if left_out:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import difflib
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Final
 
 from deploy.nao.definitions import OperationSignature
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.errors import UsageError
-from zenoh_ice import Communicator, ObjectPrx, ServantInfo, initialize
+from zenoh_ice import Communicator, ObjectPrx, ServantInfo
 from zenoh_ice.identity import Target
-from zenoh_ice.settings import Settings
 
-__all__ = ["connected", "find_operation", "find_servant", "operations_of", "proxy_of", "servants"]
+__all__ = ["find_operation", "find_servant", "operations_of", "proxy_of", "servants", "split"]
 
 _QUIET: Final = 0.1
 """Seconds without news after which all are known that a link tells of; they come within milliseconds."""
@@ -24,13 +21,6 @@ _LONGEST_QUIET: Final = 0.5
 _LONGEST: Final = 1.0
 """Seconds after which a link is not waited for any longer."""
 _LOOK: Final = 0.02
-
-
-@contextmanager
-def connected(settings: Settings) -> Iterator[Communicator]:
-    """Open a communicator that serves nothing."""
-    with initialize(settings) as communicator:
-        yield communicator
 
 
 def proxy_of(communicator: Communicator, identity: str, facet: str = "") -> ObjectPrx:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from deploy.nao.connection import connected, find_servant, operations_of, split
+from deploy.nao.connection import find_servant, operations_of, split
 from deploy.nao.definitions import (
     Definitions,
     Dictionary,
@@ -18,6 +18,7 @@ from deploy.nao.definitions import (
 from deploy.nao.errors import UsageError
 from deploy.nao.output import print_json, print_line, width
 from deploy.nao.values import Json
+from zenoh_ice import initialize
 from zenoh_ice.settings import Settings
 
 __all__ = ["describe"]
@@ -28,7 +29,7 @@ def describe(settings: Settings, address: str, facet: str, *, as_json: bool) -> 
 
     Raises UsageError for an operation that there is not, and whatever a call raises.
     """
-    with connected(settings) as communicator:
+    with initialize(settings) as communicator:
         identity, name = split(communicator, address)
         proxy = find_servant(communicator, identity, facet)
     definitions = proxy.definitions

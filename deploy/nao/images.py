@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from deploy.nao.connection import connected, find_servant
+from deploy.nao.connection import find_servant
 from deploy.nao.definitions import RETURN_VALUE, Named, OperationSignature
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.errors import NaoError, UsageError
 from deploy.nao.output import print_json, print_line
 from deploy.nao.quantities import bytes_text
 from deploy.nao.values import Json
+from zenoh_ice import initialize
 from zenoh_ice.settings import Settings
 
 __all__ = ["image_operation", "png", "save_image"]
@@ -45,7 +46,7 @@ def save_image(settings: Settings, camera: str, file: Path | None, facet: str, *
     pixel_format = _FORMATS.get(path.suffix.lower())
     if pixel_format is None:
         raise UsageError(f"{path}: the ending says the format: write one of {', '.join(_FORMATS)}")
-    with connected(settings) as communicator:
+    with initialize(settings) as communicator:
         proxy = find_servant(communicator, camera, facet)
         operation = image_operation(proxy)
         if operation is None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from fnmatch import fnmatchcase
 
-from deploy.nao.connection import connected, proxy_of, servants
+from deploy.nao.connection import proxy_of, servants
 from deploy.nao.errors import NaoError
 from deploy.nao.output import console, for_people, print_json, print_line
 from deploy.nao.processes import ask_processes, process_name
 from deploy.nao.quantities import count_text, span_text
 from deploy.nao.values import Json
-from zenoh_ice import Communicator, ServantInfo, ZenohIceError
+from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.identity import ANY_NAME, Target
 from zenoh_ice.process_status import ProcessStatus
 from zenoh_ice.settings import Settings
@@ -24,7 +24,7 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
 
     Raises ConnectFailedException when nothing answers at the endpoints, NaoError when there is no servant.
     """
-    with connected(settings) as communicator:
+    with initialize(settings) as communicator:
         everything = servants(communicator)
         if not everything:
             raise nobody(communicator)

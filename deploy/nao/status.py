@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
-from deploy.nao.connection import connected, find_servant, servants
+from deploy.nao.connection import find_servant, servants
 from deploy.nao.listing import nobody
 from deploy.nao.output import console, for_people, print_json
 from deploy.nao.processes import ask_processes
 from deploy.nao.quantities import count_text, duration_text, span_text
 from deploy.nao.values import Json, to_json
-from zenoh_ice import Communicator, ServantInfo, ZenohIceError
+from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.process_status import ProcessStatus, ServantStatus
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
@@ -37,7 +37,7 @@ def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
 
     Raises ConnectFailedException when nothing answers at the endpoints, NaoError when there is no servant.
     """
-    with connected(settings) as communicator:
+    with initialize(settings) as communicator:
         found = servants(communicator)
         if not found:
             raise nobody(communicator)

@@ -13,13 +13,13 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from deploy.nao.call import shown_bytes
-from deploy.nao.connection import connected, find_operation
+from deploy.nao.connection import find_operation
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import console, for_people, pretty, print_json, print_line, width
 from deploy.nao.quantities import bytes_text, count_text, duration_text, rate_text, span_text
 from deploy.nao.statistics import StreamStatistics, Summary
 from deploy.nao.values import Json, to_json
-from zenoh_ice import Sample
+from zenoh_ice import Sample, initialize
 from zenoh_ice.settings import Settings
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def watch(
     At most `rate` samples a second are taken, if that is given. Raises UsageError when there is no such
     stream, and whatever a call raises when its servant is not there at the beginning.
     """
-    with connected(settings) as communicator:
+    with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address, facet, streamed=True)
         watched = _Watched(proxy, name, facet, rate)
         with watched.follow():

@@ -12,13 +12,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final
 
-from deploy.nao.connection import connected, find_servant, proxy_of, servants
+from deploy.nao.connection import find_servant, proxy_of, servants
 from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
 from deploy.nao.doctor.ports import holder_of, listens
 from deploy.nao.listing import nobody
 from deploy.nao.processes import ask_processes, process_name
 from deploy.nao.quantities import count_text, duration_text
-from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError
+from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.process_status import ProcessStatus
 from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
@@ -42,7 +42,7 @@ def check_network(settings: Settings) -> Iterator[Finding]:
     if states and all(state is False for state in states):
         return
     try:
-        with connected(settings) as communicator:
+        with initialize(settings) as communicator:
             found = servants(communicator)
             if not found:
                 yield _nobody(communicator)
