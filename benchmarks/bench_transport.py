@@ -126,4 +126,8 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        print("interrupted; `--missing` goes on with the sections that are not done", file=sys.stderr)
+        sys.exit(130)

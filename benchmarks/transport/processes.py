@@ -45,6 +45,7 @@ class Worker:
             stdout=subprocess.PIPE,
             text=True,
             cwd=REPOSITORY,
+            start_new_session=True,  # Ctrl-C is for us, and we end it
             env={**os.environ, **TUNED_MEMORY},
         )
         self.pid: Final = self._process.pid
