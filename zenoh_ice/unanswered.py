@@ -82,11 +82,13 @@ class UnansweredCall:
             return self._presence.explain_absence(self._target)
         if self.lost:
             return ConnectionLostException(f"{self._what}: the server restarted during the call")
+        # Whoever told that the servant is crowded did so after word of a link that was lost before.
+        crowded = self._was_crowded()
         # The servant's token outlives its link for a while, and may be back with another one.
-        notice = _CLOSE_NOTICE if self._unsent else _LINK_NOTICE
+        notice = 0.0 if crowded else _CLOSE_NOTICE if self._unsent else _LINK_NOTICE
         if self._presence.wait_for_link_loss(self._started, min(notice, max(0.0, self.time_left))):
             return ConnectionLostException(f"{self._what}: the connection was lost during the call")
-        if self._was_crowded():
+        if crowded:
             return BusyException(f"{self._what} was not executed: too many calls wait for {self._target}")
         if self.time_left <= 0 and not self._asked:
             return TimeoutException(f"{self._what} did not answer in time")
