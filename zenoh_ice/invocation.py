@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator
 from concurrent.futures import Future, InvalidStateError
 from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import partial
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar, cast
 
 import zenoh
 
@@ -23,6 +23,7 @@ V = TypeVar("V")
 
 _THREADS: Final = 8  # of a communicator that receive for futures which nobody waits for
 _PATIENCE: Final = 0.001  # s after which a thread that receives nothing is held up
+_PENDING: Final = "PENDING"
 _FINISHED: Final = "FINISHED"
 _NOTHING: Final = nullcontext()
 _CANCELLED: Final = frozenset({"CANCELLED", "CANCELLED_AND_NOTIFIED"})
@@ -93,7 +94,10 @@ class InvocationFuture(Future[V]):
         Without `timeout`, in s, it waits for as long as a call may take. Raises TimeoutError when the
         outcome is not known in time, CancelledError after `cancel`.
         """
-        self._receive(timeout)
+        if self._state != _FINISHED:
+            self._receive(timeout)
+        if self._state == _FINISHED and self._exception is None:
+            return cast("V", self._result)  # nobody changes it any more, so that no lock is needed
         with self._waiting():
             return super().result(timeout)
 
@@ -144,8 +148,24 @@ class InvocationFuture(Future[V]):
 
     def received(self, exchange: Exchange, reply: zenoh.Reply | None) -> None:
         """Let the future have the outcome that a reply is, or that there was none."""
-        if self._state not in _CANCELLED:
-            settle(self, partial(exchange.interpret, reply))
+        # The channel goes with it: one that a servant fills with more replies would hold up the whole link.
+        self._exchange = None
+        if self._state in _CANCELLED:
+            return
+        try:
+            result = cast("V", exchange.interpret(reply))
+        except BaseException as error:  # noqa: BLE001 - it is told by the future
+            fail(self, error)
+            return
+        with self._lock:
+            # As long as nobody has taken the lock from `_condition`, there is nobody to wake or to call back.
+            alone = not self._watched and self._state == _PENDING
+            if alone:
+                self._result = result
+                self._state = _FINISHED
+        if not alone:
+            with suppress(InvalidStateError):
+                self.set_result(result)
 
     # The standard library takes this lock wherever it needs to be woken when the outcome is known: by then
     # somebody must receive the reply who does not wait for it in person.
