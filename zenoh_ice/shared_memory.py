@@ -8,6 +8,7 @@ lock memory, gets the same payload over the network: Zenoh sees to that for each
 from __future__ import annotations
 
 import logging
+import os
 import resource
 import threading
 from collections import deque
@@ -19,6 +20,7 @@ from zenoh import shm
 
 from .exceptions import MarshalException
 from .pieces import LARGE, Pieces
+from .shared_segments import claim, mapped_segments, sweep, sweep_now_and_then
 from .text import without_source
 
 __all__ = ["POOL_SIZE", "SharedMemory", "may_lock_enough", "read_payload"]
@@ -32,6 +34,9 @@ _KEPT: Final = 2 << 20  # bytes of what was sent that are not reused at once
 # (zenoh#2787). Beyond the limit it would lose what comes without a word (zenoh#2788).
 _LOCKED_AT_LEAST: Final = 1 << 30
 _CAP_IPC_LOCK: Final = 14
+_NOTHING: Final = 0  # the first byte of memory that was given back; of a map it never is
+
+_opening: Final = threading.Lock()  # so that what two communicators make is not mixed up
 
 _logger = logging.getLogger(__name__)
 
@@ -48,6 +53,7 @@ class SharedMemory:
         # held up; otherwise Zenoh would drop it there after 100 ms without a word (zenoh#2628).
         self._kept: deque[zenoh.ZBytes] = deque()
         self._kept_size = 0
+        self._claims: list[int] = []
 
     @property
     def used(self) -> bool:
@@ -78,6 +84,8 @@ class SharedMemory:
             self._wanted = False
             self._kept.clear()
             self._provider = None
+            while self._claims:
+                os.close(self._claims.pop())
 
     # Whoever calls these holds the lock.
 
@@ -109,26 +117,34 @@ class SharedMemory:
     def _open(self) -> shm.ShmProvider | None:
         if not self._wanted:
             return None
-        try:
-            self._provider = shm.ShmProvider.default_backend(self._size)
-        except zenoh.ZError as error:
-            self._wanted = False
-            _logger.warning("no shared memory, large payloads go over the network: %s", without_source(error))
+        sweep()
+        with _opening:
+            before = mapped_segments()
+            try:
+                provider = shm.ShmProvider.default_backend(self._size)
+            except zenoh.ZError as error:
+                self._wanted = False
+                _logger.warning(
+                    "no shared memory, large payloads go over the network: %s", without_source(error)
+                )
+                return None
+            self._claims = [
+                file for name in mapped_segments() - before if (file := claim(name, self._size)) is not None
+            ]
+        self._provider = provider
         return self._provider
 
 
 def read_payload(payload: zenoh.ZBytes, what: str) -> bytes:
     """Return a payload that came, copied out of shared memory if it was there.
 
-    Raises MarshalException when it was overwritten meanwhile: this process was held up for too long.
+    Raises MarshalException when its memory was given to something else before: it was not read for too long.
     """
     data = payload.to_bytes()
-    if len(data) >= LARGE:
-        shared = payload.as_shm()
-        if shared is not None and not shared.is_valid():
-            raise MarshalException(
-                f"{what}: its shared memory was reused before it was read, as this process was held up"
-            )
+    if len(data) >= LARGE and (shared := payload.as_shm()) is not None:
+        if not shared.is_valid() or data[0] == _NOTHING:
+            raise MarshalException(f"{what}: its shared memory was reused, as it was not read in time")
+        sweep_now_and_then()
     return data
 
 

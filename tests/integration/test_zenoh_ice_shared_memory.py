@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +11,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT
-from zenoh_ice import Communicator, shared_memory
+from zenoh_ice import Communicator, shared_memory, shared_segments
 
 IMAGE = bytes(range(256)) * 4000
 
@@ -57,3 +58,13 @@ def test_client_without_shared_memory_gets_the_same(
 def test_collocated_call_gets_the_same(pair: Pair) -> None:
     assert echo(pair.server) == IMAGE
     assert not pair.server.shared_memory.used
+
+
+@pytest.mark.skipif(not shared_memory.may_lock_enough(), reason="this user may not lock enough memory")
+def test_pool_is_claimed_while_its_communicator_lives(pair: Pair) -> None:
+    assert echo(pair.client) == IMAGE
+    sizes = {path.stat().st_size for path in Path("/dev/shm").glob("*.zenoh") if path.stat().st_mode & 0o1000}
+    assert shared_memory.POOL_SIZE in sizes
+    for _ in range(3):
+        shared_segments.sweep(0.0)
+    assert echo(pair.client) == IMAGE
