@@ -276,6 +276,25 @@ class TestClient:
                     if not isinstance(error, UserException):
                         check_error(error)
 
+    def test_a_servant_that_replies_again_and_again_holds_up_no_other_call(
+        self, pair: Pair, intruder: Stranger
+    ) -> None:
+        def answer(query: zenoh.Query) -> None:
+            with query:
+                if str(query.key_expr).endswith("/add"):
+                    for _ in range(1000):
+                        query.reply(query.key_expr, RESULTS[0])
+                else:
+                    query.reply(query.key_expr, RESULTS[2])
+
+        with intruder.impersonating(TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, answer):
+            calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+            kept = [calculator.addAsync(1.0, 2.0) for _ in range(3)]
+            for future in kept:
+                assert future.result(LIMIT) == 3.0
+            assert calculator.add(1.0, 2.0) == 3.0
+            assert calculator.getReading() == Reading(1, [1.5])
+
     def test_a_servant_that_finds_every_interface_different_is_asked_for_its_own_once(
         self, pair: Pair, intruder: Stranger
     ) -> None:
