@@ -270,8 +270,8 @@ class TestReplicas:
     @pytest.fixture
     def replicas(self, pair: Pair, make_communicator: Callable[..., Communicator]) -> list[Notebook]:
         servants = [Notebook("first"), Notebook("second")]
-        other = make_communicator(connect=[pair.endpoint])
-        for servant, communicator in zip(servants, (pair.server, other), strict=True):
+        self.second_server = make_communicator(connect=[pair.endpoint])
+        for servant, communicator in zip(servants, (pair.server, self.second_server), strict=True):
             adapter = communicator.createObjectAdapter("Replicas")
             adapter.add(servant, "Shared", replica=True)
             adapter.activate()
@@ -301,6 +301,13 @@ class TestReplicas:
         for _ in range(5):
             shared.about()
         assert sum(servant.called for servant in replicas) == 5
+
+    def test_calls_go_on_when_a_replica_is_gone(self, shared: NotebookPrx, replicas: list[Notebook]) -> None:
+        spread = shared.ice_replicas("spread")
+        assert {spread.who()["servant"] for _ in range(2)} == {"first", "second"}
+        self.second_server.destroy()
+        for way in (spread, shared, shared.ice_replicas("first")):
+            assert [way.who()["servant"] for _ in range(3)] == ["first"] * 3
 
     def test_oneway_calls_are_executed_once(self, shared: NotebookPrx, replicas: list[Notebook]) -> None:
         shared.ice_oneway().note("sent")
