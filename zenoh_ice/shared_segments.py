@@ -1,8 +1,8 @@
 """The files of shared memory: the pools of this process, and those of processes that ended.
 
-Zenoh maps the pool of every process that has sent to this one and never lets go of it, so that a program
-that outlives many restarts of a server of images would hold the memory of all of them (zenoh#2787). The memory
-itself can be given back from outside. The maps and the files stay, empty, as Zenoh must not give a new pool the name
+Zenoh maps the pool of every process that has sent to this one and never lets go of it, so that a program that
+outlives many restarts of a server of images would hold the memory of all of them (zenoh#2787). From outside
+that memory can be given back. The maps and the files stay, empty, as Zenoh must not give a new pool the name
 of one that it has mapped.
 """
 
