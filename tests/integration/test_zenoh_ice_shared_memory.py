@@ -41,6 +41,7 @@ def test_answers_travel_through_shared_memory(pair: Pair) -> None:
     for _ in range(100):  # more than fit into the pool at once
         assert echo(pair.client) == IMAGE
     assert pair.server.shared_memory.used
+    assert pair.client.shared_memory.used  # an echo is asked for with as much
 
 
 def test_answers_beyond_a_small_pool_travel_over_the_network(pair: Pair) -> None:
