@@ -45,7 +45,8 @@ class Worker:
             stdout=subprocess.PIPE,
             text=True,
             cwd=REPOSITORY,
-            start_new_session=True,  # Ctrl-C is for us, and we end it
+            # Ctrl-C is for us, and we end it. No session: Linux would schedule each as a group of its own.
+            process_group=0,
             env={**os.environ, **TUNED_MEMORY},
         )
         self.pid: Final = self._process.pid
