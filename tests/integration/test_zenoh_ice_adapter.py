@@ -333,12 +333,16 @@ class TestReplicas:
         adapter.activate()
         return adapter
 
+    def wait_for_both(self, pair: Pair) -> None:
+        """Wait until the client has heard of two."""
+        until(lambda: len([info for info in pair.client.servants() if info.identity == "Ball"]) == 2)
+
     def test_replicas_serve_one_identity_and_each_can_be_called(
         self, pair: Pair, second: ObjectAdapter
     ) -> None:
         pair.adapter.add(GripperI("first"), "Ball", replica=True)
         second.add(GripperI("second"), "Ball", replica=True)
-        until(lambda: len(pair.client.presence.servers(pair.client.stringToProxy("Ball")._target)) == 2)
+        self.wait_for_both(pair)
         proxy = gripper(pair.client, "Ball").ice_replicas("spread")
         assert {proxy.who() for _ in range(2)} == {"first:Ball", "second:Ball"}
 
@@ -346,7 +350,7 @@ class TestReplicas:
         servants = [GripperI(), GripperI()]
         for adapter, servant in zip((pair.adapter, second), servants, strict=True):
             adapter.add(servant, "Ball", replica=True)
-        until(lambda: len(pair.client.presence.servers(pair.client.stringToProxy("Ball")._target)) == 2)
+        self.wait_for_both(pair)
         proxy = oneway(gripper(pair.client, "Ball").ice_replicas("spread"))
         for position in range(20):
             proxy.move(float(position))
@@ -356,9 +360,11 @@ class TestReplicas:
     def test_the_others_go_on_when_one_is_removed(self, pair: Pair, second: ObjectAdapter) -> None:
         pair.adapter.add(GripperI("first"), "Ball", replica=True)
         second.add(GripperI("second"), "Ball", replica=True)
+        self.wait_for_both(pair)
         started = time.monotonic()
         pair.adapter.remove("Ball")
         assert time.monotonic() - started < AT_ONCE
+        until(lambda: len([info for info in pair.client.servants() if info.identity == "Ball"]) == 1)
         assert gripper(pair.client, "Ball").who() == "second:Ball"
 
     def test_replica_shares_with_replicas_alone(self, pair: Pair, second: ObjectAdapter) -> None:

@@ -49,6 +49,13 @@ def remote(pair: Pair, notebook: Notebook) -> NotebookPrx:
     return NotebookPrx.checkedCast(pair.client.stringToProxy("desk/Notebook"))
 
 
+def remove(pair: Pair) -> None:
+    """Withdraw the notebook, and wait until the client has heard of it."""
+    pair.adapter.remove("desk/Notebook")
+    notebook = Target("nao", "desk/Notebook")
+    assert pair.client.presence.wait_until_gone(notebook, LIMIT, pair.server.client_id)
+
+
 class TestTexts:
     @pytest.mark.parametrize(
         "text",
@@ -221,7 +228,7 @@ class TestOneway:
     def test_oneway_call_of_nobody_is_told(self, pair: Pair, remote: NotebookPrx) -> None:
         oneway = remote.ice_oneway()
         oneway.note("sent")
-        pair.adapter.remove("desk/Notebook")
+        remove(pair)
         with pytest.raises(ObjectNotExistException):
             oneway.note("lost")
         with pytest.raises(ObjectNotExistException):
@@ -260,7 +267,7 @@ class TestBatches:
     def test_batch_for_nobody_is_told_when_it_is_flushed(self, pair: Pair, remote: NotebookPrx) -> None:
         batch = remote.ice_batchOneway()
         batch.note("lost")
-        pair.adapter.remove("desk/Notebook")
+        remove(pair)
         with pytest.raises(ObjectNotExistException):
             batch.ice_flushBatchRequests()
         batch.ice_flushBatchRequests()  # it was given up
