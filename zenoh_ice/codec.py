@@ -108,7 +108,11 @@ class Codec(Generic[S]):
 
         Raises TypeError for a wrong number of values, MarshalException for one that cannot travel.
         """
-        return bytes(self.gather(values, what))
+        struct = self._make(*values)
+        try:
+            return _encoder.encode(struct)
+        except _ENCODE_ERRORS as error:
+            raise MarshalException(f"{what}: {_why_not_encoded(error)}") from error
 
     def pack_result(self, value: object, what: str) -> bytes:
         """Return what stands for the struct, None, a value or a tuple, as MessagePack.

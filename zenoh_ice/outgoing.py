@@ -16,6 +16,7 @@ from .invocation import InvocationFuture, Replies, fail, first_reply
 from .manner import Manner
 from .mismatch import with_difference
 from .operation import Interface, Operation
+from .pieces import LARGE
 from .request import Request, Requests
 from .routes import route_for
 from .shared_memory import read_payload
@@ -70,10 +71,12 @@ class OutgoingCall:
         if servant is not None:
             return self._invoke_local(servant, request)
         if self._hurried:
-            replies = requests.send_within(self._timeout, partial(self._send, **request._asdict()))
+            replies = requests.send_within(
+                self._timeout, partial(self._send, payload=request[0], attachment=request[1])
+            )
         else:
             try:
-                replies = self._send(payload=request.payload, attachment=request.attachment)
+                replies = self._send(payload=request[0], attachment=request[1])
             except zenoh.ZError as error:
                 raise requests.closed(error) from error
         return self.interpret(first_reply(replies), request, started)
@@ -108,11 +111,13 @@ class OutgoingCall:
         sample = reply.ok
         if sample is not None:
             data = sample.payload
-            if len(data) > self._reply_limit:
+            size = len(data)
+            if size > self._reply_limit:
                 raise MarshalException(
-                    f"{self.what}: a reply of {len(data)} bytes where at most {self._reply_limit} are taken"
+                    f"{self.what}: a reply of {size} bytes where at most {self._reply_limit} are taken"
                 )
-            return self._unpack(read_payload(data, self.what), self.what, self._communicator)
+            payload = data.to_bytes() if size < LARGE else read_payload(data, self.what)
+            return self._unpack(payload, self.what, self._communicator)
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out
             raise TimeoutException(f"{self.what} did not answer within {self._timeout:g} s")
@@ -145,7 +150,7 @@ class OutgoingCall:
                 _logger.debug("%s: sent once more after the connection was lost", self.what)
                 # What is left of the call's time is shorter than the route's own limit.
                 replies = requests.send_within(
-                    left, partial(self._route.send_within, left, **request._asdict())
+                    left, partial(self._route.send_within, left, payload=request[0], attachment=request[1])
                 )
                 return self.interpret(first_reply(replies), request, started, again=True)
         raise unanswered.reason()
@@ -154,7 +159,7 @@ class OutgoingCall:
         request = exchange.request
         try:
             exchange.replies = self._send(
-                payload=request.payload, attachment=request.attachment, cancellation_token=exchange.token
+                payload=request[0], attachment=request[1], cancellation_token=exchange.token
             )
         except zenoh.ZError as error:
             raise self._requests.closed(error) from error

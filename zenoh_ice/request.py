@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import zenoh
 
@@ -29,11 +29,8 @@ __all__ = ["Request", "Requests"]
 T = TypeVar("T")
 
 
-class Request(NamedTuple):
-    """The arguments of a call as they travel, and what travels beside them."""
-
-    payload: bytes
-    attachment: bytes
+Request = tuple[bytes, bytes]
+"""The arguments of a call as they travel, and what travels beside them."""
 
 
 class Requests:
@@ -63,7 +60,7 @@ class Requests:
         self._fingerprint: Final = interface.fingerprint
         self._client: Final = communicator.client_id
         self._numbers: Final = communicator.call_numbers
-        self._merged: Final = communicator.getImplicitContext().merged
+        self._implicit: Final = communicator.getImplicitContext()
         self._pack: Final = operation.arguments.pack
         self._limit: Final = communicator.size_limit(operation.arguments)
         self._lane: Final = communicator.sending_lane(target) if self.hurried else None
@@ -79,15 +76,17 @@ class Requests:
 
     def attachment(self, context: Mapping[str, str] | None) -> bytes:
         """Return what travels beside the arguments of a new call."""
-        number = next(self._numbers)
-        context = self._merged(context)
-        return encode_call_attachment(self._fingerprint, number, self._client, self._timeout, context)
+        if self._implicit.context:
+            context = self._implicit.merged(context)
+        return encode_call_attachment(
+            self._fingerprint, next(self._numbers), self._client, self._timeout, context
+        )
 
     def make(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None) -> Request:
         """Return the request of a new call; raises MarshalException."""
         if self._communicator.destroyed:
             raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
-        return Request(self.encode(arguments), self.attachment(context))
+        return self.encode(arguments), self.attachment(context)
 
     def submit(self, send: Callable[[], object]) -> None:
         """Send from another thread, after what this target was sent before; raises BusyException."""
