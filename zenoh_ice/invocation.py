@@ -16,6 +16,7 @@ import zenoh
 
 from .dispatch import Dispatcher, mark_thread
 from .exceptions import CommunicatorDestroyedException
+from .unattended import Unattended
 
 __all__ = ["Exchange", "InvocationFuture", "Receiver", "Replies", "fail", "first_reply", "settle"]
 
@@ -58,6 +59,9 @@ class Exchange(Protocol):
     def cancel(self) -> None:
         """Forget the request; no reply is received any more."""
 
+    def close(self) -> None:
+        """Let go of the replies."""
+
 
 class InvocationFuture(Future[V]):
     """The outcome of a call, to wait for by `result`, to `await`, to be called back by or to cancel.
@@ -85,8 +89,16 @@ class InvocationFuture(Future[V]):
         self._unreceived.append(exchange)
         if self._watched:
             self._watch()
+        elif self._receiver is not None:
+            self._receiver.unattended.add(self)
         if self._state in _CANCELLED:
             exchange.cancel()
+
+    def attend(self) -> None:
+        """Have the reply received, unless somebody does."""
+        if not self._watched and self._state != _FINISHED:
+            self._watched = True
+            self._watch()
 
     def result(self, timeout: float | None = None) -> V:
         """Return what the operation returns, or raise what it raises.
@@ -148,8 +160,8 @@ class InvocationFuture(Future[V]):
 
     def received(self, exchange: Exchange, reply: zenoh.Reply | None) -> None:
         """Let the future have the outcome that a reply is, or that there was none."""
-        # The channel goes with it: one that a servant fills with more replies would hold up the whole link.
         self._exchange = None
+        exchange.close()
         if self._state in _CANCELLED:
             return
         try:
@@ -172,9 +184,7 @@ class InvocationFuture(Future[V]):
 
     @property
     def _condition(self) -> threading.Condition:
-        if not self._watched and self._state != _FINISHED:
-            self._watched = True
-            self._watch()
+        self.attend()
         return self._lock
 
     @_condition.setter
@@ -200,6 +210,7 @@ class Receiver:
         self._name: Final = name
         self._dispatcher: Final = dispatcher
         self.blocked: Final = dispatcher.blocked
+        self.unattended: Final = Unattended(name)
         self._changed = threading.Condition()
         self._waiting: deque[tuple[InvocationFuture[Any], Exchange]] = deque()
         self._futures: set[InvocationFuture[Any]] = set()
@@ -229,6 +240,7 @@ class Receiver:
             self._closed = True
             self._changed.notify_all()
         deadline = time.monotonic() + timeout
+        self.unattended.close(timeout)
         for thread in self._threads:
             if thread is not threading.current_thread():
                 thread.join(max(0.0, deadline - time.monotonic()))
@@ -324,7 +336,11 @@ def fail(future: Future[Any], error: BaseException) -> None:
 
 
 def first_reply(replies: Replies) -> zenoh.Reply | None:
-    """Wait for a reply; return None when the call ended without one."""
+    """Wait for a reply; return None when the call ended without one.
+
+    Nothing else may keep the channel, not even the frames of an exception: one that a servant fills with more
+    replies holds up all that comes by the same link.
+    """
     try:
         return replies.recv()
     except zenoh.ZError:  # the channel was closed

@@ -71,15 +71,17 @@ class OutgoingCall:
         if servant is not None:
             return self._invoke_local(servant, request)
         if self._hurried:
-            replies = requests.send_within(
-                self._timeout, partial(self._send, payload=request[0], attachment=request[1])
+            reply = first_reply(
+                requests.send_within(
+                    self._timeout, partial(self._send, payload=request[0], attachment=request[1])
+                )
             )
         else:
             try:
-                replies = self._send(payload=request[0], attachment=request[1])
+                reply = first_reply(self._send(payload=request[0], attachment=request[1]))
             except zenoh.ZError as error:
                 raise requests.closed(error) from error
-        return self.interpret(first_reply(replies), request, started)
+        return self.interpret(reply, request, started)
 
     def begin(
         self,
@@ -149,10 +151,13 @@ class OutgoingCall:
             if back and left > 0:
                 _logger.debug("%s: sent once more after the connection was lost", self.what)
                 # What is left of the call's time is shorter than the route's own limit.
-                replies = requests.send_within(
-                    left, partial(self._route.send_within, left, payload=request[0], attachment=request[1])
+                reply = first_reply(
+                    requests.send_within(
+                        left,
+                        partial(self._route.send_within, left, payload=request[0], attachment=request[1]),
+                    )
                 )
-                return self.interpret(first_reply(replies), request, started, again=True)
+                return self.interpret(reply, request, started, again=True)
         raise unanswered.reason()
 
     def _begin(self, exchange: _Exchange, future: InvocationFuture[Any]) -> None:
@@ -203,3 +208,6 @@ class _Exchange:
 
     def cancel(self) -> None:
         self.token.cancel()
+
+    def close(self) -> None:
+        del self.replies

@@ -19,6 +19,7 @@ import zenoh
 from zenoh.handlers import RingChannel
 
 from .exceptions import ConnectionLostException, MarshalException
+from .invocation import first_reply
 from .text import LONGEST_TEXT
 
 if TYPE_CHECKING:
@@ -156,13 +157,9 @@ def ask_process_status(session: zenoh.Session, realm: str, process: str, timeout
     Raises ConnectionLostException when it is not there, does not answer within `timeout` s, or access control
     denies it; MarshalException when what it answers is none.
     """
-    handler = session.get(
-        _key(realm, process), timeout=timeout, congestion_control=zenoh.CongestionControl.BLOCK
-    )
-    try:
-        answer = handler.recv().ok
-    except zenoh.ZError:  # the channel was closed without an answer
-        answer = None
+    key = _key(realm, process)
+    reply = first_reply(session.get(key, timeout=timeout, congestion_control=zenoh.CongestionControl.BLOCK))
+    answer = None if reply is None else reply.ok
     if answer is None:
         raise ConnectionLostException(
             f"the process {process} of realm {realm} did not tell its status within {timeout:g} s: it is "

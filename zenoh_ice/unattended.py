@@ -1,0 +1,77 @@
+"""Futures of calls whose replies nobody receives yet: they are not left to themselves for long."""
+
+from __future__ import annotations
+
+import threading
+import time
+import weakref
+from collections import deque
+from collections.abc import Callable
+from typing import Final, Protocol
+
+__all__ = ["Unattended"]
+
+_PATIENCE: Final = 0.25  # s
+
+
+class Future(Protocol):
+    """A future whose reply can be received for it."""
+
+    def attend(self) -> None:
+        """Have its reply received, unless somebody does."""
+
+
+class Unattended:
+    """Have the replies received of futures that are kept and not asked within 0.25 s.
+
+    Without that, a servant which replies again and again to one call would fill the channel of the replies,
+    and hold up all that comes by the same link, and Zenoh's timer at last.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name: Final = name
+        self._lock: Final = threading.Lock()
+        self._futures: deque[tuple[float, Callable[[], Future | None]]] = deque()
+        self._wanted: Final = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._closed: Final = threading.Event()
+
+    def add(self, future: Future) -> None:
+        """Look after a future from now on, for as long as somebody keeps it."""
+        self._futures.append((time.monotonic() + _PATIENCE, weakref.ref(future)))
+        if not self._wanted.is_set():
+            self._wanted.set()
+            if self._thread is None:
+                self._start()
+
+    def close(self, timeout: float) -> None:
+        """End the thread."""
+        with self._lock:
+            self._closed.set()
+            thread = self._thread
+        self._wanted.set()
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(timeout)
+
+    def _start(self) -> None:
+        with self._lock:
+            if self._thread is None and not self._closed.is_set():
+                thread = threading.Thread(target=self._work, name=f"{self._name} unattended", daemon=True)
+                thread.start()  # first: if Ctrl-C strikes here, what was not started must not be waited for
+                self._thread = thread
+
+    def _work(self) -> None:
+        while not self._closed.is_set():
+            self._wanted.wait()
+            self._wanted.clear()  # before the look: what is added from now on wakes again
+            while self._futures and not self._closed.is_set():
+                due, reference = self._futures[0]
+                delay = due - time.monotonic()
+                if delay > 0:
+                    self._closed.wait(delay)
+                    continue
+                self._futures.popleft()
+                future = reference()
+                if future is not None:
+                    future.attend()
+                del future  # not kept by who looks after it
