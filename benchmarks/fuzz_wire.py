@@ -56,25 +56,32 @@ def main() -> None:
     for name in options.doors or names:
         command = [sys.executable, __file__, name, "--here"]
         command += ["--seconds", str(options.seconds), "--seed", str(options.seed)]
-        done = subprocess.run(
-            command,
-            check=False,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=options.seconds + _ENDING,
-        )
-        row = [line for line in done.stderr.splitlines() if line.startswith("stat::")]
+        output, found = _run(command, options.seconds + _ENDING)
+        row = [line for line in output.splitlines() if line.startswith("stat::")]
         figures = {line.split()[0]: int(line.split()[-1]) for line in row}
         inputs = figures.get("stat::number_of_executed_units:", 0)
         peak = figures.get("stat::peak_rss_mb:", 0)
-        found = done.returncode != 0
         failed = failed or found
         result = "FOUND" if found else "nothing"
         print(f"| {name} | {inputs} | {inputs // options.seconds} | {peak} | {result} |", flush=True)
         if found:
-            print(done.stdout[-4000:], done.stderr[-4000:], sep="\n", file=sys.stderr)
+            print(output[-6000:], file=sys.stderr)
     sys.exit(failed)
+
+
+def _run(command: list[str], limit: float) -> tuple[str, bool]:
+    """Run a command for so many seconds at most; return what it writes, and whether it failed."""
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
+    )
+    with process:
+        try:
+            output, _ = process.communicate(timeout=limit)
+            return output, process.returncode != 0
+        except subprocess.TimeoutExpired:
+            process.kill()
+            output, _ = process.communicate()
+            return f"{output}\nit did not end", True
 
 
 def _try(name: str, seconds: int, seed: int) -> None:

@@ -119,11 +119,11 @@ class HostileBytes:
         """Change some of the values in it, so that it stays MessagePack."""
         try:
             value = msgpack.unpackb(sound, strict_map_key=False, object_pairs_hook=Pairs, use_list=False)
-        except (ValueError, RecursionError):
+            for _ in range(self._random.randint(1, 3)):
+                value = self._change(value)
+            return _packed(value)
+        except (ValueError, RecursionError):  # it is no MessagePack, or too deep for us
             return self._damaged(sound)
-        for _ in range(self._random.randint(1, 3)):
-            value = self._change(value)
-        return _packed(value)
 
     def _change(self, value: Any) -> Any:
         if type(value) in (tuple, Pairs) and value and self._random.random() < 0.8:
