@@ -88,7 +88,7 @@ class Incoming(Registration):
         self._declare_tokens(session)
 
     def withdraw(self) -> None:
-        """Let everybody know, and take no more calls."""
+        """Take no more calls, then let everybody know."""
         super().withdraw()
         while self._channels:
             _, (publisher, channel) = self._channels.popitem()

@@ -127,12 +127,13 @@ class Registration(ABC):
         )
 
     def withdraw(self) -> None:
-        """Let everybody know, and take no more calls."""
-        while self._tokens:
-            self._tokens.pop().undeclare()
+        """Take no more calls, then let everybody know."""
+        # In this order: who hears that one of several is gone, and calls again, must not reach the same.
         for inbox in self._inboxes:
             inbox.close()
         self._oneways.close()
+        while self._tokens:
+            self._tokens.pop().undeclare()
 
     def drain(self, timeout: float) -> bool:
         """Wait for at most `timeout` s for the calls that run, except one of the current thread.

@@ -57,9 +57,13 @@ class Route:
         return replies
 
     def _declare(self) -> Any:  # noqa: ANN401 - a function of Zenoh's
+        communicator = self._communicator
+        if any(info.replicated for info in communicator.presence.servers(self._target)):
+            # A querier that is declared while one of several leaves may never find the others (measured: in
+            # one of thirty such moments), and nor does any other of its key until the last of them is gone.
+            return partial(self.send_within, self._timeout)
         key = self._target.prefix + self._name
-        session = self._communicator.session
-        return session.declare_querier(key, timeout=self._timeout, **self._quality).get
+        return communicator.session.declare_querier(key, timeout=self._timeout, **self._quality).get
 
     def _get(self, key: str, **request: Any) -> Any:  # noqa: ANN401
         return self._communicator.session.get(key, **self._quality, **request)
