@@ -13,11 +13,12 @@ from .dispatch import Lane
 from .exceptions import CommunicatorDestroyedException, SystemException
 from .identity import Target
 from .implicit_context import ImplicitContext
-from .invocation import InvocationFuture, Receiver, fail
+from .invocation import InvocationFuture, fail
 from .manner import Manner, Mode
 from .oneway import OnewayBatch, OnewayCall
 from .operation import Interface, Operation
 from .outgoing import OutgoingCall
+from .receiver import Receiver
 
 if TYPE_CHECKING:
     from .communicator import Communicator

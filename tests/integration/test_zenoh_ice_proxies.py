@@ -180,7 +180,7 @@ class TestDefaults:
         for communicator in (pair.client, pair.server):
             proxy = NotebookPrx.checkedCast(communicator.stringToProxy("shelf/Atlas"))
             assert proxy.about()["identity"] == "shelf/Atlas"
-            assert proxy.ice_oneway().note("sent") is None
+            proxy.ice_oneway().note("sent")
 
     def test_default_servant_of_another_interface_is_refused(self, pair: Pair) -> None:
         pair.adapter.addDefaultServant(CalculatorI(), "shelf")
