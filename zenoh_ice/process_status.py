@@ -25,7 +25,14 @@ from .text import LONGEST_TEXT
 if TYPE_CHECKING:
     from .communicator import Communicator
 
-__all__ = ["ProcessStatus", "ProcessStatusServer", "ServantStatus", "ask_process_status", "program_name"]
+__all__ = [
+    "ProcessStatus",
+    "ProcessStatusServer",
+    "ServantStatus",
+    "ask_process_status",
+    "decode_process_status",
+    "program_name",
+]
 
 _DISTRIBUTION: Final = "visualhfsm"
 _MOST_WAITING: Final = 64
@@ -36,6 +43,7 @@ _logger = logging.getLogger(__name__)
 
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
 _Count = Annotated[int, msgspec.Meta(ge=0)]
+_Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e11)]  # and a number
 
 
 class ServantStatus(msgspec.Struct, frozen=True):
@@ -53,7 +61,7 @@ class ServantStatus(msgspec.Struct, frozen=True):
     """
     running: _Count
     """How many are executed now."""
-    busy_for: float
+    busy_for: _Seconds
     """For how many s, up to now, calls may have fallen out of its queue; 0 when surely none did."""
     crowded_ago: float = math.inf
     """How many s ago a call may last have fallen out of it; infinite when surely none ever did."""
@@ -69,7 +77,7 @@ class ProcessStatus(msgspec.Struct, frozen=True):
     zenoh: _Text
     version: _Text
     """Version of the distribution."""
-    since: float
+    since: _Seconds
     """Wall time in s since the epoch at which it began to serve."""
     shared_memory: bool
     servants: dict[_Text, ServantStatus]
@@ -168,8 +176,13 @@ def ask_process_status(session: zenoh.Session, realm: str, process: str, timeout
     size = len(answer.payload)
     if size > _LIMIT:
         raise MarshalException(f"status of {process}: {size} bytes where at most {_LIMIT} are taken")
+    return decode_process_status(answer.payload.to_bytes(), process)
+
+
+def decode_process_status(data: bytes, process: str) -> ProcessStatus:
+    """Return the status that arrived; raises MarshalException, which names the process, for what is none."""
     try:
-        return _decoder.decode(answer.payload.to_bytes())
+        return _decoder.decode(data)
     except (ValueError, RecursionError, OverflowError) as error:
         raise MarshalException(f"status of {process}: {error}") from error
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import struct
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -77,6 +78,42 @@ BOMBS: tuple[bytes, ...] = (
 """Payloads that are to cost their receiver a multiple of what they are."""
 
 
+_WORD = re.compile(rb"\w+|\s+|[^\w\s]+")
+_WORDS = (
+    b"",
+    b"x",
+    b"__class__",
+    b"__dict__",
+    b"__init__",
+    b"__post_init__",
+    b"__struct_fields__",
+    b"__traceback__",
+    b"self",
+    b"None",
+    b"mro",
+    b"_",
+    b"import",
+    b"0",
+    b"-1",
+    b"9" * 30,
+    b"9" * 5000,
+    b"x" * 300,
+    b"nan",
+    b"\xff",
+    b"*",
+    b"@",
+    b"/",
+    b"::",
+    b"<",
+    b">" * 40,
+    b"[" * 300,
+    b"sequence<" * 40,
+    b"[[a]]",
+    b"::zoo::Animal",
+    b"returnValue",
+)
+
+
 class HostileBytes:
     """Make inputs from sound ones: damaged as bytes and as values, and some that never were sound."""
 
@@ -89,6 +126,7 @@ class HostileBytes:
             self._changed,
             self._changed,
             self._changed,
+            self._reworded,
             self._alone,
             self._noise,
         )
@@ -140,6 +178,23 @@ class HostileBytes:
                     inside[at] = self._change(value[at])
             return type(value)(inside)
         return self._random.choice(_LEAVES)
+
+    def _reworded(self, sound: bytes) -> bytes:
+        """Change some of the words and lines in it, where it is text."""
+        lines = sound.split(b"\n")
+        for _ in range(self._random.randint(1, 3)):
+            at = self._random.randrange(len(lines))
+            words = _WORD.findall(lines[at])
+            match self._random.randrange(5):
+                case 0:
+                    lines.insert(at, self._random.choice(lines))
+                case 1 if len(lines) > 1:
+                    del lines[at]
+                case _ if words:
+                    other = self._random.choice((*_WORDS, *_WORD.findall(self._random.choice(lines))))
+                    words[self._random.randrange(len(words))] = other
+                    lines[at] = b"".join(words)
+        return b"\n".join(lines)
 
     def _alone(self, _: bytes) -> bytes:
         return _packed(self._random.choice(_LEAVES))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,6 +18,11 @@ import msgspec
 import zenoh
 
 import interfaces
+from deploy.nao.definition_parser import parse_definition
+from deploy.nao.dynamic import Types
+from deploy.nao.values import FromJson, to_json
+from interfaces.jderobot import CameraPrx
+from interfaces.nao import JointsPrx, PoseHeadPrx
 from zenoh_ice import (
     ConfigurationException,
     MarshalException,
@@ -30,12 +37,13 @@ from zenoh_ice.attachment import (
     encode_call_attachment,
     encode_sample_attachment,
 )
-from zenoh_ice.clients import client_token
 from zenoh_ice.codec import Codec
 from zenoh_ice.estimated_clock import EstimatedClock
 from zenoh_ice.generated import Int, Long, Struct, Value
 from zenoh_ice.identity import Target
 from zenoh_ice.presence import Presence, servant_token
+from zenoh_ice.process_status import ProcessStatus, ServantStatus, decode_process_status
+from zenoh_ice.session_config import session_config
 from zenoh_ice.settings import load_settings
 from zenoh_ice.text import LONGEST_TEXT
 from zenoh_ice.wire_errors import decode_error, encode_error
@@ -97,8 +105,8 @@ class Door:
     name: str
     sound: Sequence[bytes]
     """What is taken."""
-    take: Callable[[bytes], object]
-    """Take some bytes; raises AssertionError when that goes other than it should."""
+    take: Callable[[bytes], bool]
+    """Take some bytes or refuse them; return which. Raises AssertionError when that goes other than it should."""
 
 
 def check_error(error: ZenohIceError) -> None:
@@ -108,15 +116,16 @@ def check_error(error: ZenohIceError) -> None:
     assert str(error).isprintable(), str(error)
 
 
-def _refusable(take: Callable[[bytes], object]) -> Callable[[bytes], object]:
-    def checked(data: bytes) -> object:
+def _refusable(take: Callable[[bytes], object]) -> Callable[[bytes], bool]:
+    def taken(data: bytes) -> bool:
         try:
-            return take(data)
+            take(data)
         except (MarshalException, ConfigurationException) as error:
             check_error(error)
-            return None
+            return False
+        return True
 
-    return checked
+    return taken
 
 
 # Payloads.
@@ -151,9 +160,9 @@ def _payloads_of_interfaces() -> Door:
         structs += [operation.arguments.struct, operation.result.struct]
     doors = [_refusable(partial(Codec(struct).unpack, what="it", communicator=_DESK)) for struct in structs]
 
-    def take(data: bytes) -> None:
-        for door in doors:
-            door(data)
+    def take(data: bytes) -> bool:
+        taken = [door(data) for door in doors]
+        return any(taken)
 
     sound = [msgpack.packb({"returnValue": {"time": 1.5, "count": 1, "values": [0.5]}, "a": 1, "b": 2.0})]
     return Door("any payload", sound, take)
@@ -175,10 +184,11 @@ def _attachments() -> Door:
 
 
 def _errors() -> Door:
-    def take(data: bytes) -> None:
+    def take(data: bytes) -> bool:
         error = decode_error(data, (CalculatorError, NoRoomError), "it", _DESK)
         if not isinstance(error, UserException):
             check_error(error)
+        return True
 
     raised: list[ZenohIceError] = [
         DivisionByZero("why", 2.0),
@@ -210,22 +220,23 @@ def tell(presence: Presence, kind: zenoh.SampleKind, key: str) -> None:
 
 
 def _tokens() -> Door:
-    def take(data: bytes) -> None:
+    def take(data: bytes) -> bool:
         key = data.decode("utf-8", "replace")
         presence = Presence(SilentSession(), [], lambda _: None)  # type: ignore[arg-type]
-        for kind in (zenoh.SampleKind.PUT, zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE):
-            tell(presence, kind, key)
-            for realm in ("nao", "soccer"):
-                check_error(presence.explain_absence(Target(realm, "Hand")))
+        for _ in range(2):
+            tell(presence, zenoh.SampleKind.PUT, key)
+            check_error(presence.explain_absence(Target("nao", "Hand")))
+        taken = len(presence.servants("nao"))
+        tell(presence, zenoh.SampleKind.DELETE, key)
         assert not presence.servants("nao")
         assert not presence.identities("nao")
+        return taken == 1
 
     head = Target("nao", "Head")
     ball = Target("nao", "soccer/Ball", "debug")
     sound = [
         servant_token(head, "::nao::PoseHead", "c0ffee", "abc", 1.7e9),
         servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, replicated=True),
-        client_token("nao", "abc"),
     ]
     return Door("token", [key.encode() for key in sound], take)
 
@@ -268,6 +279,63 @@ def _proxies() -> Door:
     return Door("proxy", sound, _refusable(take))
 
 
+_ZOO = """\
+::zoo::Animal::friend: ::zoo::Animal
+::zoo::Animal::name: string
+::zoo::Color::green = 3
+::zoo::Color::red = 0
+::zoo::Dog::legs: optional int
+::zoo::Full::animal: ::zoo::Animal
+::zoo::Full::place: ::zoo::Place
+::zoo::Keeper::feed(::zoo::Animal star, dictionary<::zoo::Place, sequence<::zoo::Color>> where): \
+sequence<byte> returnValue, ::zoo::Keeper* next throws ::zoo::Full idempotent stream
+::zoo::Place::row: long
+class ::zoo::Animal
+class ::zoo::Dog extends ::zoo::Animal
+enum ::zoo::Color
+exception ::zoo::Full
+interface ::zoo::Keeper
+struct ::zoo::Place
+"""
+
+
+def _definitions() -> Door:
+    def take(data: bytes) -> None:
+        definitions = parse_definition(data.decode("utf-8", "replace"))
+        types = Types(definitions)
+        for signature in definitions.operations.values():
+            operation = types.operation(signature)
+            values = FromJson(definitions, types, _DESK.stringToProxy)
+            zeros = tuple(values.zero(parameter.type) for parameter in signature.parameters)
+            payload = operation.arguments.pack(zeros, "it")
+            json.dumps(to_json(operation.arguments.unpack(payload, "it", _DESK)))
+            for exception in operation.exceptions:
+                members = {
+                    each.name: values.zero(each.type)
+                    for each in definitions.all_members(exception.ice_type_id)
+                }
+                wire = msgspec.msgpack.encode({"exception": exception.ice_type_id, "members": members})
+                assert isinstance(decode_error(wire, operation.exceptions, "it", _DESK), ZenohIceError)
+
+    sound = [PoseHeadPrx, CameraPrx, JointsPrx]
+    return Door(
+        "definition",
+        [_ZOO.encode(), *(each.ice_interface.definition.encode() for each in sound)],
+        _refusable(take),
+    )
+
+
+def _statuses() -> Door:
+    def take(data: bytes) -> None:
+        status = decode_process_status(data, "abc")
+        assert isinstance(status, ProcessStatus)
+        assert all(servant.busy_for >= 0.0 for servant in status.servants.values())
+
+    servant = ServantStatus("::nao::PoseHead", 7, 1, 1, 0, 0.5)
+    status = ProcessStatus("nao", 1, "host", "3.11", "1.10", "0.1", 1.7e9, True, {"Head@nao": servant})
+    return Door("process status", [msgspec.msgpack.encode(status)], _refusable(take))
+
+
 def _settings() -> Door:
     directory = tempfile.TemporaryDirectory()
     path = Path(directory.name) / "robot.toml"
@@ -277,11 +345,20 @@ def _settings() -> Door:
         path.write_bytes(data)
         settings = load_settings(path, environment={})
         assert isinstance(settings, Settings)
-        assert settings.describe()
+        assert settings.describe().replace("\n", "").isprintable()
+        config = zenoh.Config()
+        for key, value in session_config(settings).items():
+            with suppress(zenoh.ZError):  # as opening a session tells
+                config.insert_json5(key, json.dumps(value))
 
     sound = [
         b"realm = 'nao'\nconnect = ['tcp/127.0.0.1:7447', 'unixsock-stream/nao.sock']\ntimeout = 2.5\n",
-        b'shared_memory = true\nmax_message_size = 0x100000\nclock = "auto"\n[a.b]\nc = 1979-05-27\n',
+        b'shared_memory = true\nmax_message_size = 0x100000\nclock = "auto"\nmode = "client"\n',
+        (
+            b'[security]\nmutual = false\nuser = "a"\npassword = "b"\n[security.roles.student]\n'
+            b'call = ["Camera*.get*", "soccer/*+debug.get*"]\nread = ["**"]\nserve = ["Hfsm.*"]\n'
+            b'[security.users]\n"*" = "student"\n'
+        ),
     ]
     return Door("settings", sound, _refusable(take))
 
@@ -294,5 +371,7 @@ DOORS: tuple[Door, ...] = (
     _tokens(),
     _clock_readings(),
     _proxies(),
+    _definitions(),
+    _statuses(),
     _settings(),
 )

@@ -15,7 +15,7 @@ def door(request: pytest.FixtureRequest) -> Door:
 
 def test_what_is_sound_is_taken(door: Door) -> None:
     for sound in door.sound:
-        door.take(sound)
+        assert door.take(sound)
 
 
 @pytest.mark.parametrize("seed", range(2))
