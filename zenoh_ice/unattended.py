@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import threading
-import time
 import weakref
-from collections import deque
-from collections.abc import Callable
 from typing import Final, Protocol
 
 __all__ = ["Unattended"]
@@ -22,7 +19,7 @@ class Future(Protocol):
 
 
 class Unattended:
-    """Have the replies received of futures that are kept and not asked within 0.25 s.
+    """Have the replies received of futures that are kept and not asked within 0.25 to 0.5 s.
 
     Without that, a servant which replies again and again to one call would fill the channel of the replies,
     and hold up all that comes by the same link, and Zenoh's timer at last.
@@ -31,14 +28,15 @@ class Unattended:
     def __init__(self, name: str) -> None:
         self._name: Final = name
         self._lock: Final = threading.Lock()
-        self._futures: deque[tuple[float, Callable[[], Future | None]]] = deque()
+        # All that came in one turn together: to wake for each would cost calls in flight a fifth of their rate.
+        self._futures: list[weakref.ref[Future]] = []
         self._wanted: Final = threading.Event()
         self._thread: threading.Thread | None = None
         self._closed: Final = threading.Event()
 
     def add(self, future: Future) -> None:
         """Look after a future from now on, for as long as somebody keeps it."""
-        self._futures.append((time.monotonic() + _PATIENCE, weakref.ref(future)))
+        self._futures.append(weakref.ref(future))
         if not self._wanted.is_set():
             self._wanted.set()
             if self._thread is None:
@@ -61,17 +59,16 @@ class Unattended:
                 self._thread = thread
 
     def _work(self) -> None:
+        aged: list[weakref.ref[Future]] = []
         while not self._closed.is_set():
-            self._wanted.wait()
+            if not aged:
+                self._wanted.wait()
             self._wanted.clear()  # before the look: what is added from now on wakes again
-            while self._futures and not self._closed.is_set():
-                due, reference = self._futures[0]
-                delay = due - time.monotonic()
-                if delay > 0:
-                    self._closed.wait(delay)
-                    continue
-                self._futures.popleft()
+            young, self._futures = self._futures, []
+            self._closed.wait(_PATIENCE)
+            for reference in aged:
                 future = reference()
                 if future is not None:
                     future.attend()
                 del future  # not kept by who looks after it
+            aged = young
