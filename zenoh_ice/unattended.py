@@ -28,7 +28,7 @@ class Unattended:
     def __init__(self, name: str) -> None:
         self._name: Final = name
         self._lock: Final = threading.Lock()
-        # All that came in one turn together: to wake for each would cost calls in flight a fifth of their rate.
+        # All of one turn together: to wake for each would cost calls in flight a fifth of their rate.
         self._futures: list[weakref.ref[Future]] = []
         self._wanted: Final = threading.Event()
         self._thread: threading.Thread | None = None
