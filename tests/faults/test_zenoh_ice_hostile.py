@@ -27,6 +27,7 @@ from zenoh_ice import (
     Current,
     InterfaceMismatchException,
     MarshalException,
+    OperationNotExistException,
     UserException,
     ZenohIceError,
     stream_source,
@@ -141,6 +142,51 @@ class TestServer:
             for reply in intruder.ask(selector, b"\x80", None):
                 assert reply.ok is None
         assert servant.counted == 0
+
+    def test_of_oneway_calls_only_what_fits_one_operation_is_executed(
+        self, pair: Pair, intruder: Stranger, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        servant = GripperI()
+        pair.adapter.add(servant, "Gripper")
+        gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
+        hostile = HostileBytes(4)
+        keys = ["nao/Gripper/move"] * 6 + ["nao/Gripper/*", "nao/**", "nao/Gripper/text", "nao/Gripper/mo$*"]
+        started = time.monotonic()
+        for _ in range(INPUTS):
+            payload = hostile.next_input([msgpack.packb({"position": 1.0})])
+            attachment = hostile.choose((None, hostile.next_input(ATTACHMENTS[:1])))
+            intruder.session.put(hostile.choose(keys), payload, attachment=attachment)
+        intruder.session.delete("nao/Gripper/move")
+        intruder.session.put("nao/Gripper/move", msgpack.packb({"position": 77.0}))
+        until(lambda: servant.moved[-1:] == [77.0])
+        assert INPUTS / 20 < len(servant.moved) < INPUTS * 0.6
+        assert all(isinstance(position, float) for position in servant.moved)
+        assert servant.texts == 0
+        told = [record for record in caplog.records if "were dropped" in record.getMessage()]
+        assert 1 <= len(told) <= 2 + time.monotonic() - started
+        assert all(record.getMessage().isprintable() for record in told)
+        assert gripper.positions() == servant.moved
+
+    def test_a_default_servant_serves_names_and_nothing_else(self, pair: Pair, intruder: Stranger) -> None:
+        servant = GripperI()
+        pair.adapter.addDefaultServant(servant, "soccer")
+        assert GripperPrx.checkedCast(pair.client.stringToProxy("soccer/Ball")).who() == ":soccer/Ball"
+        odd = (
+            "=/who",
+            "+debug/who",
+            "~abc/who",
+            "Ball/x/y/who",
+            "Ball/+/who",
+            "*/who",
+            "who",
+            "**",
+            "Ball/\x1b/who",
+        )
+        for name in (*odd, "Ball/~abc/who", f"{'x' * 129}/who", f"Ball/{'x' * 129}"):
+            assert not intruder.ask(f"nao/soccer/{name}", None, None), name
+        (reply,) = intruder.ask("nao/soccer/Ball/nothing", None, None)
+        assert isinstance(error_of(reply), OperationNotExistException)
+        assert len(servant.currents) == 1
 
     def test_those_who_claim_to_serve_the_same_do_not_flood_the_log(
         self, pair: Pair, servant: CalculatorI, intruder: Stranger, caplog: pytest.LogCaptureFixture
