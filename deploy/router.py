@@ -65,8 +65,12 @@ class Router:
 def serve(settings: Settings, tell: Callable[[str], None]) -> None:
     """Run a router until a signal ends the process; `tell` is given a line once it is reached."""
     with Router(settings):
-        roles = settings.security.roles
-        access = f"what the roles {', '.join(roles)} grant" if roles else "everybody may do everything"
+        security = settings.security
+        asks = bool(security.passwords or (security.authority and security.mutual))
+        if security.roles:
+            access = f"each may do what the roles {', '.join(security.roles)} grant"
+        else:
+            access = f"{'whoever is let in' if asks else 'everybody'} may do everything"
         tell(f"the router listens on {', '.join(settings.listen)}; {access}")
         pause = threading.Event()
         while True:

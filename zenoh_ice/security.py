@@ -112,6 +112,8 @@ class Security:
             path = getattr(self, name)
             if path:
                 _check_readable(f"security.{name}", Path(path))
+        if self.passwords:
+            _check_passwords(Path(self.passwords))
         if self.authority:
             self._check_tls()
         return [
@@ -215,10 +217,29 @@ def _check_readable(setting: str, path: Path) -> None:
         with path.open("rb"):
             pass
     except OSError as error:
+        hint = "" if setting == "security.passwords" else "; `nao security init` makes such files"
         raise ConfigurationException(
-            f"{setting} = {str(path)!r}: cannot be read: {error.strerror}; `nao security init` makes such "
-            "files"
+            f"{setting} = {str(path)!r}: cannot be read: {error.strerror}{hint}"
         ) from error
+
+
+def _check_passwords(path: Path) -> None:
+    """Raise ConfigurationException for a file in which Zenoh would find no users: it lets everybody in then."""
+    listed = 0
+    for number, line in enumerate(path.read_bytes().splitlines(), 1):
+        if not line.strip():
+            continue
+        name, _, password = line.partition(b":")
+        if not name.strip() or not password.strip():  # without the line: it may be a password
+            raise ConfigurationException(
+                f"security.passwords = {str(path)!r}: line {number} is not NAME:PASSWORD"
+            )
+        listed += 1
+    if not listed:
+        raise ConfigurationException(
+            f"security.passwords = {str(path)!r} lists nobody, so everybody would be let in: write a line "
+            "NAME:PASSWORD for each user"
+        )
 
 
 def _is_open(path: Path) -> bool:

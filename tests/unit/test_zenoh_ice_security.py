@@ -130,6 +130,25 @@ class TestTogether:
         assert secured(passwords=passwords).security.check() == []
 
     @pytest.mark.parametrize(
+        ("content", "message"),
+        [
+            ("", "lists nobody, so everybody would be let in"),
+            ("\n \n", "lists nobody, so everybody would be let in"),
+            ("ann:secret\n\nbob hidden\n", "line 3 is not NAME:PASSWORD"),
+            ("ann:\n", "line 1 is not NAME:PASSWORD"),
+            (":hidden\n", "line 1 is not NAME:PASSWORD"),
+        ],
+    )
+    def test_a_file_of_passwords_has_users(self, tmp_path: Path, content: str, message: str) -> None:
+        passwords = tmp_path / "passwords.txt"
+        passwords.write_text(content)
+        with pytest.raises(ConfigurationException) as caught:
+            initialize(secured(passwords=passwords))
+        assert message in str(caught.value)
+        assert str(passwords) in str(caught.value)
+        assert "hidden" not in str(caught.value)
+
+    @pytest.mark.parametrize(
         ("changes", "message"),
         [
             ({"connect": ["tls/robot.lab:7447"]}, "tls/robot.lab:7447 needs security.authority"),
