@@ -28,6 +28,7 @@ from typing import Annotated, Any, Final, NoReturn
 import typer
 
 from .exceptions import ZenohIceError
+from .exposure import exposure
 from .process_status import program_name
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
 from .stop_signals import StopOnSignal
@@ -145,7 +146,8 @@ def with_settings(
     """Give a command the options that all commands share; it takes what they say as `settings`.
 
     `defaults` are those of the command where they differ from those of `Settings`. Logging is set up before
-    the command runs. With `--show-config` the settings are printed instead, and the exit code is 0.
+    the command runs. With `--show-config` the settings are printed instead, on stderr what is dangerous about
+    them, and the exit code is 0.
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
@@ -178,6 +180,8 @@ def _settings(options: dict[str, Any], defaults: Mapping[str, object] | None) ->
     settings = load_settings(config, flags, defaults=defaults)
     if show_config:
         typer.echo(settings.describe())
+        for danger in exposure(settings):
+            typer.echo(f"warning: {danger}", err=True)
         raise typer.Exit
     set_up_logging(settings.log_level)
     return settings

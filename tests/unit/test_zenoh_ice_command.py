@@ -66,12 +66,14 @@ def test_show_config_tells_values_and_origins(tmp_path: Path, monkeypatch: pytes
     file = tmp_path / "robot.toml"
     file.write_text("timeout = 1.5")
     flags = ["--connect", "tcp/10.0.0.1:7447", "--connect", "tcp/10.0.0.2:7447", "--config", str(file)]
-    code, out, _ = finish(start(OPTIONS, "--show-config", *flags))
+    code, out, err = finish(start(OPTIONS, "--show-config", "--listen", "tcp/0.0.0.0:7447", *flags))
     assert code == 0
+    assert err.startswith("warning: listening on tcp/0.0.0.0:7447 without TLS")
     lines = [" ".join(line.split()) for line in out.splitlines()]
     assert "connect ['tcp/10.0.0.1:7447', 'tcp/10.0.0.2:7447'] --connect" in lines
     assert f"timeout 1.5 {file}" in lines
-    assert "listen ['tcp/127.0.0.1:7447'] default" in lines
+    assert "realm 'nao' default" in lines
+    assert "listen ['tcp/0.0.0.0:7447'] --listen" in lines
 
 
 def test_our_errors_are_one_line_and_exit_code_1() -> None:
