@@ -22,7 +22,7 @@ from deploy.security.certificates import (
     write_public,
 )
 from deploy.security.templates import CLIENT_ROLES, client_settings, router_settings
-from zenoh_ice.endpoints import host_and_port
+from zenoh_ice.endpoints import host_and_port, is_loopback
 from zenoh_ice.settings import Settings, load_settings
 
 __all__ = ["SecurityFolder"]
@@ -49,19 +49,24 @@ class SecurityFolder:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise SecurityFilesError(f"{self.path}: cannot be made: {error.strerror}") from error
+        if self._key(_AUTHORITY).exists():
+            raise SecurityFilesError(
+                f"{self.path} has an authority already: `nao security add` makes certificates of it,"
+                " or choose another folder"
+            )
+        endpoint = f"tls/{_in_brackets(_listening_host(hosts))}:{port}"
         authority = Authority.create(f"authority.{realm}"[:64], _AUTHORITY_VALID)
         authority.save(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
         self._issue(authority, "router", [*hosts, *LOCAL_HOSTS], valid)
         settings = [self._settings("router")]
         write_public(
             settings[0],
-            router_settings(realm, f"tls/{_ANYWHERE}:{port}", {role: role for role in CLIENT_ROLES}).encode(),
+            router_settings(realm, endpoint, {role: role for role in CLIENT_ROLES}).encode(),
         )
-        shown = f"[{host}]" if ":" in host else host
         for role in CLIENT_ROLES:
             self._issue(authority, role, (), valid)
             settings.append(self._settings(role))
-            text = client_settings(role, role, realm, f"tls/{shown}:{port}")
+            text = client_settings(role, role, realm, f"tls/{_in_brackets(host)}:{port}")
             write_public(settings[-1], text.encode())
         return settings
 
@@ -123,6 +128,16 @@ class SecurityFolder:
 
     def _settings(self, name: str) -> Path:
         return self.path / f"{name}.toml"
+
+
+def _listening_host(hosts: Sequence[str]) -> str:
+    """Return where a router listens that others reach by some names: nowhere else if all are its own."""
+    own = all(is_loopback(f"tls/{_in_brackets(host)}:0") for host in hosts)
+    return hosts[0] if own else _ANYWHERE
+
+
+def _in_brackets(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
 
 
 def _with_user(file: Path, name: str, role: str) -> str:
