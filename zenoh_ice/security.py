@@ -224,7 +224,7 @@ def _check_readable(setting: str, path: Path) -> None:
 
 
 def _check_passwords(path: Path) -> None:
-    """Raise ConfigurationException for a file in which Zenoh would find no users: it lets everybody in then."""
+    """Raise ConfigurationException for a file without users: by such a one Zenoh lets everybody in."""
     listed = 0
     for number, line in enumerate(path.read_bytes().splitlines(), 1):
         if not line.strip():

@@ -45,7 +45,7 @@ def test_the_five_commands(tmp_path: Path) -> None:
     assert made.returncode == 0, made.stderr
     listen = ["--listen", f"tls/127.0.0.1:{port}"]  # rather than to the network
     with ComponentProcess(module([*router, *listen])) as routing:
-        routing.wait_for("the router listens on tls/.*; each may do what the roles robot, operator, student grant")
+        routing.wait_for("listens on tls/.*; each may do what the roles robot, operator, student grant")
         settings = load_settings(robot[-1], defaults={"clock": "wall"})
         with closing(FakeRobot()) as fake, initialize(settings) as communicator:
             fake.start()
