@@ -27,9 +27,10 @@ S = TypeVar("S", bound=msgspec.Struct)
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
 _INVALID: Final = "Invalid value "
-# What msgspec raises for values that it cannot encode and for payloads that it cannot decode.
+# What msgspec raises for values that it cannot encode and for payloads that it cannot decode; TypeError for
+# types that it cannot decode at all: the interfaces that a servant tells of at run time may have such.
 _ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
-_DECODE_ERRORS: Final = (ValueError, OverflowError, RecursionError, MemoryError)
+_DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
 
 
 def _encode_foreign(value: object) -> object:

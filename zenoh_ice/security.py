@@ -201,7 +201,7 @@ def _parse_users(value: object, roles: Mapping[str, Any]) -> dict[str, str]:
         raise ValueError('users: write a table of NAME = "ROLE"')
     for user, role in value.items():
         _check_name("users", user)
-        if role not in roles:
+        if not isinstance(role, str) or role not in roles:
             known = f"there is {', '.join(roles)}" if roles else "there is none"
             raise ValueError(f"users.{user}: there is no role {role!r}; {known}")
     return dict(value)

@@ -107,15 +107,20 @@ class Types:
                 return self._named(type_id)
 
     def operation(self, signature: OperationSignature) -> Operation[..., Any]:
-        """Return what calls an operation."""
-        return Operation(
-            signature.name,
-            arguments=self._struct(f"{signature.name}_Arguments", signature.parameters),
-            result=self._struct(f"{signature.name}_Result", signature.results),
-            exceptions=tuple(self._exception(type_id) for type_id in signature.throws),
-            idempotent=signature.idempotent,
-            streamed=signature.streamed,
-        )
+        """Return what calls an operation; raises MarshalException when no types can be made of its own."""
+        try:
+            return Operation(
+                signature.name,
+                arguments=self._struct(f"{signature.name}_Arguments", signature.parameters),
+                result=self._struct(f"{signature.name}_Result", signature.results),
+                exceptions=tuple(self._exception(type_id) for type_id in signature.throws),
+                idempotent=signature.idempotent,
+                streamed=signature.streamed,
+            )
+        except (TypeError, ValueError, RecursionError) as error:
+            raise MarshalException(
+                f"the types of {signature.name} cannot be made: {printable(str(error))}"
+            ) from error
 
     def class_of(self, type_id: str) -> type[Value]:
         """Return a class by its type id; raises KeyError when the definition has none of this id."""
@@ -132,10 +137,7 @@ class Types:
             return known | None if issubclass(known, Value) else known
         if (enumeration := self._definitions.enumerations.get(type_id)) is not None:
             # By way of a list: names such as `mro` are refused with a ValueError.
-            try:
-                self._made[type_id] = made = IntEnum(_python(type_id), list(enumeration.values.items()))
-            except (ValueError, TypeError) as error:
-                raise MarshalException(f"the enumeration {type_id} cannot be made: {error}") from error
+            self._made[type_id] = made = IntEnum(_python(type_id), list(enumeration.values.items()))
             return made
         record = self._definitions.records.get(type_id)
         if record is None or record.kind == "exception" or type_id in self._being_made:
@@ -175,12 +177,7 @@ class Types:
             entry = (_python(member.name), self.of(member.type))
             fields.append((*entry, None) if isinstance(member.type, Optional) else entry)
         rename = {_python(member.name): member.name for member in members}
-        try:
-            return msgspec.defstruct(
-                name, fields, bases=(base,), rename=rename, kw_only=True, module=__name__
-            )
-        except (TypeError, ValueError) as error:
-            raise MarshalException(f"the type {name} cannot be made: {error}") from error
+        return msgspec.defstruct(name, fields, bases=(base,), rename=rename, kw_only=True, module=__name__)
 
     def _exception(self, type_id: str) -> type[UserException]:
         made = self._exceptions.get(type_id)

@@ -38,6 +38,7 @@ _RANGES: Final = {
     "byte": (0, 255),
     **{name: (-(1 << n), (1 << n) - 1) for name, n in (("short", 15), ("int", 31), ("long", 63))},
 }
+_MOST_MADE_UP: Final = 10_000  # structs; in one another they may be more than memory holds
 _LONGEST_SHOWN: Final = 60  # characters of a wrong value in an error
 
 
@@ -53,6 +54,7 @@ class FromJson:
         self._types: Final = types
         self._proxy_of: Final = proxy_of
         self.left_out: Final[list[str]] = []
+        self._made_up = 0
 
     def make(self, kind: Type, value: Any, path: str) -> object:  # noqa: ANN401 - whatever JSON holds
         """Return the value of a type that JSON stands for."""
@@ -138,6 +140,9 @@ class FromJson:
                 record = self._definitions.records.get(type_id)
                 if record is None or record.kind == "class":
                     return None
+                self._made_up += 1
+                if self._made_up > _MOST_MADE_UP:
+                    raise UsageError(f"{record.type_id} has too many members to leave any out")
                 names = dict(_names(made))
                 return made(**{names[each.name]: self.zero(each.type) for each in record.members})
 

@@ -20,6 +20,7 @@ import zenoh
 import interfaces
 from deploy.nao.definition_parser import parse_definition
 from deploy.nao.dynamic import Types
+from deploy.nao.errors import UsageError
 from deploy.nao.values import FromJson, to_json
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
@@ -109,7 +110,7 @@ class Door:
     """Take some bytes or refuse them; return which. Raises AssertionError when that goes other than it should."""
 
 
-def check_error(error: ZenohIceError) -> None:
+def check_error(error: Exception) -> None:
     """Raise AssertionError for an error that tells nothing, too much, or what would steer a terminal."""
     assert not isinstance(error, UserException), error
     assert 0 < len(str(error)) <= _LONGEST_ERROR
@@ -120,7 +121,7 @@ def _refusable(take: Callable[[bytes], object]) -> Callable[[bytes], bool]:
     def taken(data: bytes) -> bool:
         try:
             take(data)
-        except (MarshalException, ConfigurationException) as error:
+        except (MarshalException, ConfigurationException, UsageError) as error:
             check_error(error)
             return False
         return True

@@ -103,6 +103,25 @@ def make_all(definition: str) -> None:
         types.operation(signature)
 
 
+def test_an_enumeration_without_enumerators_cannot_be_called_with() -> None:
+    definitions = parse_definition("enum ::a::E\ninterface ::a::I\n::a::I::f(::a::E e): void")
+    operation = Types(definitions).operation(definitions.operations["f"])
+    with pytest.raises(MarshalException, match="at least one"):
+        operation.arguments.unpack(b"\x81\xa1e\x01", "x")
+
+
+def test_values_beyond_all_measure_are_not_made_up() -> None:
+    lines = ["struct ::a::S0", "::a::S0::x: int", "interface ::a::I", "::a::I::f(::a::S40 s): void"]
+    for number in range(1, 41):
+        lines.append(f"struct ::a::S{number}")
+        lines += [f"::a::S{number}::{name}: ::a::S{number - 1}" for name in "xy"]
+    definitions = parse_definition("\n".join(lines))
+    types = Types(definitions)
+    types.operation(definitions.operations["f"])
+    with pytest.raises(UsageError, match="too many members to leave any out"):
+        FromJson(definitions, types, DESK.stringToProxy).zero(Named("::a::S40"))
+
+
 PIECES = [
     "::",
     "a",

@@ -155,6 +155,25 @@ def test_deep_nesting_is_told() -> None:
         Codec(One).unpack(b"\x81\xa1u" + b"\x91" * 200_000, "x")
 
 
+class ByInner(Struct):
+    table: dict[Inner, int]
+
+
+class ByList(Struct):
+    table: dict[Key, int]
+
+
+class Key(Struct):
+    parts: list[int]
+
+
+def test_keys_without_a_hash_are_refused() -> None:
+    inner = msgpack.packb({"flag": True, "name": "a"})
+    assert Codec(ByInner).unpack(b"\x81\xa5table\x81" + inner + b"\x01", "x").table == {Inner(True, "a"): 1}
+    with pytest.raises(MarshalException, match="must be hashable"):
+        Codec(ByList).unpack(b"\x81\xa5table\x81\x81\xa5parts\x90\x01", "x")
+
+
 def test_not_a_number_passes() -> None:
     assert math.isnan(Codec(One).unpack_result(Codec(One).pack_result(math.nan, "x"), "x"))  # type: ignore[arg-type]
 

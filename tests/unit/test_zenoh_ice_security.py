@@ -62,6 +62,7 @@ class TestSources:
             ("[security.roles.r]\ncall = ['Head']", "roles.r: call: 'Head': write IDENTITY.OPERATION"),
             ("[security.users]\nann = 'r'", "users.ann: there is no role 'r'; there is none"),
             ("[security.users]\n'' = 'r'", "users: '' is no name"),
+            ("[security.users]\nann = ['r']", "users.ann: there is no role ['r']"),
         ],
     )
     def test_what_is_wrong_is_told_with_its_file(self, text: str, message: str, tmp_path: Path) -> None:
