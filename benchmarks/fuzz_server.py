@@ -1,0 +1,150 @@
+"""Attack a running server with hostile queries, samples, tokens and links, and watch what that costs it.
+
+python benchmarks/fuzz_server.py [--seconds SECONDS] [--seed NUMBER]
+
+Prints memory, threads and open files of the server as the attack goes on, how many queries got which answer,
+and whether a client is served all the while. Exits with 1 if it is not, or if memory keeps growing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter, deque
+from pathlib import Path
+
+import msgpack
+import psutil
+import zenoh
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from tests.support.calculator import CALCULATOR, CalculatorPrx
+from tests.support.hostile_bytes import BOMBS, HostileBytes
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.stranger import Stranger, stranger
+from zenoh_ice import Communicator, initialize
+from zenoh_ice.attachment import encode_call_attachment
+from zenoh_ice.identity import Target
+from zenoh_ice.presence import servant_token
+from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error
+
+_ROWS = 12
+_IN_FLIGHT = 200
+_TOKENS = 5000
+_MOST_GROWTH = 1.0  # MB a minute over the second half of the run
+_PREFIX = "nao/Calculator/"
+_OPERATIONS = ("add", "divide", "split", "fail", "count", "total", "echo", "who", "getReading", "ice_isA")
+_OTHER_KEYS = (
+    "nao/**",
+    f"{_PREFIX}*",
+    f"{_PREFIX}none",
+    f"{_PREFIX}getReading?history=9999",
+    "@process/nao/**",
+)
+_PAYLOADS = (
+    msgpack.packb({"a": 1.0, "b": 2.0}),
+    msgpack.packb({"head": {"value": 1, "next": {"value": 2, "next": None}}}),
+    msgpack.packb({"text": "declared"}),
+    msgpack.packb({"data": b"123"}),
+    msgpack.packb({"values": [1.0, 2.0]}),
+)
+_LARGE = (b"\xc6\x00\x20\x00\x00" + bytes(2 << 20), bytes(8 << 20))
+
+
+class _Attack:
+    """What one stranger does, a little at a time."""
+
+    def __init__(self, intruder: Stranger, seed: int) -> None:
+        self.answers: Counter[str] = Counter()
+        self._intruder = intruder
+        self._hostile = HostileBytes(seed)
+        self._asked: deque[zenoh.Handler[zenoh.Reply]] = deque()
+        self._tokens: deque[zenoh.LivelinessToken] = deque()
+        self._count = 0
+
+    def step(self) -> None:
+        """Do a few hundred things."""
+        hostile = self._hostile
+        about = [encode_call_attachment(CALCULATOR.fingerprint, self._count, "abc", 2.0, {"user": "x"})]
+        for _ in range(200):
+            self._count += 1
+            key = hostile.choose((_PREFIX + hostile.choose(_OPERATIONS),) * 8 + _OTHER_KEYS)
+            payload = hostile.next_input(_PAYLOADS)
+            if self._count % 500 == 0:
+                payload = hostile.choose(BOMBS + _LARGE)
+            attachment = hostile.choose((None, about[0], hostile.next_input(about)))
+            self._asked.append(self._intruder.begin_to_ask(key, payload, attachment))
+            if hostile.choose(range(4)) == 0:
+                self._intruder.session.put(key.partition("?")[0], payload, attachment=attachment)
+            while len(self._asked) > _IN_FLIGHT:
+                self._note(self._asked.popleft())
+        for _ in range(100):
+            name = f"I{hostile.choose(range(20_000))}"
+            token = servant_token(Target("nao", name), "::a::B", "f", f"{self._count:x}", 1.0)
+            self._tokens.append(self._intruder.session.liveliness().declare_token(token))
+        while len(self._tokens) > _TOKENS:
+            self._tokens.popleft().undeclare()
+
+    def _note(self, replies: zenoh.Handler[zenoh.Reply]) -> None:
+        kinds = [self._kind(reply) for reply in replies]
+        self.answers.update(kinds or ["nothing"])
+
+    def _kind(self, reply: zenoh.Reply) -> str:
+        if reply.ok is not None:
+            return "result"
+        assert reply.err is not None
+        if str(reply.err.encoding) != ERROR_ENCODING:
+            return "timeout"
+        return type(decode_error(reply.err.payload, (), "it")).__name__
+
+
+def main() -> None:
+    """Attack, and print what it costs."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    endpoint = free_endpoint()
+    with ComponentProcess(module("tests.support.calculator_server", "--listen", endpoint)) as server:
+        server.wait_for("^ready")
+        with initialize(clock="wall", connect=[endpoint]) as client, stranger(endpoint) as first:
+            answers, memory = _run(client, first, endpoint, server.process.pid, options)
+    print("\nanswers:", ", ".join(f"{kind} {count}" for kind, count in answers.most_common()))
+    late = memory[len(memory) // 2 :]
+    growth = (late[-1][1] - late[0][1]) / max(late[-1][0] - late[0][0], 1.0) * 60
+    print(f"memory over the second half: {growth:+.2f} MB a minute")
+    sys.exit(growth > _MOST_GROWTH)
+
+
+def _run(
+    client: Communicator, first: Stranger, endpoint: str, pid: int, options: argparse.Namespace
+) -> tuple[Counter[str], list[tuple[float, float]]]:
+    process = psutil.Process(pid)
+    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+    attack = _Attack(first, options.seed)
+    memory: list[tuple[float, float]] = []
+    begin, count = time.monotonic(), 0
+    print("| s | MB | threads | files | a call of a client, ms |\n|---|---|---|---|---|")
+    while (now := time.monotonic() - begin) < options.seconds:
+        if now >= count * options.seconds / _ROWS:
+            count += 1
+            called = time.perf_counter()
+            assert calculator.add(1.0, 2.0) == 3.0
+            took = (time.perf_counter() - called) * 1e3
+            resident = process.memory_info().rss / 1e6
+            memory.append((now, resident))
+            print(
+                f"| {now:.0f} | {resident:.0f} | {process.num_threads()} | {process.num_fds()} | {took:.1f} |"
+            )
+            with stranger(endpoint) as other:  # comes, floods and goes
+                _Attack(other, options.seed + count).step()
+        attack.step()
+    return attack.answers, memory
+
+
+if __name__ == "__main__":
+    main()
