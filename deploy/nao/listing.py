@@ -16,7 +16,7 @@ from zenoh_ice.identity import ANY_NAME, Target
 from zenoh_ice.process_status import ProcessStatus
 from zenoh_ice.settings import Settings
 
-__all__ = ["list_servants", "nobody"]
+__all__ = ["list_servants", "nobody", "servant_name"]
 
 
 def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
@@ -61,13 +61,13 @@ def _realms(communicator: Communicator) -> set[str]:
 
 def _fits(info: ServantInfo, pattern: str) -> bool:
     """Return whether a name or a type fits `*Motors`, or has `motors` in it."""
-    texts = (_name(info), *info.interfaces)
+    texts = (servant_name(info), *info.interfaces)
     if any(sign in pattern for sign in "*?["):
         return any(fnmatchcase(text, pattern) for text in texts)
     return any(pattern.lower() in text.lower() for text in texts)
 
 
-def _name(info: ServantInfo) -> str:
+def servant_name(info: ServantInfo) -> str:
     """Return identity and facet as people write them; `*` stands for all names of a category."""
     identity = (
         info.identity.removesuffix(ANY_NAME) + "*" if info.identity.endswith(ANY_NAME) else info.identity
@@ -96,7 +96,7 @@ def _own_interfaces(communicator: Communicator, found: list[ServantInfo]) -> dic
 
 def _row(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> tuple[str, str, str, str]:
     who = process_name(process, info.server) + (" (replica)" if info.replicated else "")
-    return _name(info), own.removeprefix("::"), who, span_text(time.time() - info.since)
+    return servant_name(info), own.removeprefix("::"), who, span_text(time.time() - info.since)
 
 
 def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> Json:
@@ -128,8 +128,10 @@ def _print_table(rows: list[tuple[str, str, str, str]]) -> None:
     from rich.text import Text
 
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
-    for title, style, shrinks in zip(head, ("bold", "cyan", "", ""), (False, True, True, False), strict=True):
-        table.add_column(title, style=style, no_wrap=True, overflow="ellipsis" if shrinks else "fold")
+    # On a narrow terminal the names stay whole: they are what is typed next.
+    longest = max(len(row[0]) for row in (head, *rows))
+    for title, style, least in zip(head, ("bold", "cyan", "", ""), (longest, None, None, None), strict=True):
+        table.add_column(title, style=style, no_wrap=True, overflow="ellipsis", min_width=least)
     for row in rows:
         table.add_row(*map(Text, row))
     console().print(table)

@@ -65,14 +65,28 @@ def test_packages_that_come_from_elsewhere_are_found(tmp_path: Path, monkeypatch
 @pytest.mark.usefixtures("without_gl")
 def test_a_segment_is_left_behind_once_no_process_has_it() -> None:
     path = SHARED_MEMORY / f"{uuid4().int}.zenoh"
-    path.write_bytes(bytes(4096))
+    size = 2 << 20
+    path.touch()
+    os.truncate(path, size)
     try:
-        with path.open("r+b") as file, mmap.mmap(file.fileno(), 4096):
+        with path.open("r+b") as file, mmap.mmap(file.fileno(), size):
             assert path.name not in dict(machine._left_behind())
-        assert dict(machine._left_behind())[path.name] == 4096
+        assert dict(machine._left_behind())[path.name] == size
         assert any("left behind" in text for text in told(check_machine(), Level.NOTE))
     finally:
         path.unlink()
+
+
+@pytest.mark.skipif(not SHARED_MEMORY.is_dir(), reason="there is no /dev/shm")
+@pytest.mark.usefixtures("without_gl")
+def test_who_may_not_lock_memory_is_told_why_it_is_not_shared(monkeypatch: pytest.MonkeyPatch) -> None:
+    def told_of_locking() -> bool:
+        return any("memlock unlimited" in text for text in told(check_machine(), Level.NOTE))
+
+    monkeypatch.setattr(machine, "may_lock_enough", lambda: True)
+    assert not told_of_locking()
+    monkeypatch.setattr(machine, "may_lock_enough", lambda: False)
+    assert told_of_locking()
 
 
 def test_a_process_that_cannot_render_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from typing import Final
 
 from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
 from deploy.nao.quantities import bytes_text, count_text
+from zenoh_ice.shared_memory import may_lock_enough
 
 __all__ = ["check_machine"]
 
@@ -37,6 +38,7 @@ _GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-m
 _SHARED_MEMORY: Final = Path("/dev/shm")  # noqa: S108 - where the system has it
 _SEGMENTS: Final = "*.zenoh"
 _SMALL: Final = 128 << 20  # bytes of shared memory that a camera, its readers and their pools need
+_MUCH_LEFT: Final = 1 << 20  # bytes of it; every process leaves some kilobytes, which the next takes away
 _FEW_FILES: Final = 1024
 _OLDEST_TIME: Final = 1_704_067_200.0  # 2024-01-01: a clock before that was never set
 
@@ -82,15 +84,23 @@ def _check_shared_memory() -> Iterator[Finding]:
     if not _SHARED_MEMORY.is_dir():
         yield note("shared memory: there is no /dev/shm; images are copied instead")
         return
-    usage = shutil.disk_usage(_SHARED_MEMORY)
     left = _left_behind()
     size = sum(size for _, size in left)
-    if left:
+    if size >= _MUCH_LEFT:
         yield note(
             f"shared memory: {count_text(len(left), 'segment')} of {bytes_text(size)} left behind",
             f"the next process of ours that starts takes them away; or now: rm {_SHARED_MEMORY}/{left[0][0]}"
             + (" ..." if len(left) > 1 else ""),
         )
+    if not may_lock_enough():
+        limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+        yield note(
+            f"shared memory: not used, as a process may lock only {bytes_text(limit)}; images are copied",
+            "if they are large: LimitMEMLOCK=infinity in systemd, ulimits: {memlock: -1} in compose, or a"
+            " line 'USER - memlock unlimited' in /etc/security/limits.conf, and a new login",
+        )
+        return
+    usage = shutil.disk_usage(_SHARED_MEMORY)
     if usage.free < _SMALL:
         yield warn(
             f"shared memory: only {bytes_text(usage.free)} of {bytes_text(usage.total)} are free,"

@@ -6,7 +6,6 @@ import importlib.util
 import math
 import statistics
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Final
 from deploy.nao.connection import find_servant, proxy_of, servants
 from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
 from deploy.nao.doctor.ports import holder_of, listens
-from deploy.nao.listing import nobody
+from deploy.nao.listing import nobody, servant_name
 from deploy.nao.processes import ask_processes, process_name
 from deploy.nao.quantities import count_text, duration_text
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
@@ -126,19 +125,22 @@ def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterato
 
 
 def _check_identities(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
-    """Yield what two processes serve under one name."""
-    counted = Counter((info.identity, info.facet) for info in found if not info.replicated)
-    for (identity, _), number in counted.items():
-        if number > 1:
-            who = [
-                process_name(processes[info.server], info.server)
-                for info in found
-                if info.identity == identity
-            ]
-            yield fail(
-                f"{identity} is served by {' and by '.join(who)}: calls reach one of them",
-                "end one of them, or start it with another --realm",
-            )
+    """Yield which processes serve the same names."""
+    servers: dict[str, set[str]] = {}
+    for info in found:
+        if not info.replicated:
+            servers.setdefault(servant_name(info), set()).add(info.server)
+    shared: dict[tuple[str, ...], list[str]] = {}
+    for name, who in servers.items():
+        if len(who) > 1:
+            shared.setdefault(tuple(sorted(who)), []).append(name)
+    for together, names in shared.items():
+        whose = " and ".join(process_name(processes[server], server) for server in together)
+        yield fail(
+            f"{whose} serve the same {count_text(len(names), 'name')}, so calls reach one of them:"
+            f" {_few(names)}",
+            "end one of them, or start it with another --realm",
+        )
 
 
 def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
