@@ -10,7 +10,12 @@ from startup import loading
 def main() -> NoReturn:
     """Run the command `nao`."""
     with loading():
+        import os
+
         from deploy.nao.command import app
+        from deploy.nao.completion import join_words
         from deploy.nao.errors import NaoError
         from zenoh_ice.command import run
+    if os.environ.get("_NAO_COMPLETE") == "complete_bash":
+        join_words(os.environ)
     run(app, expected=(NaoError,))

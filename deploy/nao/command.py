@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from deploy.nao.completion import complete_call, complete_camera, complete_stream
+from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
 from deploy.router import DEFAULTS as ROUTER_DEFAULTS
 from deploy.security.command import app as security
 from zenoh_ice.command import finite, with_settings
@@ -59,8 +59,9 @@ def list_(
     pattern: Annotated[
         str,
         typer.Argument(
-            metavar="[PATTERN]",
+            metavar="PATTERN",
             help="Part of the name of a servant or of its interface, or a pattern with * and ?.",
+            autocompletion=complete_servant,
             show_default=False,
         ),
     ] = "",
@@ -122,7 +123,7 @@ def call(
     arguments: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[VALUE|NAME=VALUE]...",
+            metavar="VALUE|NAME=VALUE",
             help="Its arguments as JSON, in their order or by name; @FILE reads one from a file, @- from"
             " standard input. Members of a struct that are left out are zero.",
             show_default=False,
@@ -205,7 +206,7 @@ def save_image(
     file: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[FILE]",
+            metavar="FILE",
             help="Where to write it; its ending, .png, .jpg or .ppm, says the format. Default: CAMERA.png.",
             show_default=False,
         ),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, MutableMapping
 from typing import TYPE_CHECKING, Final
 
 import typer
@@ -12,10 +13,29 @@ if TYPE_CHECKING:
     from deploy.nao.dynamic import DynamicProxy
     from zenoh_ice import Communicator
 
-__all__ = ["complete_call", "complete_camera", "complete_servant", "complete_stream"]
+__all__ = ["complete_call", "complete_camera", "complete_servant", "complete_stream", "join_words"]
 
 _CALL_LIMIT: Final = 0.5
 """Seconds for which one servant may let a person wait who pressed the tab key."""
+
+_BREAK: Final = re.compile("[:=]+")
+
+
+def join_words(environment: MutableMapping[str, str]) -> None:
+    """Make one word again of what bash, asking for completions, takes for several: `tcp/127.0.0.1:7447`."""
+    words = environment.get("COMP_WORDS", "").split(" ")
+    try:
+        at = current = int(environment.get("COMP_CWORD", ""))
+    except ValueError:
+        return
+    joined: list[str] = []
+    for index, word in enumerate(words):
+        if index and (_BREAK.fullmatch(word) or _BREAK.fullmatch(words[index - 1])):
+            joined[-1] += word
+            current -= index <= at
+        else:
+            joined.append(word)
+    environment.update(COMP_WORDS=" ".join(joined), COMP_CWORD=str(current))
 
 
 def complete_servant(context: typer.Context, incomplete: str) -> list[str]:
