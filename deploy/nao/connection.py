@@ -7,12 +7,13 @@ import time
 from typing import Final
 
 from deploy.nao.definitions import OperationSignature
+from deploy.nao.doctor.ports import listens
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.errors import UsageError
 from zenoh_ice import Communicator, ObjectPrx, ServantInfo
 from zenoh_ice.identity import Target
 
-__all__ = ["find_operation", "find_servant", "operations_of", "proxy_of", "servants", "split"]
+__all__ = ["find_operation", "find_servant", "operation_of", "operations_of", "proxy_of", "servants", "split"]
 
 _QUIET: Final = 0.1
 """Seconds without news after which all are known that a link tells of; they come within milliseconds."""
@@ -37,7 +38,8 @@ def servants(communicator: Communicator) -> list[ServantInfo]:
     """Return the servants of the realm once all are known; none when nobody answers."""
     known: list[ServantInfo] = []
     started = changed = time.monotonic()
-    while (now := time.monotonic()) < started + _LONGEST:
+    longest = _LONGEST if _may_be_linked(communicator) else _QUIET
+    while (now := time.monotonic()) < started + longest:
         found = communicator.servants()
         if found != known:
             known, changed = found, now
@@ -45,6 +47,12 @@ def servants(communicator: Communicator) -> list[ServantInfo]:
             break
         time.sleep(_LOOK)
     return known
+
+
+def _may_be_linked(communicator: Communicator) -> bool:
+    """Return whether somebody may be at an endpoint, or may come."""
+    connect = communicator.settings.connect
+    return not connect or any(listens(endpoint) is not False for endpoint in connect)
 
 
 def find_operation(
@@ -61,18 +69,30 @@ def find_operation(
     if not name:
         if streamed and len(choices) == 1:
             return proxy, choices[0].name
-        raise UsageError(f"name an operation of {identity}, such as {_examples(identity, choices)}")
-    known = proxy.definitions.operations.get(name)
-    if known is None:
-        near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
-        hint = f"did you mean {identity}.{near[0]}?" if near else f"there is {_examples(identity, choices)}"
-        raise UsageError(f"{identity} has no operation {name!r}; {hint}")
+        raise UsageError(
+            f"{identity} has no streams, it can only be called"
+            if streamed and not choices
+            else f"name an operation of {identity}, such as {_examples(identity, choices)}"
+        )
+    known = operation_of(proxy, identity, name, choices)
     if streamed and not known.streamed:
         raise UsageError(
             f"{identity}.{name} is no stream, it can only be called; "
             + (f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams")
         )
     return proxy, name
+
+
+def operation_of(
+    proxy: DynamicProxy, identity: str, name: str, choices: list[OperationSignature]
+) -> OperationSignature:
+    """Return an operation of a servant; raises UsageError, with what it could be, when it has none."""
+    known = proxy.definitions.operations.get(name)
+    if known is None:
+        near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
+        hint = f"did you mean {identity}.{near[0]}?" if near else f"there is {_examples(identity, choices)}"
+        raise UsageError(f"{identity} has no operation {name!r}; {hint}")
+    return known
 
 
 def operations_of(proxy: DynamicProxy) -> list[OperationSignature]:

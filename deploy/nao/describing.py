@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from deploy.nao.connection import find_servant, operations_of, split
+from deploy.nao.connection import find_servant, operation_of, operations_of, split
 from deploy.nao.definitions import (
     Definitions,
     Dictionary,
@@ -15,8 +15,7 @@ from deploy.nao.definitions import (
     Type,
     unscoped,
 )
-from deploy.nao.errors import UsageError
-from deploy.nao.output import print_json, print_line, width
+from deploy.nao.output import for_people, print_json, print_line, width
 from deploy.nao.values import Json
 from zenoh_ice import initialize
 from zenoh_ice.settings import Settings
@@ -27,7 +26,7 @@ __all__ = ["describe"]
 def describe(settings: Settings, address: str, facet: str, *, as_json: bool) -> None:
     """Print the operations of a servant, or one of them with the types that it uses.
 
-    Raises UsageError for an operation that there is not, and whatever a call raises.
+    Raises UsageError for an operation that there is not, and what a call raises.
     """
     with initialize(settings) as communicator:
         identity, name = split(communicator, address)
@@ -35,9 +34,7 @@ def describe(settings: Settings, address: str, facet: str, *, as_json: bool) -> 
     definitions = proxy.definitions
     shown = operations_of(proxy)
     if name:
-        if name not in definitions.operations:
-            raise UsageError(f"{identity} has no operation {name!r}")
-        shown = [definitions.operations[name]]
+        shown = [operation_of(proxy, identity, name, shown)]
     if as_json:
         print_json(
             {
@@ -51,9 +48,9 @@ def describe(settings: Settings, address: str, facet: str, *, as_json: bool) -> 
     print_line(f"{identity} is a {proxy.type_id.removeprefix('::')}  (fingerprint {proxy.fingerprint})")
     for signature in shown:
         marks = [word for word, holds in _marks(signature) if holds]
-        print_line(f"  {signature}" + (f"  [{', '.join(marks)}]" if marks else ""))
+        _print_wrapped(f"{signature}" + (f"  [{', '.join(marks)}]" if marks else ""), "  ")
         if signature.throws:
-            print_line(f"    throws {', '.join(map(unscoped, signature.throws))}")
+            _print_wrapped(f"throws {', '.join(map(unscoped, signature.throws))}", "    ")
     _print_types(definitions, shown)
 
 
@@ -92,8 +89,19 @@ def _print_types(definitions: Definitions, shown: list[OperationSignature]) -> N
             waiting += [member.type for member in members]
 
 
-def _print_wrapped(text: str) -> None:
-    for line in textwrap.wrap(text, width(), subsequent_indent="    ", break_long_words=False):
+def _print_wrapped(text: str, margin: str = "") -> None:
+    if not for_people():  # but for a program, such as grep
+        print_line(f"{margin}{text}")
+        return
+    lines = textwrap.wrap(
+        text,
+        width(),
+        initial_indent=margin,
+        subsequent_indent=f"{margin}    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    for line in lines:
         print_line(line)
 
 

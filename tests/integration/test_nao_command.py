@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,8 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from PIL import Image
+from typer.main import get_command
 
+from deploy.nao.command import app
+from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
 from deploy.nao.doctor.network import check_network
 from naoserver.fake import FakeRobot
 from tests.support.limits import LIMIT
@@ -193,7 +199,6 @@ def test_arguments_are_read_from_files_and_standard_input(calculator: Any, tmp_p
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["Haed.getPose"], "no servant 'Haed' in realm"),
         (["Head.getpose"], "did you mean Head.getPose?"),
         (["Head"], "name an operation of Head, such as Head."),
         (["Head.setPose", "1"], "setPose needs tilt, fraction as well: HeadPose setPose(double pan, "),
@@ -221,6 +226,7 @@ def test_description_tells_operations_and_types(robot: ServedRobot) -> None:
     assert "dictionary<string, double> setJointPositions(dictionary<string, double> targets, " in text
     assert "JointState getJointState()  [stream, idempotent]" in text
     assert "struct JointLimits: double lower" in text
+    assert "did you mean Head.getPose?" in nao("describe", "Head.getPos").err
     (operation,) = json.loads(nao("describe", "Head.getPose", "--json").out)["operations"]
     assert (operation["stream"], operation["results"]) == (
         True,
@@ -242,6 +248,7 @@ def test_figures_are_watched_as_lines(robot: ServedRobot) -> None:
 
 
 def test_what_is_no_stream_cannot_be_watched(robot: ServedRobot) -> None:
+    assert "LeftHipMotors has no streams, it can only be called" in nao("watch", "LeftHipMotors").err
     assert (
         "Head.stop is no stream, it can only be called; there is Head.getPose"
         in nao("watch", "Head.stop").err
@@ -272,7 +279,8 @@ def test_status_tells_of_robot_and_processes(robot: ServedRobot) -> None:
     assert "Speech" in text
 
 
-def test_doctor_finds_the_robot_in_order(robot: ServedRobot) -> None:
+def test_doctor_finds_the_robot_in_order(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("deploy.nao.doctor.machine._check_rendering", lambda: iter(()))  # takes a process
     found = json.loads(nao("doctor", "--json").out)
     network = [each for each in found if each["check"] == "network"]
     assert {each["level"] for each in network} == {"ok"}, network
@@ -286,9 +294,9 @@ def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:
         serving(tools, realm="twice", listen=ends[1:], connect=[]),
     ):
         found = list(check_network(load_settings(flags={"realm": "twice", "connect": ends, "clock": "wall"})))
-    assert any(
-        each.text.startswith("tools/Calculator is served by ") for each in found if each.level == "FAIL"
-    )
+    (failure,) = (each.text for each in found if each.level == "FAIL")
+    assert " serve the same 2 names, " in failure
+    assert failure.endswith("tools/Calculator, tools/Calculator -f second")
 
 
 def test_a_realm_without_servants_tells_of_those_that_have_some(robot: ServedRobot) -> None:
@@ -307,24 +315,30 @@ def nao_process(*words: str) -> list[str]:
     return module("deploy.nao", *words)
 
 
-def test_names_are_completed_from_what_is_alive(robot: ServedRobot) -> None:
-    def complete(*words: str) -> list[str]:
-        code = "import sys; sys.argv[0] = 'nao'; from deploy.nao.cli import main; main()"
-        line = {"COMP_WORDS": " ".join(["nao", *words]), "COMP_CWORD": str(len(words))}
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            env={**os.environ, **line, "_NAO_COMPLETE": "complete_bash"},
-            capture_output=True,
-            text=True,
-            timeout=LIMIT,
-            check=False,
-        )
-        assert done.stderr == ""
-        return done.stdout.split()
+def test_names_are_completed_from_what_is_alive(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(logging, "disable", lambda: None)  # of this process
+    context = typer.Context(get_command(app))
+    assert complete_call(context, "Head.set") == ["Head.setPose", "Head.setSpeed"]
+    assert complete_call(context, "Hea") == ["Head.", "Health."]
+    assert complete_servant(context, "Hea") == ["Head", "Health"]
+    assert "Body.getJointState" in complete_stream(context, "B")
+    assert complete_camera(context, "Cam")[:2] == ["Camera", "CameraBottom"]
 
-    assert complete("call", "Head.set") == ["Head.setPose", "Head.setSpeed"]
-    assert "Body.getJointState" in complete("watch", "B")
-    assert complete("save-image", "Cam")[:2] == ["Camera", "CameraBottom"]
+
+def test_bash_completes_also_after_an_endpoint(robot: ServedRobot) -> None:
+    # Of `nao call --connect tcp/127.0.0.1:7447 Head.set`; bash takes the endpoint for three words.
+    words = ["nao", "call", "--connect", *re.split("(:)", robot.endpoint), "Head.set"]
+    code = "import sys; sys.argv[0] = 'nao'; from deploy.nao.cli import main; main()"
+    line = {"COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "VISUALHFSM_CONNECT": "", **line, "_NAO_COMPLETE": "complete_bash"},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        check=False,
+    )
+    assert (done.stdout.split(), done.stderr) == (["Head.setPose", "Head.setSpeed"], "")
 
 
 def test_watching_ends_quietly_at_ctrl_c_and_when_nobody_reads(robot: ServedRobot) -> None:
