@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
 from queue import SimpleQueue
@@ -59,20 +60,13 @@ def keys(tmp_path_factory: pytest.TempPathFactory) -> Keys:
     return Keys(tmp_path_factory.mktemp("keys"))
 
 
-@pytest.fixture
-def open_with() -> Iterator[Callable[[Settings], Communicator]]:
-    opened: list[Communicator] = []
-
-    def open_(settings: Settings) -> Communicator:
-        opened.append(initialize(settings))
-        return opened[-1]
-
-    yield open_
-    for communicator in reversed(opened):
-        communicator.destroy()
-
-
 Open = Callable[[Settings], Communicator]
+
+
+@pytest.fixture
+def open_with() -> Iterator[Open]:
+    with ExitStack() as opened:
+        yield lambda settings: opened.enter_context(initialize(settings))
 
 
 @pytest.fixture
@@ -197,14 +191,17 @@ def test_a_sample_that_the_robot_did_not_publish_reaches_nobody(
 
 def refusal(settings: Settings) -> str:
     """Return why a client is not let in."""
-    with pytest.raises(ConnectFailedException) as caught, initialize(settings.override(timeout=0.2)):
+    with pytest.raises(ConnectFailedException) as caught, initialize(settings.override(timeout=0.1)):
         pass
     return str(caught.value)
 
 
 class TestRefusal:
-    @pytest.fixture(autouse=True)
-    def _router(self, router: Router) -> None: ...
+    @pytest.fixture(autouse=True, scope="class")
+    @classmethod
+    def _router(cls, keys: Keys) -> Iterator[None]:
+        with Router(keys.settings("router")):
+            yield
 
     def test_a_certificate_of_another_authority(self, keys: Keys, tmp_path: Path) -> None:
         stranger = Keys(tmp_path / "other").settings("student").security
