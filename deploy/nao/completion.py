@@ -23,7 +23,7 @@ _BREAK: Final = re.compile("[:=]+")
 
 def join_words(environment: MutableMapping[str, str]) -> None:
     """Make one word again of what bash, asking for completions, takes for several: `tcp/127.0.0.1:7447`."""
-    words = environment.get("COMP_WORDS", "").split(" ")
+    words = environment.get("COMP_WORDS", "").split("\n")
     try:
         at = current = int(environment.get("COMP_CWORD", ""))
     except ValueError:
@@ -35,7 +35,7 @@ def join_words(environment: MutableMapping[str, str]) -> None:
             current -= index <= at
         else:
             joined.append(word)
-    environment.update(COMP_WORDS=" ".join(joined), COMP_CWORD=str(current))
+    environment.update(COMP_WORDS="\n".join(joined), COMP_CWORD=str(current))
 
 
 def complete_servant(context: typer.Context, incomplete: str) -> list[str]:

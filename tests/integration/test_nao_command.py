@@ -329,7 +329,7 @@ def test_bash_completes_also_after_an_endpoint(robot: ServedRobot) -> None:
     # Of `nao call --connect tcp/127.0.0.1:7447 Head.set`; bash takes the endpoint for three words.
     words = ["nao", "call", "--connect", *re.split("(:)", robot.endpoint), "Head.set"]
     code = "import sys; sys.argv[0] = 'nao'; from deploy.nao.cli import main; main()"
-    line = {"COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
+    line = {"COMP_WORDS": "\n".join(words), "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run(
         [sys.executable, "-c", code],
         env={**os.environ, "VISUALHFSM_CONNECT": "", **line, "_NAO_COMPLETE": "complete_bash"},
