@@ -13,6 +13,7 @@ from typing import Any, Final
 from .endpoints import check_endpoint
 from .exceptions import ConfigurationException
 from .security import PATHS, Security, resolved
+from .text import cut
 
 __all__ = ["DEFAULT_ENDPOINT", "ENVIRONMENT_PREFIX", "Settings", "load_settings"]
 
@@ -35,6 +36,7 @@ _MAX_TIMEOUT: Final = (
     60.0  # a Zenoh get keeps about 1 kB until its timeout has passed, even when it was answered
 )
 _MAX_SIZE: Final = 1 << 30
+_LONGEST_SHOWN: Final = 1000  # characters of what is wrong, in an error
 # A chunk of a Zenoh key: no separator, no wildcard; '@' splits identity and realm in "Head@otherrealm".
 _REALM: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 _TRUE: Final = frozenset({"1", "true", "yes", "on"})
@@ -85,9 +87,8 @@ class Settings:
             try:
                 object.__setattr__(self, key, check(value))
             except ValueError as error:
-                raise ConfigurationException(
-                    f"{self._origin(key)}: {key} = {_shown(value)}: {error}"
-                ) from None
+                shown, why = cut(_shown(value), _LONGEST_SHOWN), cut(str(error), _LONGEST_SHOWN)
+                raise ConfigurationException(f"{self._origin(key)}: {key} = {shown}: {why}") from None
 
     def override(self, **changes: object) -> Settings:
         """Return a copy with some fields changed by the program.
@@ -129,7 +130,8 @@ class Settings:
         for key in changes:
             if key not in _CHECKS:
                 raise ConfigurationException(
-                    f"{origins[key]}: there is no setting {key!r}; the settings are {', '.join(_CHECKS)}"
+                    f"{origins[key]}: there is no setting {cut(key, _LONGEST_SHOWN)!r}; the settings are "
+                    f"{', '.join(_CHECKS)}"
                 )
         if "security" in changes:
             # Piece by piece: a password may come from the environment, and the rest from a file.
@@ -137,7 +139,8 @@ class Settings:
             try:
                 changes["security"] = self.security.merged(pieces)
             except ValueError as error:
-                raise ConfigurationException(f"{origins['security']}: security: {error}") from None
+                why = cut(str(error), _LONGEST_SHOWN)
+                raise ConfigurationException(f"{origins['security']}: security: {why}") from None
             if isinstance(pieces, Mapping):
                 origins = {**{f"security.{key}": origins["security"] for key in pieces}, **origins}
         return replace(self, **changes, origins={**self.origins, **origins})

@@ -39,7 +39,10 @@ __all__ = ["parse_definition"]
 _BUILTIN_TYPES: Final = frozenset(
     {"bool", "byte", "short", "int", "long", "float", "double", "string", "Object", "Value"}
 )
-_TOKEN: Final = re.compile(r"\s*((?:::[A-Za-z_]\w*)+|[A-Za-z_]\w*|-?\d+|[<>(),:=*])", re.ASCII)
+# As in Slice a name neither begins nor ends with an underscore nor has two together: Python's `__init__` and
+# its like cannot be members.
+_NAME: Final = r"[A-Za-z](?:_?[A-Za-z0-9])*"
+_TOKEN: Final = re.compile(rf"\s*((?:::{_NAME})+|{_NAME}|-?\d+|[<>(),:=*])", re.ASCII)
 _KINDS: Final = frozenset({"interface", "struct", "class", "exception", "enum"})
 _MODIFIERS: Final = frozenset({"throws", "idempotent", "stream"})
 _DEEPEST: Final = 32

@@ -117,7 +117,7 @@ class Types:
                 idempotent=signature.idempotent,
                 streamed=signature.streamed,
             )
-        except (TypeError, ValueError, RecursionError) as error:
+        except (TypeError, ValueError, RuntimeError) as error:
             raise MarshalException(
                 f"the types of {signature.name} cannot be made: {printable(str(error))}"
             ) from error

@@ -122,6 +122,12 @@ def test_values_beyond_all_measure_are_not_made_up() -> None:
         FromJson(definitions, types, DESK.stringToProxy).zero(Named("::a::S40"))
 
 
+@pytest.mark.parametrize("name", ["__init__", "__class__", "_x", "x_", "a__b"])
+def test_a_name_that_means_something_in_python_is_refused(name: str) -> None:
+    with pytest.raises(MarshalException, match="neither a name nor a sign of Slice"):
+        parse_definition(f"struct ::a::S\n::a::S::{name}: int")
+
+
 PIECES = [
     "::",
     "a",

@@ -94,6 +94,7 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         pytest.param(f"timeout = {'9' * 5000}", ["TOML", "4300 digits"], id="longer than Python reads"),
         pytest.param(f"timeout = 0x{'f' * 5000}", ["thousands of digits"], id="longer than Python writes"),
         pytest.param(f"realm = {{a = 0x{'f' * 5000}}}", ["thousands of digits"], id="long in a table"),
+        pytest.param(f"realm = '{'x' * 9000}'", ["realm", "...: a realm is"], id="too long to show"),
         pytest.param(f"connect = {'[' * 5000}", ["TOML", "too deeply"], id="too deep"),
     ],
 )
