@@ -16,10 +16,12 @@ A command looks like this:
 
 from __future__ import annotations
 
+import errno
 import functools
 import inspect
 import logging
 import math
+import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -36,6 +38,8 @@ from .stop_signals import StopOnSignal
 __all__ = ["finite", "run", "set_up_logging", "with_settings"]
 
 _PANEL: Final = "Shared by all commands"
+
+_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT)
 
 _logger = logging.getLogger(__name__)
 
@@ -217,6 +221,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     are ignored, but not for ever.
     """
     errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
+    _replace_closed_streams()
     stop = StopOnSignal()
     stop.install()
     try:
@@ -227,7 +232,22 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
             raise
         sys.exit(stop.exit_code)
     except errors as error:
-        _logger.debug("the command failed", exc_info=True)
-        typer.echo(f"{program_name()}: error: {' '.join(str(error).split())}", err=True)
-        sys.exit(1)
+        _fail(str(error))
+    except OSError as error:
+        if error.errno not in _NO_ROOM:
+            raise
+        _fail(f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}")
     sys.exit(0)
+
+
+def _fail(why: str) -> NoReturn:
+    _logger.debug("the command failed", exc_info=True)
+    typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
+    sys.exit(1)
+
+
+def _replace_closed_streams() -> None:
+    """Let what is written go nowhere where whoever started the command closed its output, as in `>&-`."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import subprocess
 import sys
@@ -87,6 +88,27 @@ def test_our_errors_are_one_line_and_exit_code_1() -> None:
     assert err == "-c: error: nobody answers at tcp/127.0.0.1:1 start naoserver-sim\n"
 
 
+WRITES = """
+@app.command()
+def command() -> None:
+    sys.stdout.write("a line\\n")
+    sys.stdout.flush()
+"""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_a_full_disk_and_a_closed_output_are_no_crash() -> None:
+    code = shlex.join(script(WRITES))
+    full = subprocess.run(
+        ["sh", "-c", f"{code} > /dev/full"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (full.returncode, full.stderr) == (1, "-c: error: cannot write: No space left on device\n")
+    closed = subprocess.run(
+        ["sh", "-c", f"{code} >&-"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (closed.returncode, closed.stderr) == (0, "")
+
+
 def test_a_bad_setting_names_its_flag() -> None:
     code, _, err = finish(start(OPTIONS, "--realm", "a/b"))
     assert code == 1
@@ -165,9 +187,9 @@ def serve() -> None:
 @pytest.mark.parametrize(
     "place", [("__enter__", "return"), ("__exit__", "call"), ("_acquire_restore", "call")]
 )
-@pytest.mark.parametrize("wait", ["event.wait(0.5), time.sleep(60)", "communicator.waitForShutdown(1)"])
+@pytest.mark.parametrize("wait", ["event.wait(0.5), time.sleep(60)", "communicator.waitForShutdown(0.2)"])
 def test_signal_leaves_nothing_locked_wherever_it_strikes(place: tuple[str, str], wait: str) -> None:
-    """A wait for shutdown never comes to such a place, and ends after a second."""
+    """A wait for shutdown never comes to such a place, and ends by itself."""
     body = INTERRUPTED.replace("PLACE", repr(place)).replace("WAIT", wait)
     code, out, err = finish(start(body))
     assert (code, out, err) == (130 if wait.startswith("event") else 0, "", "")
