@@ -41,7 +41,8 @@ def read_arguments(
         if each.name not in given and not isinstance(each.type, Optional)
     ]
     if missing:
-        raise UsageError(f"{operation} needs {_listed(missing)} as well: {signature}")
+        as_well = " as well" if given else ""
+        raise UsageError(f"{operation} needs {_listed(missing)}{as_well}: {signature}")
     arguments = [
         maker.make(each.type, given[each.name], each.name) if each.name in given else None
         for each in signature.parameters
