@@ -33,6 +33,7 @@ from deploy.nao.definitions import (
     Type,
 )
 from zenoh_ice import MarshalException
+from zenoh_ice.text import cut
 
 __all__ = ["parse_definition"]
 
@@ -45,6 +46,8 @@ _NAME: Final = r"[A-Za-z](?:_?[A-Za-z0-9])*"
 _TOKEN: Final = re.compile(rf"\s*((?:::{_NAME})+|{_NAME}|-?\d+|[<>(),:=*])", re.ASCII)
 _KINDS: Final = frozenset({"interface", "struct", "class", "exception", "enum"})
 _MODIFIERS: Final = frozenset({"throws", "idempotent", "stream"})
+_LONGEST_NUMBER: Final = 20  # digits
+_LONGEST_SHOWN: Final = 200  # characters of what is wrong
 _DEEPEST: Final = 32
 """Types within types."""
 
@@ -88,17 +91,17 @@ def _read_body(line: _Line, definitions: Definitions) -> None:
     owner, _, name = line.scoped().rpartition("::")
     if line.accept("("):
         if owner not in definitions.interfaces:
-            raise line.error(f"there is no interface {owner}")
+            raise line.error(f"there is no interface {_quoted(owner)}")
         definitions.operations[name] = _operation(line, owner, name)
     elif line.accept("="):
         if owner not in definitions.enumerations:
-            raise line.error(f"there is no enumeration {owner}")
+            raise line.error(f"there is no enumeration {_quoted(owner)}")
         definitions.enumerations[owner].values[name] = line.integer()
         line.end()
     else:
         line.expect(":")
         if owner not in definitions.records:
-            raise line.error(f"there is no type {owner}")
+            raise line.error(f"there is no type {_quoted(owner)}")
         definitions.records[owner].members.append(Member(name, line.type()))
         line.end()
 
@@ -137,7 +140,7 @@ class _Line:
             raise self.error("there is what is neither a name nor a sign of Slice")
 
     def error(self, problem: str) -> MarshalException:
-        return MarshalException(f"malformed definition of an interface: {problem}, in {self._text[:200]!r}")
+        return MarshalException(f"malformed definition of an interface: {problem}, in {_quoted(self._text)}")
 
     def is_whole(self) -> bool:
         """Return whether nothing of it was read yet."""
@@ -165,11 +168,11 @@ class _Line:
 
     def expect(self, token: str) -> None:
         if not self.accept(token):
-            raise self.error(f"{token!r} was expected where {self.peek()!r} stands")
+            raise self.error(f"{token!r} was expected where {_quoted(self.peek())} stands")
 
     def end(self) -> None:
         if self.peek():
-            raise self.error(f"{self.peek()!r} was not expected")
+            raise self.error(f"{_quoted(self.peek())} was not expected")
 
     def rest(self) -> list[str]:
         rest, self._next = self._tokens[self._next :], len(self._tokens)
@@ -178,20 +181,20 @@ class _Line:
     def scoped(self) -> str:
         token = self.take()
         if not token.startswith("::"):
-            raise self.error(f"{token!r} is no scoped name")
+            raise self.error(f"{_quoted(token)} is no scoped name")
         return token
 
     def integer(self) -> int:
         token = self.take()
-        if not token.lstrip("-").isdecimal():
-            raise self.error(f"{token!r} is no number")
+        if not token.lstrip("-").isdecimal() or len(token) > _LONGEST_NUMBER:
+            raise self.error(f"{_quoted(token)} is no number")
         return int(token)
 
     def member(self) -> Member:
         kind = self.type()
         name = self.take()
         if not name.isidentifier():
-            raise self.error(f"{name!r} is no name")
+            raise self.error(f"{_quoted(name)} is no name")
         return Member(name, kind)
 
     def type(self) -> Type:
@@ -223,5 +226,9 @@ class _Line:
         if name.startswith("::"):
             return Named(name)
         if name not in _BUILTIN_TYPES:
-            raise self.error(f"{name!r} is no type")
+            raise self.error(f"{_quoted(name)} is no type")
         return Builtin(name)
+
+
+def _quoted(text: str) -> str:
+    return repr(cut(text, _LONGEST_SHOWN))
