@@ -196,7 +196,7 @@ def test_a_damaged_definition_is_a_definition_or_refused(data: st.DataObject) ->
             "nested too deeply",
         ),
         ("interface ::m::I\n::m::I::f(text t): void", "'text' is no type"),
-        ("::m::I::f(): void", "there is no interface ::m::I"),
+        ("::m::I::f(): void", "there is no interface '::m::I'"),
         ("interface ::m::I?", "neither a name nor a sign"),
     ],
 )
