@@ -7,7 +7,7 @@ import math
 import time
 from typing import Final, Protocol
 
-from zenoh_ice.clock import Clock
+from zenoh_ice.clocks.clock import Clock
 from zenoh_ice.exceptions import (
     ConnectionLostException,
     ObjectNotExistException,

@@ -27,10 +27,10 @@ from tests.support.hostile_bytes import BOMBS, HostileBytes
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from zenoh_ice import BusyException, Communicator, initialize
-from zenoh_ice.attachment import encode_call_attachment
 from zenoh_ice.identity import Target
-from zenoh_ice.presence import servant_token
-from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error
+from zenoh_ice.network.presence import servant_token
+from zenoh_ice.wire.attachment import encode_call_attachment
+from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error
 
 _ROWS = 12
 _IN_FLIGHT = 200

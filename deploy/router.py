@@ -14,10 +14,10 @@ from typing import Self
 import zenoh
 from zenoh.handlers import Callback
 
-from zenoh_ice.session import close_session, open_session
+from zenoh_ice.network.session import close_session, open_session
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 from zenoh_ice.stop_signals import unbroken
-from zenoh_ice.text import printable
+from zenoh_ice.wire.text import printable
 
 __all__ = ["DEFAULTS", "Router", "serve"]
 

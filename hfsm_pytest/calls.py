@@ -10,11 +10,11 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from zenoh_ice.attachment import encode_call_attachment
-from zenoh_ice.incoming import Incoming
-from zenoh_ice.invocation import InvocationFuture, settle
+from zenoh_ice.calls.invocation import InvocationFuture, settle
 from zenoh_ice.operation import Interface, Operation
-from zenoh_ice.wire_errors import decode_error
+from zenoh_ice.serving.incoming import Incoming
+from zenoh_ice.wire.attachment import encode_call_attachment
+from zenoh_ice.wire.errors import decode_error
 
 if TYPE_CHECKING:
     from hfsm_runtime.tree import Run

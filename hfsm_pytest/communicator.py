@@ -18,14 +18,14 @@ from zenoh_ice import (
     Sample,
     Settings,
 )
-from zenoh_ice.codec import Codec
+from zenoh_ice.calls.invocation import InvocationFuture
+from zenoh_ice.calls.manner import Manner
 from zenoh_ice.identity import Target
-from zenoh_ice.incoming import Incoming
-from zenoh_ice.invocation import InvocationFuture
-from zenoh_ice.manner import Manner
+from zenoh_ice.network.pulse import Pulse
 from zenoh_ice.operation import Interface, Operation
-from zenoh_ice.pulse import Pulse
-from zenoh_ice.subscription import Delivery
+from zenoh_ice.serving.incoming import Incoming
+from zenoh_ice.streams.subscription import Delivery
+from zenoh_ice.wire.codec import Codec
 
 from .calls import CLIENT, CallLog, InlineCoroutines, InlineDispatcher, InProcessCall
 from .clock import TaskClock

@@ -10,9 +10,9 @@ from typing import Any, Final, Generic, Self, TypeVar
 
 from zenoh_ice import Sample, TimeoutException
 from zenoh_ice.operation import Operation
-from zenoh_ice.pieces import Pieces
-from zenoh_ice.publisher import Publisher
-from zenoh_ice.stream_reader import LINGER
+from zenoh_ice.streams.publisher import Publisher
+from zenoh_ice.streams.stream_reader import LINGER
+from zenoh_ice.wire.pieces import Pieces
 
 from .clock import TaskClock
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import PurePath
 from typing import Any, ClassVar, Generic, TypeVar, overload
 
-from zenoh_ice.clock import Clock, WallClock
+from zenoh_ice.clocks.clock import Clock, WallClock
 from zenoh_ice.exceptions import ZenohIceError
 
 from .automaton import Automaton

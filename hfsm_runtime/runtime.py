@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Final
 
-from zenoh_ice.clock import Clock
+from zenoh_ice.clocks.clock import Clock
 
 from .automaton import Automaton, Transition
 from .component import Component, equip, make_automata, parameter_values, parameters_of, source_of

@@ -12,10 +12,10 @@ from enum import StrEnum
 from typing import Final
 
 from zenoh_ice.exceptions import (
+    BusyException,
     CommunicatorDestroyedException,
     ConnectionLostException,
     ObjectNotExistException,
-    BusyException,
     TimeoutException,
 )
 

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from zenoh_ice.clock import Clock
+from zenoh_ice.clocks.clock import Clock
 
 from .alarm import Alarm
 from .cycle import Supervisor, run_cycle

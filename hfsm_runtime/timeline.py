@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Final
 
-from zenoh_ice.clock import Clock
+from zenoh_ice.clocks.clock import Clock
 
 __all__ = ["Timeline"]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 from typing import Final, NamedTuple
 
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.clocks.clock import VirtualClock
 
 from .component import Component, equip, make_automata, source_of
 from .control.carrying import take_attributes

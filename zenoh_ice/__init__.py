@@ -1,8 +1,9 @@
 """Ice's object model over Eclipse Zenoh: communicators, adapters, servants, proxies and streams."""
 
 from .adapter import ObjectAdapter
-from .clients import ClientWatch
-from .clock import Clock, VirtualClock, WallClock
+from .calls.implicit_context import ImplicitContext
+from .calls.invocation import InvocationFuture
+from .clocks.clock import Clock, VirtualClock, WallClock
 from .communicator import Communicator, initialize
 from .exceptions import (
     AccessDeniedException,
@@ -26,17 +27,16 @@ from .exceptions import (
     ZenohIceError,
 )
 from .identity import Identity, identityToString, stringToIdentity
-from .implicit_context import ImplicitContext
-from .invocation import InvocationFuture
+from .network.clients import ClientWatch
+from .network.presence import ServantInfo
+from .network.process_status import ProcessStatus, ServantStatus
 from .object import Current, Object
-from .presence import ServantInfo
-from .process_status import ProcessStatus, ServantStatus
 from .proxy import ObjectPrx
-from .publisher import Publisher
-from .sample import Sample
-from .servant_locator import ServantLocator
+from .serving.servant_locator import ServantLocator
 from .settings import Settings, load_settings
-from .subscription import Subscription
+from .streams.publisher import Publisher
+from .streams.sample import Sample
+from .streams.subscription import Subscription
 
 __all__ = [
     "AccessDeniedException",

@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from .default_incoming import default_target
 from .exceptions import (
     AlreadyRegisteredException,
     CommunicatorDestroyedException,
@@ -22,9 +21,10 @@ from .exceptions import (
 from .identity import ANY_NAME, NAME, Identity, Target, stringToIdentity
 from .object import Object
 from .proxy import ObjectPrx
-from .registration import Registration
-from .servant_locator import ServantLocator
-from .served import AnyIncoming, AnyServed, Served, ServedDefault, ServedLocator
+from .serving.default_incoming import default_target
+from .serving.registration import Registration
+from .serving.servant_locator import ServantLocator
+from .serving.served import AnyIncoming, AnyServed, Served, ServedDefault, ServedLocator
 
 if TYPE_CHECKING:
     from .communicator import Communicator

@@ -15,32 +15,32 @@ from queue import Empty, SimpleQueue
 from typing import Any, Final, Self, TypeVar
 
 from .adapter import ObjectAdapter
-from .clients import Clients, ClientWatch, client_token
-from .clock import Clock, WallClock
-from .codec import Codec
-from .coroutines import Coroutines
+from .calls.implicit_context import ImplicitContext
+from .calls.invocation import InvocationFuture
+from .calls.manner import Manner, Mode
+from .calls.oneway import OnewayBatch
+from .calls.outgoing_calls import AnyCall, OutgoingCalls
+from .clocks.clock import Clock, WallClock
 from .dispatch import Dispatcher, Lane, is_marked_thread
 from .exceptions import CommunicatorDestroyedException, ConfigurationException
 from .identity import PROXY_TEXT, Identity, Target, identityToString, stringToIdentity
-from .implicit_context import ImplicitContext
-from .invocation import InvocationFuture
-from .local_servants import LocalServants
-from .manner import Manner, Mode
-from .oneway import OnewayBatch
+from .network.clients import Clients, ClientWatch, client_token
+from .network.presence import Presence, ServantInfo
+from .network.process_status import ProcessStatus, ProcessStatusServer, ask_process_status
+from .network.pulse import Pulse
+from .network.session import close_session, connect_endpoints, open_session
 from .operation import Interface, Operation
-from .outgoing_calls import AnyCall, OutgoingCalls
-from .presence import Presence, ServantInfo
-from .process_status import ProcessStatus, ProcessStatusServer, ask_process_status
 from .proxy import ObjectPrx
-from .pulse import Pulse
-from .rivals import Rivals
-from .sample import Sample
-from .session import close_session, connect_endpoints, open_session
+from .serving.coroutines import Coroutines
+from .serving.local_servants import LocalServants
+from .serving.rivals import Rivals
 from .settings import Settings, load_settings
-from .shared_memory import SharedMemory, may_lock_enough
-from .stream_reader import StreamReader
-from .stream_readers import StreamReaders
-from .subscription import Delivery, Subscription
+from .streams.sample import Sample
+from .streams.stream_reader import StreamReader
+from .streams.stream_readers import StreamReaders
+from .streams.subscription import Delivery, Subscription
+from .wire.codec import Codec
+from .wire.shared_memory import SharedMemory, may_lock_enough
 
 __all__ = ["Communicator", "initialize"]
 
@@ -215,7 +215,7 @@ class Communicator:
     def _choose_clock(self) -> Clock:
         if self.settings.clock == "wall":
             return WallClock()
-        from .robot_clock import choose_clock
+        from .clocks.robot_clock import choose_clock
 
         return choose_clock(self)
 

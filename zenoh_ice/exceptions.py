@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import msgspec
 
-from .text import cut, printable
+from .wire.text import cut, printable
 
 __all__ = [
     "AccessDeniedException",

@@ -8,14 +8,14 @@ from typing import Annotated, Any, TypeAlias, TypeVar
 
 from msgspec import Meta
 
+from .calls.invocation import InvocationFuture
 from .exceptions import UserException
-from .invocation import InvocationFuture
 from .object import Current, Object
 from .operation import Interface, Operation
 from .proxy import ObjectPrx
-from .publisher import Publisher
-from .stream import streamed
-from .values import Struct, Value
+from .streams.publisher import Publisher
+from .streams.stream import streamed
+from .wire.values import Struct, Value
 
 __all__ = [
     "Byte",

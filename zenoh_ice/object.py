@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 import msgspec
 
 from .operation import OBJECT_TYPE_ID, Interface, Operation
-from .publisher import Publisher
+from .streams.publisher import Publisher
 
 if TYPE_CHECKING:
     from .adapter import ObjectAdapter

@@ -6,7 +6,11 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, ParamSpec, Self, TypeVar, cast
 
-from .attachment import check_context
+from .calls.invocation import InvocationFuture, fail
+from .calls.manner import Manner, Mode, Replicas
+from .calls.mismatch import describe_difference
+from .calls.oneway import BatchedCall, OnewayBatch, OnewayCall
+from .calls.outgoing_calls import AnyCall
 from .exceptions import (
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -14,17 +18,13 @@ from .exceptions import (
     ZenohIceError,
 )
 from .identity import Identity, Target, check_facet, stringToIdentity
-from .invocation import InvocationFuture, fail
-from .manner import Manner, Mode, Replicas
-from .mismatch import describe_difference
 from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
-from .oneway import BatchedCall, OnewayBatch, OnewayCall
 from .operation import OBJECT_TYPE_ID, Interface, Operation
-from .outgoing_calls import AnyCall
-from .sample import Sample
-from .stream_reader import StreamReader
-from .subscription import Delivery, Subscription
-from .values import Reference
+from .streams.sample import Sample
+from .streams.stream_reader import StreamReader
+from .streams.subscription import Delivery, Subscription
+from .wire.attachment import check_context
+from .wire.values import Reference
 
 if TYPE_CHECKING:
     from .communicator import Communicator

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from .endpoints import check_endpoint
 from .exceptions import ConfigurationException
-from .security import PATHS, Security, resolved
-from .text import cut
+from .network.endpoints import check_endpoint
+from .network.security import PATHS, Security, resolved
+from .wire.text import cut
 
 __all__ = ["DEFAULT_ENDPOINT", "ENVIRONMENT_PREFIX", "Settings", "load_settings"]
 

@@ -33,7 +33,7 @@ from deploy.nao.definitions import (
     Type,
 )
 from zenoh_ice import MarshalException
-from zenoh_ice.text import cut
+from zenoh_ice.wire.text import cut
 
 __all__ = ["parse_definition"]
 

@@ -31,9 +31,9 @@ from zenoh_ice import MarshalException, ObjectPrx, UserException
 from zenoh_ice.generated import Byte, Int, Interface, Long, Operation, Short, Struct
 from zenoh_ice.identity import Target
 from zenoh_ice.operation import OBJECT_TYPE_ID
-from zenoh_ice.stream import StreamedCall
-from zenoh_ice.text import printable
-from zenoh_ice.values import Value
+from zenoh_ice.streams.stream import StreamedCall
+from zenoh_ice.wire.text import printable
+from zenoh_ice.wire.values import Value
 
 __all__ = ["DynamicProxy", "Types"]
 

@@ -13,7 +13,7 @@ from deploy.nao.quantities import count_text, span_text
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.identity import ANY_NAME, Target
-from zenoh_ice.process_status import ProcessStatus
+from zenoh_ice.network.process_status import ProcessStatus
 from zenoh_ice.settings import Settings
 
 __all__ = ["list_servants", "nobody", "servant_name"]

@@ -7,8 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Final
 
 from zenoh_ice import Communicator, ZenohIceError
-from zenoh_ice.process_status import ProcessStatus
-from zenoh_ice.text import printable
+from zenoh_ice.network.process_status import ProcessStatus
+from zenoh_ice.wire.text import printable
 
 __all__ = ["ask_processes", "process_name"]
 

@@ -14,9 +14,9 @@ from deploy.nao.processes import ask_processes
 from deploy.nao.quantities import count_text, duration_text, span_text
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.process_status import ProcessStatus, ServantStatus
+from zenoh_ice.network.process_status import ProcessStatus, ServantStatus
 from zenoh_ice.settings import Settings
-from zenoh_ice.text import printable
+from zenoh_ice.wire.text import printable
 
 __all__ = ["status"]
 

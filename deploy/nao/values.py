@@ -28,7 +28,7 @@ from deploy.nao.definitions import (
 from deploy.nao.dynamic import Types
 from deploy.nao.errors import UsageError
 from zenoh_ice import ObjectPrx, ZenohIceError
-from zenoh_ice.values import TYPE_FIELD, Value, type_ids_of
+from zenoh_ice.wire.values import TYPE_FIELD, Value, type_ids_of
 
 __all__ = ["FromJson", "Json", "to_json"]
 

@@ -22,7 +22,7 @@ from deploy.security.certificates import (
     write_public,
 )
 from deploy.security.templates import CLIENT_ROLES, client_settings, router_settings
-from zenoh_ice.endpoints import host_and_port, is_loopback
+from zenoh_ice.network.endpoints import host_and_port, is_loopback
 from zenoh_ice.settings import Settings, load_settings
 
 __all__ = ["SecurityFolder"]

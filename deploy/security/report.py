@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from zenoh_ice.session_config import nested, session_config
+from zenoh_ice.network.session_config import nested, session_config
 from zenoh_ice.settings import Settings
 
 __all__ = ["access_table", "identification", "zenohd_config"]

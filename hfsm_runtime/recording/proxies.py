@@ -11,10 +11,10 @@ from functools import partial
 from typing import Any, ClassVar, TypeVar, cast
 
 from zenoh_ice import ObjectPrx, Sample, Subscription
-from zenoh_ice.invocation import InvocationFuture, fail
+from zenoh_ice.calls.invocation import InvocationFuture, fail
 from zenoh_ice.operation import Operation
-from zenoh_ice.stream_reader import StreamReader
-from zenoh_ice.subscription import Delivery
+from zenoh_ice.streams.stream_reader import StreamReader
+from zenoh_ice.streams.subscription import Delivery
 
 from ..component import Component, proxies_of
 from .recorder import Recorder

@@ -12,7 +12,7 @@ import msgspec
 
 from zenoh_ice import Sample, ZenohIceError
 from zenoh_ice.operation import Operation
-from zenoh_ice.wire_errors import encode_error
+from zenoh_ice.wire.errors import encode_error
 
 from .messages import Image, Message, Missing, Result, Stamp
 from .recorder import Recorder, describe_error

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import msgspec
 
-from zenoh_ice.clock import Clock
+from zenoh_ice.clocks.clock import Clock
 
 from ..automaton import Automaton, Transition
 from ..component import Component, parameter_values, proxies_of, source_of

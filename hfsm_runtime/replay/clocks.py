@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Final
 
-from zenoh_ice.clock import WallClock
+from zenoh_ice.clocks.clock import WallClock
 
 from ..timeline import Timeline
 from .answers import Answers

@@ -9,13 +9,13 @@ from typing import Any, ClassVar, Final, NoReturn, TypeVar, cast
 import msgspec
 
 from zenoh_ice import ObjectPrx, Sample, Subscription, exceptions
+from zenoh_ice.calls.invocation import InvocationFuture
 from zenoh_ice.exceptions import MarshalException, SystemException, TimeoutException, UnknownException
 from zenoh_ice.identity import Target
-from zenoh_ice.invocation import InvocationFuture
 from zenoh_ice.operation import Operation
-from zenoh_ice.stream_reader import StreamReader
-from zenoh_ice.subscription import Delivery
-from zenoh_ice.wire_errors import decode_error
+from zenoh_ice.streams.stream_reader import StreamReader
+from zenoh_ice.streams.subscription import Delivery
+from zenoh_ice.wire.errors import decode_error
 
 from ..component import Component, proxies_of
 from ..recording.messages import Reading, Result

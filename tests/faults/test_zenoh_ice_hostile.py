@@ -30,13 +30,13 @@ from zenoh_ice import (
     OperationNotExistException,
     UserException,
     ZenohIceError,
-    stream_source,
 )
-from zenoh_ice.attachment import encode_call_attachment, encode_sample_attachment
 from zenoh_ice.generated import Dispatched
 from zenoh_ice.identity import Target
-from zenoh_ice.presence import servant_token
-from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error, encode_error
+from zenoh_ice.network.presence import servant_token
+from zenoh_ice.streams import stream_source
+from zenoh_ice.wire.attachment import encode_call_attachment, encode_sample_attachment
+from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error, encode_error
 
 TARGET = Target("nao", "Calculator")
 INPUTS = 300

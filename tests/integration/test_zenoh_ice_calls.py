@@ -39,7 +39,7 @@ from zenoh_ice import (
 )
 from zenoh_ice.generated import Operation, Struct
 from zenoh_ice.identity import Target
-from zenoh_ice.wire_errors import ERROR_ENCODING, decode_error
+from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error
 
 
 @pytest.fixture
@@ -405,7 +405,9 @@ class TestPresence:
         with pytest.raises(ConfigurationException, match="endpoints are settings"):
             pair.client.stringToProxy("Head:default -h localhost -p 9999")
 
-    @pytest.mark.parametrize("text", ["", "a/b/c", "/a", "a/", "a -f", "a -x b", "*", "a@", "@nao", "a b", "a@b@c", "x" * 200])
+    @pytest.mark.parametrize(
+        "text", ["", "a/b/c", "/a", "a/", "a -f", "a -x b", "*", "a@", "@nao", "a b", "a@b@c", "x" * 200]
+    )
     def test_invalid_proxy_is_refused(self, pair: Pair, text: str) -> None:
         with pytest.raises(ConfigurationException):
             pair.client.stringToProxy(text)

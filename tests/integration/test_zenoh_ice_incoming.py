@@ -17,15 +17,10 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import LIMIT
-from zenoh_ice import (
-    BusyException,
-    ConnectionLostException,
-    MarshalException,
-    ServantStatus,
-    oneway_inbox,
-)
-from zenoh_ice.attachment import encode_call_attachment
-from zenoh_ice.wire_errors import decode_error
+from zenoh_ice import BusyException, ConnectionLostException, MarshalException, ServantStatus
+from zenoh_ice.serving import oneway_inbox
+from zenoh_ice.wire.attachment import encode_call_attachment
+from zenoh_ice.wire.errors import decode_error
 
 FINGERPRINT = "c0ffee0000000010"
 

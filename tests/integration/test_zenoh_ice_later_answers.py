@@ -21,9 +21,9 @@ from zenoh_ice import (
     Current,
     MarshalException,
     UnknownException,
-    upcalls,
 )
 from zenoh_ice.generated import Dispatched
+from zenoh_ice.serving import upcalls
 
 
 class Later(GripperI):

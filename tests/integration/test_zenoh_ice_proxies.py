@@ -28,7 +28,7 @@ from zenoh_ice import (
     TwowayOnlyException,
 )
 from zenoh_ice.identity import Target
-from zenoh_ice.presence import servant_token
+from zenoh_ice.network.presence import servant_token
 
 
 @pytest.fixture

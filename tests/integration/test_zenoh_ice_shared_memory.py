@@ -11,7 +11,8 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT
-from zenoh_ice import Communicator, shared_memory, shared_segments
+from zenoh_ice import Communicator
+from zenoh_ice.wire import shared_memory, shared_segments
 
 IMAGE = bytes(range(256)) * 4000
 

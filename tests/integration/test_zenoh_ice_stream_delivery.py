@@ -174,7 +174,7 @@ class TestRate:
         self, calculator: CalculatorPrx, options: dict[str, int]
     ) -> None:
         with pytest.raises(ConfigurationException, match=f"{next(iter(options))} is from"):
-            calculator.getReading.subscribe(print, **options)  # type: ignore[arg-type]
+            calculator.getReading.subscribe(print, **options)
 
 
 class TestHistory:

@@ -22,9 +22,8 @@ from zenoh_ice import (
     ObjectNotExistException,
     Sample,
     TimeoutException,
-    stream_reader,
-    subscription,
 )
+from zenoh_ice.streams import stream_reader, subscription
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.calculator import CalculatorError, DivisionByZero, Node, OtherError, Reading, Scientific
 from zenoh_ice import Current
-from zenoh_ice.incoming import Incoming
+from zenoh_ice.serving.incoming import Incoming
 
 
 class Mute(Exception):

@@ -32,22 +32,22 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice.attachment import (
+from zenoh_ice.clocks.estimated_clock import EstimatedClock
+from zenoh_ice.generated import Int, Long, Struct, Value
+from zenoh_ice.identity import Target
+from zenoh_ice.network.presence import Presence, servant_token
+from zenoh_ice.network.process_status import ProcessStatus, ServantStatus, decode_process_status
+from zenoh_ice.network.session_config import session_config
+from zenoh_ice.settings import load_settings
+from zenoh_ice.wire.attachment import (
     Attachment,
     decode_attachment,
     encode_call_attachment,
     encode_sample_attachment,
 )
-from zenoh_ice.codec import Codec
-from zenoh_ice.estimated_clock import EstimatedClock
-from zenoh_ice.generated import Int, Long, Struct, Value
-from zenoh_ice.identity import Target
-from zenoh_ice.presence import Presence, servant_token
-from zenoh_ice.process_status import ProcessStatus, ServantStatus, decode_process_status
-from zenoh_ice.session_config import session_config
-from zenoh_ice.settings import load_settings
-from zenoh_ice.text import LONGEST_TEXT
-from zenoh_ice.wire_errors import decode_error, encode_error
+from zenoh_ice.wire.codec import Codec
+from zenoh_ice.wire.errors import decode_error, encode_error
+from zenoh_ice.wire.text import LONGEST_TEXT
 
 from .calculator import CALCULATOR, CalculatorError, DivisionByZero
 from .generated_types import structs_of

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from zenoh_ice import ObjectPrx
 from zenoh_ice.identity import Target
-from zenoh_ice.values import TYPE_FIELD, Value, derived_classes
+from zenoh_ice.wire.values import TYPE_FIELD, Value, derived_classes
 
 _NAMES = ("Head", "Body@nao", "LeftArm.Motors@other-realm")
 

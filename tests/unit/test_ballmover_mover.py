@@ -16,7 +16,7 @@ from ballmover.mover import PERIOD, Mover
 from ballmover.route import Route, Stop
 from ballmover.waypoints import Waypoint
 from tests.support.limits import LIMIT
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.clocks.clock import VirtualClock
 from zenoh_ice.exceptions import ConnectionLostException
 
 LIMITS = AxisLimits(-math.pi, math.pi, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)

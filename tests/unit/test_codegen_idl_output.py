@@ -24,7 +24,7 @@ from tests.support.slice_compiler import imported, write_sources
 from tests.support.slice_grammar import slice_files
 from tests.support.wire_values import Desk, packed, plain, struct_values, unpacked
 from zenoh_ice import MarshalException
-from zenoh_ice.codec import Codec
+from zenoh_ice.wire.codec import Codec
 
 DATA = Path(__file__).parents[1] / "data" / "slice_output"
 PROGRAMS = sorted(directory for directory in DATA.iterdir() if directory.is_dir())

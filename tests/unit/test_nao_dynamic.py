@@ -26,9 +26,9 @@ from tests.support.generated_types import modules_of
 from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, plain, struct_values
 from zenoh_ice import MarshalException
-from zenoh_ice.codec import encode
 from zenoh_ice.operation import Interface
-from zenoh_ice.values import TYPE_FIELD
+from zenoh_ice.wire.codec import encode
+from zenoh_ice.wire.values import TYPE_FIELD
 
 EVERYTHING = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
 DESK: Any = Desk()

@@ -10,8 +10,8 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenoh_ice.access import Role, access_control, parse_role
 from zenoh_ice.identity import Target
+from zenoh_ice.network.access import Role, access_control, parse_role
 
 names = st.text("ab.-_", min_size=1, max_size=3)
 globs = st.text("ab.*", min_size=1, max_size=3).filter(lambda text: "**" not in text)

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from tests.support.wire_values import Desk
 from zenoh_ice import MarshalException, ObjectPrx
-from zenoh_ice.codec import Codec
 from zenoh_ice.generated import Int, Struct, Value
+from zenoh_ice.wire.codec import Codec
 
 DESK: Any = Desk()
 

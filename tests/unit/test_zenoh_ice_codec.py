@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 
 from tests.support.calculator import Node
 from zenoh_ice import MarshalException
-from zenoh_ice.attachment import (
+from zenoh_ice.generated import Byte, Int, Long, Short, Struct
+from zenoh_ice.wire.attachment import (
     Attachment,
     decode_attachment,
     encode_call_attachment,
     encode_sample_attachment,
 )
-from zenoh_ice.codec import Codec
-from zenoh_ice.generated import Byte, Int, Long, Short, Struct
+from zenoh_ice.wire.codec import Codec
 
 
 class Inner(Struct):

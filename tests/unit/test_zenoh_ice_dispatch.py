@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.support.limits import LIMIT
-from zenoh_ice import ObjectNotExistException, BusyException
+from zenoh_ice import BusyException, ObjectNotExistException
 from zenoh_ice.dispatch import Dispatcher, Lane
 
 

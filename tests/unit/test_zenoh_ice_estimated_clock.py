@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.limits import AT_ONCE, LIMIT
-from zenoh_ice import estimated_clock
-from zenoh_ice.clock import Clock
-from zenoh_ice.estimated_clock import EstimatedClock
+from zenoh_ice.clocks import estimated_clock
+from zenoh_ice.clocks.clock import Clock
+from zenoh_ice.clocks.estimated_clock import EstimatedClock
 from zenoh_ice.exceptions import CommunicatorDestroyedException, MarshalException
 
 

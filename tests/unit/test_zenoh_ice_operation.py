@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from zenoh_ice.calls.mismatch import first_difference
 from zenoh_ice.generated import Interface, Operation, Struct
-from zenoh_ice.mismatch import first_difference
 
 
 class Nothing(Struct):

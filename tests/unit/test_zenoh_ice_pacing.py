@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from zenoh_ice import pacing
-from zenoh_ice.pacing import Pacer
+from zenoh_ice.streams.pacing import Pacer
 
 
 @pytest.fixture
 def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     now = [100.0]
-    monkeypatch.setattr(pacing.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
     return now
 
 

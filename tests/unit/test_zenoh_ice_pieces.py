@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenoh_ice import pieces
-from zenoh_ice.codec import Codec
-from zenoh_ice.pieces import Pieces
-from zenoh_ice.values import Struct
+from zenoh_ice.wire import pieces
+from zenoh_ice.wire.codec import Codec
+from zenoh_ice.wire.pieces import Pieces
+from zenoh_ice.wire.values import Struct
 
 
 class Shape(Struct):

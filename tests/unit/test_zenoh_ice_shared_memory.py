@@ -10,9 +10,10 @@ from typing import Any, cast
 import pytest
 import zenoh
 
-from zenoh_ice import MarshalException, shared_memory
-from zenoh_ice.pieces import LARGE, Pieces
-from zenoh_ice.shared_memory import SharedMemory, may_lock_enough, read_payload
+from zenoh_ice import MarshalException
+from zenoh_ice.wire import shared_memory
+from zenoh_ice.wire.pieces import LARGE, Pieces
+from zenoh_ice.wire.shared_memory import SharedMemory, may_lock_enough, read_payload
 
 POOL = 1 << 20
 

@@ -12,8 +12,8 @@ from uuid import uuid4
 
 import pytest
 
-from zenoh_ice import shared_segments
-from zenoh_ice.shared_segments import claim, mapped_segments, sweep
+from zenoh_ice.wire import shared_segments
+from zenoh_ice.wire.shared_segments import claim, mapped_segments, sweep
 
 SIZE = 1 << 20
 

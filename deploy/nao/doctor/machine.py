@@ -15,7 +15,7 @@ from typing import Final
 
 from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
 from deploy.nao.quantities import bytes_text, count_text
-from zenoh_ice.shared_memory import may_lock_enough
+from zenoh_ice.wire.shared_memory import may_lock_enough
 
 __all__ = ["check_machine"]
 

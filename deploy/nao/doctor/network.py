@@ -18,7 +18,7 @@ from deploy.nao.listing import nobody, servant_name
 from deploy.nao.processes import ask_processes, process_name
 from deploy.nao.quantities import count_text, duration_text
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.process_status import ProcessStatus
+from zenoh_ice.network.process_status import ProcessStatus
 from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 

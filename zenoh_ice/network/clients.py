@@ -1,0 +1,101 @@
+"""Who is no longer there: the clients of a realm, by the liveliness tokens of their communicators."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Callable
+from typing import Any, Final, Self
+
+import zenoh
+from zenoh.handlers import Callback
+
+from ..stop_signals import unbroken
+
+__all__ = ["ClientWatch", "Clients", "client_token"]
+
+_CLIENT: Final = re.compile(r"[0-9a-f]{1,32}")
+
+
+def client_token(realm: str, client: str) -> str:
+    """Return the key of the token that a communicator holds."""
+    return f"@client/{realm}/{client}"
+
+
+class ClientWatch:
+    """A callback on lost clients; `close` ends it, also as the end of a `with` block."""
+
+    def __init__(self, callback: Callable[[str], Any], ended: Callable[[ClientWatch], None]) -> None:
+        self._callback: Final = callback
+        self._ended: Final = ended
+        self._closed = False
+
+    def close(self) -> None:
+        """Begin no call any more; one that runs goes on."""
+        self._closed = True
+        self._ended(self)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def tell(self, client: str) -> None:
+        """Call the function, unless the watch was closed."""
+        if not self._closed:
+            self._callback(client)
+
+
+class Clients:
+    """Follow the clients of a realm as soon as somebody wants to know.
+
+    `notify` hands a function to another thread: Zenoh's own runs no code of users.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, realm: str, notify: Callable[[Callable[[], None]], None]
+    ) -> None:
+        self._session: Final = session
+        self._realm: Final = realm
+        self._notify: Final = notify
+        self._lock = threading.Lock()
+        self._watches: list[ClientWatch] = []
+        self._subscriber: Any = None
+        self._closed = False
+
+    def watch(self, callback: Callable[[str], Any]) -> ClientWatch:
+        """Call a function with the id of every client that goes away."""
+        watch = ClientWatch(callback, self._forget)
+        with self._lock:
+            self._watches.append(watch)
+            # Zenoh's thread takes no lock of ours, so it may be asked while we hold this one.
+            if self._subscriber is None and not self._closed:
+                self._subscriber = self._session.liveliness().declare_subscriber(
+                    client_token(self._realm, "*"),
+                    Callback(unbroken(self._on_token), indirect=False),
+                    history=True,
+                )
+        return watch
+
+    def close(self) -> None:
+        """Follow nobody any longer."""
+        with self._lock:
+            self._closed = True
+            self._watches.clear()
+            subscriber, self._subscriber = self._subscriber, None
+        if subscriber is not None:
+            subscriber.undeclare()
+
+    def _forget(self, watch: ClientWatch) -> None:
+        with self._lock:
+            self._watches = [other for other in self._watches if other is not watch]
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        if sample.kind != zenoh.SampleKind.DELETE:
+            return
+        client = str(sample.key_expr).rsplit("/", 1)[1]
+        if not _CLIENT.fullmatch(client):
+            return  # no communicator has such an id, and it would reach logs
+        for watch in self._watches:
+            self._notify(lambda watch=watch: watch.tell(client))  # type: ignore[misc]

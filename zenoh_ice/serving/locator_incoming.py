@@ -1,0 +1,141 @@
+"""The server's side of calls of servants that a servant locator finds."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Any, Final
+
+from ..exceptions import (
+    MarshalException,
+    ObjectNotExistException,
+    UserException,
+    ZenohIceError,
+)
+from ..identity import Target
+from ..object import OBJECT_INTERFACE, Current, Object
+from ..wire.attachment import Attachment
+from ..wire.errors import unknown_exception
+from ..wire.pieces import Pieces
+from .answer_memory import Answer, AnswerLater
+from .default_incoming import DefaultIncoming
+from .skeleton import Skeleton, runs_a_call
+
+if TYPE_CHECKING:
+    from ..adapter import ObjectAdapter
+    from ..communicator import Communicator
+    from .servant_locator import ServantLocator
+
+__all__ = ["LocatorIncoming"]
+
+_CONCURRENT_CALLS: Final = 4
+
+_logger = logging.getLogger(__name__)
+
+
+class LocatorIncoming(DefaultIncoming):
+    """Serve a category by the servants that a locator finds."""
+
+    def __init__(
+        self,
+        communicator: Communicator,
+        category: str,
+        locator: ServantLocator,
+        adapter: ObjectAdapter | None,
+    ) -> None:
+        super().__init__(communicator, category, OBJECT_INTERFACE, adapter, _CONCURRENT_CALLS)
+        self.locator: Final = locator
+
+    def drain(self, timeout: float) -> bool:
+        """Wait for the calls that run, as every registration does, and tell the locator."""
+        ended = super().drain(timeout)
+        if not self.served:  # somebody else serves the category
+            return ended
+        try:
+            self.locator.deactivate(self.category)
+        except Exception:
+            _logger.exception("the servant locator of %s failed to deactivate", self.target.identity)
+        return ended
+
+    def _execute(
+        self,
+        target: Target,
+        name: str,
+        payload: bytes,
+        attachment: bytes | None,
+        *,
+        since: float,
+        later: AnswerLater,
+    ) -> Answer | None:
+        upcalls = self.upcalls
+        try:
+            about, current = upcalls.current(target, name, attachment)
+            servant, cookie = self._locate(current)
+        except ZenohIceError as error:
+            return upcalls.refuse(error)
+
+        def finish() -> None:
+            try:
+                self.locator.finished(current, servant, cookie)
+            except Exception:
+                _logger.exception("the servant locator of %s failed to finish", self.target.identity)
+
+        def finish_later(ok: bool, answer: bytes | Pieces) -> None:
+            later(ok, answer)
+            finish()
+
+        skeleton = Skeleton(self._communicator, servant)
+        try:
+            answer = self._execute_located(skeleton, about, current, payload, since=since, later=finish_later)
+        except BaseException:
+            finish()
+            raise
+        if answer is not None:
+            finish()
+        return answer
+
+    def _execute_located(
+        self,
+        skeleton: Skeleton,
+        about: Attachment,
+        current: Current,
+        payload: bytes,
+        *,
+        since: float,
+        later: AnswerLater,
+    ) -> Answer | None:
+        what = f"{current.identity}.{current.operation}"
+        try:
+            method = skeleton.method(current.operation, current.identity)
+            if len(payload) > method[2]:
+                raise MarshalException(
+                    f"{what}: a request of {len(payload)} bytes where at most {method[2]} are taken"
+                )
+        except ZenohIceError as error:
+            return self.upcalls.refuse(error)
+        with skeleton.turn_in_pool(self._pool):
+            return self.upcalls.execute(
+                skeleton, method, about, current, payload, what=what, since=since, later=later
+            )
+
+    def _locate(self, current: Current) -> tuple[Object, Any]:
+        try:
+            found = self.locator.locate(current)
+        except (UserException, ObjectNotExistException):
+            raise
+        except Exception as error:
+            _logger.exception(
+                "the servant locator of %s failed for %s", self.target.identity, current.identity
+            )
+            raise unknown_exception(error) from error
+        if found is None:
+            raise ObjectNotExistException(
+                f"no servant {current.identity!r}: the servant locator of its category knows none"
+            )
+        return found if isinstance(found, tuple) else (found, None)
+
+    def _limit_of(self, target: Target, name: str) -> tuple[int, str]:
+        # More than the servant may take: that is known when it was located.
+        return self._communicator.settings.max_bulk_size, f"{target.object}.{name}"
+
+    def _runs_here(self) -> bool:
+        return runs_a_call()  # perhaps of a servant that it would locate

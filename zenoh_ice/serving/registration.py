@@ -1,0 +1,227 @@
+"""What all that is served has in common: calls within the process, tokens, and how it ends."""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from abc import ABC, abstractmethod
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+import zenoh
+
+from ..dispatch import Lane
+from ..exceptions import MarshalException, TimeoutException
+from ..identity import Target
+from ..network.presence import servant_token
+from ..network.process_status import ServantStatus
+from ..wire.errors import ERROR_ENCODING, encode_error, unknown_exception
+from ..wire.pieces import Pieces
+from ..wire.shared_memory import SharedMemory, read_payload
+from .answer_memory import Answer, AnswerLater
+from .oneway_inbox import OnewayInbox
+from .query_inbox import MAX_WAITING, QueryInbox
+from .upcalls import Upcalls
+
+if TYPE_CHECKING:
+    from ..adapter import ObjectAdapter
+    from ..communicator import Communicator
+    from ..dispatch import Dispatcher
+    from ..operation import Interface
+
+__all__ = ["Registration", "nobody", "reply", "take_request"]
+
+_NO_ARGUMENTS: Final = b"\x80"  # an empty map
+
+_logger = logging.getLogger(__name__)
+
+
+class Registration(ABC):
+    """Serve something under one target, until it is withdrawn.
+
+    `target` is a servant's, or stands for all of a category that have no servant of their own.
+    """
+
+    def __init__(
+        self,
+        communicator: Communicator,
+        adapter: ObjectAdapter | None,
+        target: Target,
+        *,
+        interface: Interface,
+        dispatcher: Dispatcher,
+        width: int,
+    ) -> None:
+        self.target: Final = target
+        self.replicated = False
+        """Whether others may serve the target beside it."""
+        self.upcalls: Final = Upcalls(communicator, adapter)
+        self._communicator: Final = communicator
+        self._interface: Final = interface
+        self._lane: Final = Lane(dispatcher, target.object, width=width, depth=MAX_WAITING)
+        self._oneways: Final = OnewayInbox(
+            target.object,
+            dispatcher,
+            self._execute_oneway,
+            self.upcalls.refuse,
+            width=width,
+            most_bytes=communicator.settings.max_bulk_size,
+        )
+        self._inboxes: Final[list[QueryInbox]] = []
+        self._tokens: Final[list[zenoh.LivelinessToken]] = []
+
+    @abstractmethod
+    def _runs_here(self) -> bool:
+        """Return whether the current thread runs a call of it: it must not wait for its own turn."""
+
+    @abstractmethod
+    def _execute(
+        self,
+        target: Target,
+        name: str,
+        payload: bytes,
+        attachment: bytes | None,
+        *,
+        since: float,
+        later: AnswerLater,
+    ) -> Answer | None:
+        """Execute a call on a thread of a pool, or of a call that made it; see `Upcalls.execute`."""
+
+    @abstractmethod
+    def _execute_oneway(self, key: str, sample: zenoh.Sample, since: float) -> Answer | None:
+        """Execute a oneway call on a thread of a pool."""
+
+    @property
+    @abstractmethod
+    def fingerprints(self) -> dict[str, str]:
+        """The fingerprints of the interfaces by type id."""
+
+    def _declare_tokens(self, session: zenoh.Session) -> None:
+        """Let everybody know."""
+        since = time.time()
+        # Its own last: who waits for the servant's own interface finds the others, too.
+        for known in reversed(self._interface.lineage):
+            key = servant_token(
+                self.target,
+                known.type_id,
+                known.fingerprint,
+                self._communicator.client_id,
+                since,
+                replicated=self.replicated,
+            )
+            self._tokens.append(session.liveliness().declare_token(key))
+
+    def status(self) -> ServantStatus:
+        """Return what it does, and did since it is served."""
+        upcalls = self.upcalls
+        return ServantStatus(
+            type_id=self._interface.type_id,
+            calls=upcalls.calls,
+            failed=upcalls.failed,
+            refused=upcalls.refused,
+            running=upcalls.running,
+            busy_for=max((inbox.busy_for() for inbox in self._inboxes), default=0.0),
+            crowded_ago=min((inbox.crowded_ago() for inbox in self._inboxes), default=math.inf),
+        )
+
+    def withdraw(self) -> None:
+        """Take no more calls, then let everybody know."""
+        # In this order: who hears that one of several is gone, and calls again, must not reach the same.
+        for inbox in self._inboxes:
+            inbox.close()
+        self._oneways.close()
+        while self._tokens:
+            self._tokens.pop().undeclare()
+
+    def drain(self, timeout: float) -> bool:
+        """Wait for at most `timeout` s for the calls that run, except one of the current thread.
+
+        Return whether they ended, those that are answered later included.
+        """
+        deadline = time.monotonic() + timeout
+
+        def left() -> float:
+            return max(0.0, deadline - time.monotonic())
+
+        expected = 1 if self._runs_here() else 0
+        ended = self._lane.close(timeout, expected=expected)
+        ended = self._oneways.drain(left(), expected=expected) and ended
+        for inbox in self._inboxes:
+            ended = inbox.join(deadline) and ended
+        ended = self.upcalls.wait_until_answered(left()) and ended
+        if not ended:
+            _logger.error("a call of %s still runs", self.target)
+        return ended
+
+    def wait_until_idle(self, timeout: float) -> bool:
+        """Wait for at most `timeout` s, after `drain`, for what still runs; return whether it ended."""
+        return self._lane.close(timeout) and self.upcalls.wait_until_idle(timeout)
+
+    def _call_here(
+        self, target: Target, name: str, payload: bytes, attachment: bytes, timeout: float
+    ) -> Answer:
+        """Execute a call from this process; return whether it succeeded, and its result or error.
+
+        Both are as they would travel.
+
+        Raises TimeoutException, BusyException, ObjectNotExistException.
+        """
+        future: Future[Answer] = Future()
+        since = time.monotonic()
+
+        def later(ok: bool, answer: bytes | Pieces) -> None:
+            with suppress(InvalidStateError):
+                future.set_result((ok, answer))
+
+        def call() -> None:
+            try:
+                answer = self._execute(target, name, payload, attachment, since=since, later=later)
+            except BaseException as error:
+                _logger.exception("internal error in %s.%s", target.object, name)
+                answer = False, encode_error(unknown_exception(error))
+            if answer is not None:
+                later(*answer)
+
+        if self._runs_here():  # the servant calls itself: it must not wait for its own turn
+            call()
+        else:
+            self._lane.submit(call)
+        with self._communicator.dispatcher.blocked():
+            try:
+                return future.result(timeout)
+            except TimeoutError:
+                raise TimeoutException(
+                    f"{target.object}.{name} did not answer within {timeout:g} s"
+                ) from None
+
+
+def nobody(ok: bool, answer: bytes | Pieces) -> None:
+    """Take the answer of a oneway call."""
+
+
+def take_request(call: zenoh.Query | zenoh.Sample, limit: int, what: str) -> tuple[bytes, bytes | None]:
+    """Return payload and attachment of a call; raises MarshalException for a payload above `limit` bytes."""
+    payload, attachment = call.payload, call.attachment
+    size = 0 if payload is None else len(payload)
+    if size > limit:  # before the payload is so much as copied
+        raise MarshalException(f"{what}: a request of {size} bytes where at most {limit} are taken")
+    return (
+        _NO_ARGUMENTS if payload is None else read_payload(payload, what),
+        None if attachment is None else attachment.to_bytes(),
+    )
+
+
+def reply(
+    shared_memory: SharedMemory, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces
+) -> None:
+    """Answer a query, and let it go: its client would hang until the timeout."""
+    try:
+        with query:
+            if ok:
+                query.reply(key, shared_memory.place(answer))
+            else:
+                query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
+    except zenoh.ZError as error:  # the session was closed meanwhile
+        _logger.debug("answer at %s dropped: %s", key, error)

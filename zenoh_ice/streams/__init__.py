@@ -1,0 +1,1 @@
+"""Streams: publishers at the servant, readers and subscriptions at its clients."""

@@ -1,0 +1,1 @@
+"""What travels: payloads, attachments and errors as bytes, checked as they arrive."""
