@@ -31,14 +31,18 @@ def proxy_of(communicator: Communicator, identity: str, facet: str = "") -> Obje
 
 def find_servant(communicator: Communicator, identity: str, facet: str = "") -> DynamicProxy:
     """Return a proxy of a servant that is there; raises what a call raises."""
-    return DynamicProxy(proxy_of(communicator, identity, facet), facet)
+    proxy = proxy_of(communicator, identity, facet)
+    target = _target(proxy)
+    if not _is_there(communicator, target):
+        raise communicator.presence.explain_absence(target)
+    return DynamicProxy(proxy, facet)
 
 
 def servants(communicator: Communicator) -> list[ServantInfo]:
     """Return the servants of the realm once all are known; none when nobody answers."""
     known: list[ServantInfo] = []
     started = changed = time.monotonic()
-    longest = _LONGEST if _may_be_linked(communicator) else _QUIET
+    longest = _LONGEST if _may_be_linked(communicator) else 0.0
     while (now := time.monotonic()) < started + longest:
         found = communicator.servants()
         if found != known:
@@ -49,10 +53,21 @@ def servants(communicator: Communicator) -> list[ServantInfo]:
     return known
 
 
+def _is_there(communicator: Communicator, target: Target) -> bool:
+    """Wait for a servant, not longer than somebody may tell of it; return whether it is there."""
+    timeout = communicator.settings.timeout if _may_be_linked(communicator) else 0.0
+    return communicator.presence.wait_for(target, None, timeout)
+
+
 def _may_be_linked(communicator: Communicator) -> bool:
-    """Return whether somebody may be at an endpoint, or may come."""
-    connect = communicator.settings.connect
-    return not connect or any(listens(endpoint) is not False for endpoint in connect)
+    """Return whether there is a link, or one may come: soon it is looked whether anything listens at all."""
+    deadline = time.monotonic() + _QUIET
+    while not communicator.presence.linked():
+        if time.monotonic() >= deadline:
+            connect = communicator.settings.connect
+            return not connect or any(listens(endpoint) is not False for endpoint in connect)
+        time.sleep(_LOOK)
+    return True
 
 
 def find_operation(
@@ -63,7 +78,7 @@ def find_operation(
     Where a stream is wanted, the servant alone will do if it has only one. Raises UsageError, with what there
     is, when the servant has no such operation, and what a call raises when it is not there.
     """
-    identity, name = split(communicator, text)
+    identity, name = split(communicator, text, facet)
     proxy = find_servant(communicator, identity, facet)
     choices = [each for each in proxy.interface_operations.values() if each.streamed or not streamed]
     if not name:
@@ -100,21 +115,26 @@ def operations_of(proxy: DynamicProxy) -> list[OperationSignature]:
     return sorted(proxy.interface_operations.values(), key=lambda each: (each.interface, each.name))
 
 
-def split(communicator: Communicator, text: str) -> tuple[str, str]:
+def split(communicator: Communicator, text: str, facet: str = "") -> tuple[str, str]:
     """Return servant and operation of `Servant.operation`, where the servant's name may have dots, too.
 
-    The operation is empty when the text names a servant alone.
+    The operation is empty when the text names a servant alone. Raises what a call raises when there is
+    neither.
     """
     identity, dot, name = text.rpartition(".")
     if not dot:
         return text, ""
-    presence, realm = communicator.presence, communicator.realm
     # Only the servants that are there tell whether `Hfsm.follow_ball` is one, or one with its operation.
-    if not presence.wait_for(Target(realm, identity), None, communicator.settings.timeout) and (
-        presence.interfaces(Target(realm, text))
-    ):
+    wanted, whole = (_target(proxy_of(communicator, each, facet)) for each in (identity, text))
+    if _is_there(communicator, wanted):
+        return identity, name
+    if communicator.presence.interfaces(whole):
         return text, ""
-    return identity, name
+    raise communicator.presence.explain_absence(wanted)
+
+
+def _target(proxy: ObjectPrx) -> Target:
+    return Target(proxy.ice_getRealm(), proxy.ice_getIdentity(), proxy.ice_getFacet())
 
 
 def _examples(identity: str, operations: list[OperationSignature]) -> str:

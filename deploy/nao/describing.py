@@ -29,7 +29,7 @@ def describe(settings: Settings, address: str, facet: str, *, as_json: bool) -> 
     Raises UsageError for an operation that there is not, and what a call raises.
     """
     with initialize(settings) as communicator:
-        identity, name = split(communicator, address)
+        identity, name = split(communicator, address, facet)
         proxy = find_servant(communicator, identity, facet)
     definitions = proxy.definitions
     shown = operations_of(proxy)
