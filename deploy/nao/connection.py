@@ -7,9 +7,9 @@ import time
 from typing import Final
 
 from deploy.nao.definitions import OperationSignature
-from deploy.nao.doctor.ports import listens
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.errors import UsageError
+from deploy.nao.ports import listens
 from zenoh_ice import Communicator, ObjectPrx, ServantInfo
 from zenoh_ice.identity import Target
 

@@ -18,7 +18,7 @@ from deploy.nao.doctor.finding import Finding, Level
 from deploy.nao.doctor.installation import check_installation
 from deploy.nao.doctor.machine import check_machine
 from deploy.nao.doctor.network import check_network
-from deploy.nao.doctor.ports import holder_of, listens
+from deploy.nao.ports import holder_of, listens
 from zenoh_ice.settings import load_settings
 
 SHARED_MEMORY = Path("/dev/shm")

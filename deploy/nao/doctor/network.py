@@ -13,8 +13,8 @@ from typing import Final
 
 from deploy.nao.connection import find_servant, proxy_of, servants
 from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
-from deploy.nao.doctor.ports import holder_of, listens
 from deploy.nao.listing import nobody, servant_name
+from deploy.nao.ports import holder_of, listens
 from deploy.nao.processes import ask_processes, process_name
 from deploy.nao.quantities import count_text, duration_text
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
