@@ -109,7 +109,7 @@ _WORDS = (
     b"[" * 300,
     b"sequence<" * 40,
     b"[[a]]",
-    b"::zoo::Animal",
+    b"::circus::Animal",
     b"returnValue",
 )
 

@@ -58,12 +58,12 @@ __all__ = ["DOORS", "Door", "SilentSession", "check_error", "tell"]
 _LONGEST_ERROR = 2 * LONGEST_TEXT
 
 
-class Animal(Value, tag="::zoo::Animal"):
+class Animal(Value, tag="::circus::Animal"):
     name: str
     friend: Animal | None
 
 
-class Dog(Animal, tag="::zoo::Dog ::zoo::Animal", kw_only=True):
+class Dog(Animal, tag="::circus::Dog ::circus::Animal", kw_only=True):
     tricks: Int | None = None
     legs: Int = 4
 
@@ -87,7 +87,7 @@ class Introduction(Struct):
 
 
 class NoRoomError(UserException):
-    ice_type_id = "::zoo::NoRoomError"
+    ice_type_id = "::circus::NoRoomError"
 
     class Members(Struct):
         animal: Animal | None
@@ -281,22 +281,22 @@ def _proxies() -> Door:
 
 
 _ZOO = """\
-::zoo::Animal::friend: ::zoo::Animal
-::zoo::Animal::name: string
-::zoo::Color::green = 3
-::zoo::Color::red = 0
-::zoo::Dog::legs: optional int
-::zoo::Full::animal: ::zoo::Animal
-::zoo::Full::place: ::zoo::Place
-::zoo::Keeper::feed(::zoo::Animal star, dictionary<::zoo::Place, sequence<::zoo::Color>> where): \
-sequence<byte> returnValue, ::zoo::Keeper* next throws ::zoo::Full idempotent stream
-::zoo::Place::row: long
-class ::zoo::Animal
-class ::zoo::Dog extends ::zoo::Animal
-enum ::zoo::Color
-exception ::zoo::Full
-interface ::zoo::Keeper
-struct ::zoo::Place
+::circus::Animal::friend: ::circus::Animal
+::circus::Animal::name: string
+::circus::Color::green = 3
+::circus::Color::red = 0
+::circus::Dog::legs: optional int
+::circus::Full::animal: ::circus::Animal
+::circus::Full::place: ::circus::Place
+::circus::Keeper::feed(::circus::Animal star, dictionary<::circus::Place, sequence<::circus::Color>> where): \
+sequence<byte> returnValue, ::circus::Keeper* next throws ::circus::Full idempotent stream
+::circus::Place::row: long
+class ::circus::Animal
+class ::circus::Dog extends ::circus::Animal
+enum ::circus::Color
+exception ::circus::Full
+interface ::circus::Keeper
+struct ::circus::Place
 """
 
 
