@@ -11,7 +11,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "mapping.md"
 
 
 def test_the_example_is_what_is_generated(tmp_path: Path) -> None:
-    slice_text, python = re.findall(r"```(?:slice|python)\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    slice_text, python, *_ = re.findall(r"```(?:slice|python)\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
     compilation, diagnostics = compile_text(tmp_path, slice_text)
     assert not diagnostics.has_errors, diagnostics.render()
     text = next(file.text for file in compilation.files if file.path.name == "main.py")

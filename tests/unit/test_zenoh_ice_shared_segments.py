@@ -79,7 +79,7 @@ def test_what_is_claimed_no_longer_is_given_back(segment: Path) -> None:
 
 def test_claim_ends_with_its_process(segment: Path) -> None:
     code = (
-        "import sys; from zenoh_ice.shared_segments import claim; "
+        "import sys; from zenoh_ice.wire.shared_segments import claim; "
         "print(claim(sys.argv[1], int(sys.argv[2])), flush=True); input()"
     )
     command = [sys.executable, "-c", code, segment.name, str(SIZE)]
