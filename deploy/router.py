@@ -14,12 +14,13 @@ from typing import Self
 import zenoh
 from zenoh.handlers import Callback
 
+from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.network.session import close_session, open_session
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 from zenoh_ice.stop_signals import unbroken
 from zenoh_ice.wire.text import printable
 
-__all__ = ["DEFAULTS", "Router", "serve"]
+__all__ = ["DEFAULTS", "Router", "check_router", "serve"]
 
 DEFAULTS = {"mode": "router", "connect": (), "listen": (DEFAULT_ENDPOINT,), "log_level": "info"}
 """Settings of a router where they differ from those of other components."""
@@ -32,11 +33,12 @@ _logger = logging.getLogger(__name__)
 class Router:
     """A router, until closed.
 
-    Raises what `zenoh_ice.session.open_session` does.
+    Raises ConfigurationException for settings that are not of a router, and what
+    `zenoh_ice.network.session.open_session` does.
     """
 
     def __init__(self, settings: Settings) -> None:
-        settings = settings.override(mode="router")
+        check_router(settings)
         self._session = open_session(settings)
         self._links = self._session.info.declare_link_events_listener(
             Callback(unbroken(self._on_link), indirect=True), history=True
@@ -60,6 +62,19 @@ class Router:
         who = f"{printable(link.auth_identifier, 64)!r}" if link.auth_identifier else "somebody unnamed"
         came = event.kind == zenoh.SampleKind.PUT
         _logger.info("%s %s, at %s, process %s", who, "came" if came else "left", link.dst, link.zid)
+
+
+def check_router(settings: Settings) -> None:
+    """Raise ConfigurationException for settings that are somebody else's, such as a user's."""
+    if settings.mode != "router":
+        origin = settings.origins.get("mode", "the program")
+        raise ConfigurationException(
+            f"{origin}: mode = {settings.mode!r}: not the settings of a router; `nao security init` makes"
+            " router.toml for it"
+        )
+    if not settings.listen:
+        origin = settings.origins.get("listen", "the program")
+        raise ConfigurationException(f"{origin}: listen = []: a router needs an endpoint to listen on")
 
 
 def serve(settings: Settings, tell: Callable[[str], None]) -> None:

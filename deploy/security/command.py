@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
@@ -106,13 +106,14 @@ def show(file: _File) -> None:
 )
 def zenohd(file: _File) -> None:
     """Print the configuration with which Zenoh's own router, zenohd, does what ours does."""
+    from deploy.router import DEFAULTS
     from deploy.security.report import zenohd_config
 
-    typer.echo(zenohd_config(_load(file), file), nl=False)
+    typer.echo(zenohd_config(_load(file, DEFAULTS), file), nl=False)
 
 
-def _load(file: Path) -> Settings:
-    return load_settings(file, environment={})
+def _load(file: Path, defaults: Mapping[str, object] | None = None) -> Settings:
+    return load_settings(file, defaults=defaults, environment={})
 
 
 def _folder(path: Path) -> SecurityFolder:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from deploy.router import check_router
 from zenoh_ice.network.session_config import nested, session_config
 from zenoh_ice.settings import Settings
 
@@ -40,9 +41,9 @@ def access_table(settings: Settings) -> Table:
 def zenohd_config(settings: Settings, source: Path) -> str:
     """Return what `zenohd --config` reads, so that it does what our router does with these settings.
 
-    Raises what making a session of the settings would.
+    Raises ConfigurationException for settings that are no router's, and what making a session of them would.
     """
-    settings = settings.override(mode="router")
+    check_router(settings)
     settings.security.check()
     values = nested(session_config(settings))
     comment = f"// Made from {source.name} by `nao security zenohd`; do not edit.\n"

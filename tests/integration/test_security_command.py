@@ -11,6 +11,7 @@ import typer.testing
 import zenoh
 from cryptography import x509
 
+from deploy.router import DEFAULTS, Router
 from deploy.security.certificates import LOCAL_HOSTS, SecurityFilesError, hosts_of
 from deploy.security.command import app
 from tests.support.limits import LIMIT
@@ -107,6 +108,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
         (["renew", "FOLDER", "authority"], "an authority is not renewed"),
         (["renew", "FOLDER", "bob"], "bob.pem: cannot be read"),
         (["show", "FOLDER/absent.toml"], "absent.toml: cannot read"),
+        (["zenohd", "FOLDER/student.toml"], "student.toml: mode = 'client': not the settings of a router"),
     ],
 )
 def test_mistakes_change_nothing(folder: Path, arguments: list[str], message: str) -> None:
@@ -115,6 +117,14 @@ def test_mistakes_change_nothing(folder: Path, arguments: list[str], message: st
         security(*(word.replace("FOLDER", str(folder)) for word in arguments))
     assert message in str(caught.value)
     assert {file: file.read_bytes() for file in folder.iterdir()} == before
+
+
+def test_a_router_starts_with_its_own_settings_alone(folder: Path) -> None:
+    student = load_settings(folder / "student.toml", defaults=DEFAULTS, environment={})
+    with pytest.raises(ConfigurationException, match=r"student.toml: mode = 'client': not the settings"):
+        Router(student)
+    with pytest.raises(ConfigurationException, match=r"listen = \[\]: a router needs an endpoint"):
+        Router(load_settings(environment={"VISUALHFSM_LISTEN": ""}, defaults=DEFAULTS))
 
 
 def test_a_user_is_added_to_no_other_table(folder: Path) -> None:
