@@ -47,6 +47,7 @@ _TOKEN: Final = re.compile(rf"\s*((?:::{_NAME})+|{_NAME}|-?\d+|[<>(),:=*])", re.
 _KINDS: Final = frozenset({"interface", "struct", "class", "exception", "enum"})
 _MODIFIERS: Final = frozenset({"throws", "idempotent", "stream"})
 _LONGEST_NUMBER: Final = 20  # digits
+_LONGEST_NAME: Final = 256  # with all that it is in
 _LONGEST_SHOWN: Final = 200  # characters of what is wrong
 _DEEPEST: Final = 32
 """Types within types."""
@@ -138,6 +139,8 @@ class _Line:
         self._depth = 0
         if "".join(self._tokens) != "".join(text.split()):
             raise self.error("there is what is neither a name nor a sign of Slice")
+        if any(len(token) > _LONGEST_NAME for token in self._tokens):
+            raise self.error("a name is too long")
 
     def error(self, problem: str) -> MarshalException:
         return MarshalException(f"malformed definition of an interface: {problem}, in {_quoted(self._text)}")

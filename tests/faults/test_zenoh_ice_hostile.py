@@ -165,7 +165,7 @@ class TestServer:
         told = [record for record in caplog.records if "were dropped" in record.getMessage()]
         assert 1 <= len(told) <= 2 + time.monotonic() - started
         assert all(record.getMessage().isprintable() for record in told)
-        assert gripper.positions() == servant.moved
+        assert repr(gripper.positions()) == repr(servant.moved)  # some of which are no number
 
     def test_a_default_servant_serves_names_and_nothing_else(self, pair: Pair, intruder: Stranger) -> None:
         servant = GripperI()

@@ -122,10 +122,10 @@ def test_values_beyond_all_measure_are_not_made_up() -> None:
         FromJson(definitions, types, DESK.stringToProxy).zero(Named("::a::S40"))
 
 
-@pytest.mark.parametrize("line", [f"::a::E::x = {'9' * 5000}", f"::a::E::x = 1 {'y' * 9000}"])
+@pytest.mark.parametrize("line", [f"::a::E::x = {'9' * 200}", f"::a::E::x = 1 {'y' * 9000}"])
 def test_what_is_too_long_is_refused_with_its_beginning(line: str) -> None:
     with pytest.raises(
-        MarshalException, match=r"\.\.\.' (is no number|was not expected), in '::a::E::x = "
+        MarshalException, match=r"(a name is too long|' is no number), in '::a::E::x = "
     ) as caught:
         parse_definition(f"enum ::a::E\n{line}")
     assert len(str(caught.value)) < 600
