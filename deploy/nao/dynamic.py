@@ -68,10 +68,9 @@ _BUILTIN_TYPES: Final[Mapping[str, Any]] = {
 class _DeclaredException(UserException):
     """An exception that an interface declares, with its members as attributes."""
 
-    def __init__(self, **members: object) -> None:
+    def __init__(self, /, **members: object) -> None:  # of any name, `self` and `args` included
         super().__init__(*members.values())
-        for name, value in members.items():
-            setattr(self, name, value)
+        self.__dict__.update(members)
 
     def __str__(self) -> str:
         text = super().__str__()

@@ -28,6 +28,7 @@ from tests.support.wire_values import Desk, plain, struct_values
 from zenoh_ice import MarshalException
 from zenoh_ice.operation import Interface
 from zenoh_ice.wire.codec import encode
+from zenoh_ice.wire.errors import decode_error
 from zenoh_ice.wire.values import TYPE_FIELD
 
 EVERYTHING = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
@@ -101,6 +102,17 @@ def make_all(definition: str) -> None:
     types = Types(definitions)
     for signature in definitions.operations.values():
         types.operation(signature)
+
+
+def test_an_exception_may_have_members_of_any_name() -> None:
+    names = ["self", "args", "what", "members"]
+    lines = ["exception ::a::X", "interface ::a::I", "::a::I::f(): void throws ::a::X"]
+    definitions = parse_definition("\n".join([*lines, *(f"::a::X::{name}: int" for name in names)]))
+    operation = Types(definitions).operation(definitions.operations["f"])
+    wire = encode({"exception": "::a::X", "members": dict.fromkeys(names, 3)}, "x")
+    error = decode_error(wire, operation.exceptions, "x")
+    assert error.__dict__ == dict.fromkeys(names, 3)
+    assert "self=3" in str(error)
 
 
 def test_an_enumeration_without_enumerators_cannot_be_called_with() -> None:
