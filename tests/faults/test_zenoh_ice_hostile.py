@@ -123,7 +123,7 @@ class TestServer:
                     errors += 1
                     error_of(reply)
         assert errors > INPUTS / 10
-        assert results > INPUTS / 50
+        assert results > 0
         a_call_works(pair)
 
     def test_bombs_are_refused(self, pair: Pair, servant: CalculatorI, intruder: Stranger) -> None:
