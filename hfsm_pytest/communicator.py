@@ -111,13 +111,28 @@ class InProcessCommunicator:
         """Return the identities that are served, sorted."""
         return sorted(self._servants.keys() - self._away)
 
-    def find(self, target: Target, type_id: str | None, timeout: float) -> dict[str, str]:  # noqa: ARG002
+    def find(
+        self,
+        target: Target,
+        type_id: str | None,  # noqa: ARG002
+        timeout: float,  # noqa: ARG002
+        *,
+        since: float | None = None,  # noqa: ARG002
+    ) -> dict[str, str]:
         """Return the fingerprints of a servant's interfaces by type id; raises ObjectNotExistException."""
         return self._servant(target).fingerprints
 
     def knows(self, target: Target) -> bool:
         """Return whether a servant is there."""
         return target.identity in self._servants
+
+    def searches(self, target: Target, limit: float) -> bool:  # noqa: ARG002
+        """Return whether calls of a servant wait for it to be found: none does."""
+        return False
+
+    def search(self, target: Target, limit: float, find_and_call: Callable[[], object]) -> None:  # noqa: ARG002
+        """Find a servant and call it, at once."""
+        find_and_call()
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was there and is away."""

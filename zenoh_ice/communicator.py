@@ -295,16 +295,19 @@ class Communicator:
 
     # For the other modules of the package.
 
-    def find(self, target: Target, type_id: str | None, timeout: float) -> dict[str, str]:
+    def find(
+        self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
+    ) -> dict[str, str]:
         """Wait until a servant is there; return the fingerprints of its interfaces by type id.
 
-        The interface asked for is missing from them if the servant does not have it.
+        The interface asked for is missing from them if the servant does not have it. `since` is the moment of
+        the monotonic clock when it was asked for, now by default.
         """
         self.check()
         local = self.local_servants.get(target)
         if local is not None:
             return local.fingerprints
-        self.presence.wait_for(target, type_id, timeout)
+        self.presence.wait_for(target, type_id, timeout, since=since)
         found = self.presence.reachable(target)
         if not found:
             raise self.presence.explain_absence(target)
@@ -313,6 +316,14 @@ class Communicator:
     def knows(self, target: Target) -> bool:
         """Return whether `find` would return at once."""
         return self.local_servants.get(target) is not None or bool(self.presence.reachable(target))
+
+    def searches(self, target: Target, limit: float) -> bool:
+        """Return whether calls with a limit, in s, wait for a servant to be found."""
+        return self._calls.searches.under_way(target, limit)
+
+    def search(self, target: Target, limit: float, find_and_call: Callable[[], object]) -> None:
+        """Run what finds a servant and calls it, after what was asked for before; raises BusyException."""
+        self._calls.searches.submit(target, limit, find_and_call)
 
     def outgoing_call(
         self, target: Target, operation: Operation[..., Any], interface: Interface, manner: Manner

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, ParamSpec, Self, TypeVar, cast
@@ -36,6 +37,8 @@ V = TypeVar("V")
 
 # What a copy of a proxy, or one of another type, takes over.
 _STATE: Final = ("_communicator", "_target", "_manner", "_context", "_batch")
+
+_WITHOUT_A_WAIT: Final = 0.95  # of a call's limit is left where its servant was known
 
 
 class ObjectPrx(Reference):
@@ -230,7 +233,7 @@ class ObjectPrx(Reference):
         self,
         operation: Operation[P, V],
         *args: P.args,
-        **kwargs: P.kwargs,  # noqa: ARG002 - the type system wants both; generated code gives positions
+        **kwargs: P.kwargs,
     ) -> V:
         """Call an operation and wait for its outcome.
 
@@ -239,28 +242,36 @@ class ObjectPrx(Reference):
         try:
             call = self._calls[operation]
         except KeyError:
-            call = self._prepare(operation)
+            if self._communicator.searches(self._target, self._manner.timeout):
+                return self.ice_invokeAsync(operation, *args, **kwargs).result()  # not before those that wait
+            call = self._prepare(operation, time.monotonic())
         return cast("V", call.invoke(args, self._context))
 
     def ice_invokeAsync(
         self,
         operation: Operation[P, V],
         *args: P.args,
-        **kwargs: P.kwargs,  # noqa: ARG002 - as above
+        **kwargs: P.kwargs,  # noqa: ARG002 - the type system wants both; generated code gives positions
     ) -> InvocationFuture[V]:
         """Call an operation without waiting; the future has what `ice_invoke` would return or raise."""
-        communicator = self._communicator
+        communicator, target, limit = self._communicator, self._target, self._manner.timeout
         call = self._calls.get(operation)
-        at_once = call is not None or communicator.knows(self._target)
+        waiting = communicator.searches(target, limit)
+        at_once = not waiting and (call is not None or communicator.knows(target))
         future: InvocationFuture[V] = communicator.new_future(at_once=at_once)
-        if call is not None:
+        if at_once and call is not None:
             call.begin(args, future, self._context)
-        elif at_once:
-            self._prepare_and_begin(operation, args, future)
-        else:  # finding the servant may take a while
-            communicator.dispatcher.submit(partial(self._prepare_and_begin, operation, args, future))
-            if communicator.destroyed:  # meanwhile, and the job may have come too late
-                fail(future, CommunicatorDestroyedException("the communicator was destroyed"))
+            return future
+        begin = partial(self._prepare_and_begin, operation, args, future, time.monotonic())
+        if at_once:
+            begin()
+            return future
+        try:
+            communicator.search(target, limit, begin)  # it may take a while
+        except ZenohIceError as error:
+            fail(future, error)
+        if communicator.destroyed:  # meanwhile, and the search may have come too late
+            fail(future, CommunicatorDestroyedException("the communicator was destroyed"))
         return future
 
     def ice_stream(self, operation: Operation[..., V]) -> StreamReader[V]:
@@ -297,25 +308,40 @@ class ObjectPrx(Reference):
         return target + ("" if mode is Mode.TWOWAY else f" -{mode.value}") + realm
 
     def _prepare_and_begin(
-        self, operation: Operation[..., Any], args: tuple[Any, ...], future: InvocationFuture[Any]
+        self,
+        operation: Operation[..., Any],
+        args: tuple[Any, ...],
+        future: InvocationFuture[Any],
+        began: float,
     ) -> None:
         try:
-            call = self._calls.get(operation) or self._prepare(operation)
+            call = self._prepare(operation, began)
         except ZenohIceError as error:
             fail(future, error)
         else:
             call.begin(args, future, self._context)
 
-    def _prepare(self, operation: Operation[..., Any]) -> AnyCall | BatchedCall:
-        """Wait until the servant is there, for not longer than a call, and get ready to call it."""
-        communicator, batch = self._communicator, self._batch
+    def _prepare(self, operation: Operation[..., Any], began: float) -> AnyCall | BatchedCall:
+        """Wait until the servant is there, and get ready to call it; return what does so now.
+
+        Both together take as long as a call may, from a moment of the monotonic clock on.
+        """
+        communicator, target, interface = self._communicator, self._target, self.ice_interface
+        limit, batch = self._manner.timeout, self._batch
         # As every later call: one of a servant that is lost fails at once. A batch is sent later.
-        if batch is None and not communicator.presence.is_lost(self._target):
-            communicator.find(self._target, None, self._manner.timeout)
-        made = communicator.outgoing_call(self._target, operation, self.ice_interface, self._manner)
-        call = BatchedCall(made, batch) if batch is not None and isinstance(made, OnewayCall) else made
-        self._calls[operation] = call
-        return call
+        if batch is None and not communicator.presence.is_lost(target):
+            communicator.find(target, None, began + limit - time.monotonic(), since=began)
+        made = communicator.outgoing_call(target, operation, interface, self._manner)
+        if batch is not None and isinstance(made, OnewayCall):
+            self._calls[operation] = batched = BatchedCall(made, batch)
+            return batched
+        self._calls[operation] = made
+        left = (began + limit - time.monotonic()) / limit
+        if left > _WITHOUT_A_WAIT:
+            return made
+        # In tenths: for each other limit there is another querier.
+        hurried = self._manner._replace(timeout=limit * max(1, int(10 * left)) / 10)
+        return communicator.outgoing_call(target, operation, interface, hurried)
 
     def _check_interface(self, context: Mapping[str, str] | None) -> None:
         wanted, timeout = self.ice_interface, self._manner.timeout

@@ -74,6 +74,11 @@ class InvocationFuture(Future[V]):
 
         return asyncio.wrap_future(self).__await__()
 
+    @property
+    def given_up(self) -> bool:
+        """Whether it was cancelled; unlike `cancelled` that has no reply received."""
+        return self._state in _CANCELLED
+
     def begun(self, exchange: Exchange) -> None:
         """Take note that the request was sent."""
         self._exchange = exchange
@@ -82,7 +87,7 @@ class InvocationFuture(Future[V]):
             self._watch()
         elif self._receiver is not None:
             self._receiver.unattended.add(self)
-        if self._state in _CANCELLED:
+        if self.given_up:
             exchange.cancel()
 
     def attend(self) -> None:
@@ -153,7 +158,7 @@ class InvocationFuture(Future[V]):
         """Let the future have the outcome that a reply is, or that there was none."""
         self._exchange = None
         exchange.close()
-        if self._state in _CANCELLED:
+        if self.given_up:
             return
         try:
             result = cast("V", exchange.interpret(reply))

@@ -161,6 +161,8 @@ class OutgoingCall:
         raise unanswered.reason()
 
     def _begin(self, exchange: _Exchange, future: InvocationFuture[Any]) -> None:
+        if future.given_up:  # before it was sent
+            return
         request = exchange.request
         try:
             exchange.replies = self._send(

@@ -9,8 +9,10 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakSet, WeakValueDictionary
 
+import zenoh
+
 from ..dispatch import Lane
-from ..exceptions import CommunicatorDestroyedException, SystemException
+from ..exceptions import CommunicatorDestroyedException, ConnectionLostException, SystemException
 from ..identity import Target
 from ..operation import Interface, Operation
 from .implicit_context import ImplicitContext
@@ -19,6 +21,7 @@ from .manner import Manner, Mode
 from .oneway import OnewayBatch, OnewayCall
 from .outgoing import OutgoingCall
 from .receiver import Receiver
+from .searches import Searches
 
 if TYPE_CHECKING:
     from ..communicator import Communicator
@@ -47,6 +50,7 @@ class OutgoingCalls:
         self._calls: WeakValueDictionary[_Key, AnyCall] = WeakValueDictionary()
         self._kept: deque[AnyCall] = deque(maxlen=_MOST_KEPT)
         self._lanes: WeakValueDictionary[Target, Lane] = WeakValueDictionary()
+        self.searches: Final = Searches(communicator.dispatcher)
         self._futures: set[InvocationFuture[Any]] = set()
         self._batches: WeakSet[OnewayBatch] = WeakSet()
 
@@ -59,7 +63,11 @@ class OutgoingCalls:
             call = self._calls.get(key)
         if call is None:
             kind = OutgoingCall if manner.mode is Mode.TWOWAY else OnewayCall
-            made = kind(self._communicator, *key)
+            try:
+                made = kind(self._communicator, *key)
+            except zenoh.ZError as error:
+                self._communicator.check()  # the session is closed meanwhile
+                raise ConnectionLostException(f"{target.object}.{operation.name}: {error}") from error
             with self._lock:
                 call = self._calls.setdefault(key, made)
                 self._kept.append(call)

@@ -186,14 +186,18 @@ class Presence:
         with self._changed:
             return self._changed.wait_for(lambda: self._closed or self._last_link_lost >= moment, timeout)
 
-    def wait_for(self, target: Target, type_id: str | None, timeout: float) -> bool:
+    def wait_for(
+        self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
+    ) -> bool:
         """Wait until a servant, with a certain interface if one is given, is there; return whether it is.
 
-        It waits for at most `timeout` s, and less when those that could tell of the servant have told all.
+        It waits for at most `timeout` s, and less when those that could tell of the servant have told all,
+        for which they have half a second from the moment of the monotonic clock `since`, now by default.
         """
         self.watch(target.realm)
-        start = time.monotonic()
-        deadline = start + timeout
+        now = time.monotonic()
+        deadline = now + timeout
+        start = now if since is None else since
 
         def found() -> bool:
             known = self.reachable(target)

@@ -1,0 +1,116 @@
+"""Calls of servants that must be found first: within their limit, in their order, and in nobody's way."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import wait
+
+import pytest
+
+from tests.conftest import Pair
+from tests.support.calculator import CalculatorPrx
+from tests.support.calculator_servant import CalculatorI
+from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
+from tests.support.notebook import Notebook, NotebookPrx
+from tests.support.processes import free_endpoint
+from zenoh_ice import (
+    Communicator,
+    CommunicatorDestroyedException,
+    ConnectFailedException,
+    Current,
+    ObjectNotExistException,
+)
+
+
+def test_calls_of_an_absent_servant_hold_up_no_others(make_communicator: Callable[..., Communicator]) -> None:
+    """Many more than the pool has threads, each waiting for a server that does not come."""
+    communicator = make_communicator(connect=[free_endpoint()])
+    adapter = communicator.createObjectAdapter("Local")
+    adapter.add(Notebook("here"), "Local")
+    adapter.activate()
+    absent = NotebookPrx.uncheckedCast(communicator.stringToProxy("Absent"))
+    futures = [absent.ice_invocationTimeout(1000 * LIMIT).noteAsync("lost") for _ in range(40)]
+    assert NotebookPrx.uncheckedCast(communicator.stringToProxy("Local")).about()["servant"] == "here"
+    assert not any(future.done() for future in futures)
+    communicator.destroy()
+    assert {type(future.exception(AT_ONCE)) for future in futures} == {CommunicatorDestroyedException}
+
+
+def test_calls_made_before_the_servant_came_arrive_in_their_order(
+    make_communicator: Callable[..., Communicator],
+) -> None:
+    endpoint = free_endpoint()
+    client = make_communicator(connect=[endpoint])
+    proxy = NotebookPrx.uncheckedCast(client.stringToProxy("Late"))
+    futures = [proxy.noteAsync(str(number)) for number in range(50)]
+    server = make_communicator(listen=[endpoint], connect=[])
+    notebook = Notebook()
+    adapter = server.createObjectAdapter("Late")
+    adapter.add(notebook, "Late")
+    adapter.activate()
+    while len(futures) < 60:  # while the first are being sent
+        futures.append(proxy.noteAsync(str(len(futures))))
+    assert [future.result(LIMIT) for future in futures] == [None] * len(futures)
+    assert notebook.wait_for(len(futures)) == [str(number) for number in range(len(futures))]
+
+
+def test_call_that_was_cancelled_before_it_was_sent_is_not(
+    make_communicator: Callable[..., Communicator],
+) -> None:
+    endpoint = free_endpoint()
+    client = make_communicator(connect=[endpoint])
+    proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Late"))
+    given_up, wanted = proxy.countAsync(), proxy.countAsync()
+    assert given_up.cancel()
+    server = make_communicator(listen=[endpoint], connect=[])
+    adapter = server.createObjectAdapter("Late")
+    adapter.add(CalculatorI(), "Late")
+    adapter.activate()
+    assert wanted.result(LIMIT) == 1
+
+
+def test_first_call_and_its_search_end_within_one_limit(
+    make_communicator: Callable[..., Communicator],
+) -> None:
+    """The servant comes late, and is slow."""
+    endpoint = free_endpoint()
+    client = make_communicator(connect=[endpoint])
+    limit = CALL_LIMIT / 2
+    proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Late")).ice_invocationTimeout(1000 * limit)
+    limits: list[float] = []
+
+    class Slow(CalculatorI):
+        def sleep(self, seconds: float, current: Current) -> None:
+            limits.append(current.timeout)
+
+    future = proxy.sleepAsync(LIMIT)
+    threading.Event().wait(0.06 * limit)  # more than what is left out of account
+    server = make_communicator(listen=[endpoint], connect=[])
+    adapter = server.createObjectAdapter("Late")
+    adapter.add(Slow(), "Late")
+    adapter.activate()
+    assert future.result(LIMIT) is None
+    proxy.sleep(LIMIT)
+    first, second = limits
+    assert first <= 0.94 * limit
+    assert second == limit
+
+
+def test_short_limit_does_not_wait_for_a_long_one(make_communicator: Callable[..., Communicator]) -> None:
+    communicator = make_communicator(connect=[free_endpoint()])
+    absent = NotebookPrx.uncheckedCast(communicator.stringToProxy("Absent"))
+    patient = absent.ice_invocationTimeout(1000 * LIMIT).noteAsync("lost")
+    hurried = absent.ice_invocationTimeout(50)
+    assert isinstance(hurried.noteAsync("lost").exception(AT_ONCE), ConnectFailedException)
+    with pytest.raises(ConnectFailedException):
+        hurried.who()
+    assert not patient.done()
+
+
+def test_calls_of_nobody_are_told_together(pair: Pair) -> None:
+    """Each waits for half a second from when it was made, not after the one before it."""
+    absent = NotebookPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
+    futures = [absent.noteAsync("lost") for _ in range(40)]
+    assert not wait(futures, CALL_LIMIT / 2).not_done
+    assert {type(future.exception()) for future in futures} == {ObjectNotExistException}
