@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import threading
 import time
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import pytest
 
@@ -124,6 +126,29 @@ class TestQueue:
             assert subscription.lost == 0
 
 
+def test_threads_that_publish_at_once_lose_nothing(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    publisher = servant.getReadingPublisher
+    collector = Collector()
+    threads = [
+        threading.Thread(target=publish, args=(servant, *range(first, first + 500)))
+        for first in (0, 500, 1000, 1500)
+    ]
+    with calculator.getReading.subscribe(collector, queue=10_000) as subscription:
+        assert publisher.wait_for_listener(LIMIT)
+        switch_interval = sys.getswitchinterval()
+        sys.setswitchinterval(1e-5)
+        try:
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join(LIMIT)
+        finally:
+            sys.setswitchinterval(switch_interval)
+        collector.wait(lambda: len(collector.samples) == 2000)
+        assert [sample.sequence for sample in collector.samples] == list(range(1, 2001))
+        assert subscription.lost == 0
+
+
 def latest_is(calculator: CalculatorPrx, count: int) -> bool:
     """Wait until the newest sample has reached this process."""
     deadline = time.monotonic() + LIMIT
@@ -160,7 +185,7 @@ class TestRate:
                 next(samples)
             assert time.monotonic() - began >= 9 / 50.0
 
-    @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
+    @pytest.mark.parametrize("rate", [0.0, -1.0, 1e-300, float("nan"), float("inf")])
     def test_rate_that_is_none_is_refused(self, calculator: CalculatorPrx, rate: float) -> None:
         with pytest.raises(ConfigurationException, match="rate"):
             calculator.getReading.subscribe(print, rate=rate)
@@ -168,10 +193,10 @@ class TestRate:
             calculator.getReading.samples(rate=rate)
 
     @pytest.mark.parametrize(
-        "options", [{"queue": 0}, {"queue": 1 << 20}, {"history": -1}, {"history": 1001}]
+        "options", [{"queue": 0}, {"queue": 1 << 20}, {"history": -1}, {"history": 1001}, {"queue": 2.5}]
     )
     def test_numbers_out_of_range_are_refused(
-        self, calculator: CalculatorPrx, options: dict[str, int]
+        self, calculator: CalculatorPrx, options: dict[str, Any]
     ) -> None:
         with pytest.raises(ConfigurationException, match=f"{next(iter(options))} is from"):
             calculator.getReading.subscribe(print, **options)

@@ -62,6 +62,7 @@ class Publisher(Generic[V]):
         self.stream: Final = secrets.token_hex(8)
         """Tells the numbers of its samples from those before a restart."""
         self._numbers = itertools.count(1)
+        self._turn = threading.Lock()
         self._kept: deque[Kept] = deque(maxlen=0)
         self._channels: tuple[Channel, ...] = ()
         self._changed = threading.Condition()
@@ -100,16 +101,18 @@ class Publisher(Generic[V]):
             return
         what = f"sample of {self.operation.name}"
         payload = self.operation.result.gather_result(value, what)
-        number = next(self._numbers)
-        if self._kept.maxlen:
-            with self._changed:
-                self._kept.append(Kept(payload, number, time, wall.time()))
         for channel in channels:
             if len(payload) > channel.size_limit:
                 raise MarshalException(
                     f"{what}: {len(payload)} bytes where at most {channel.size_limit} are sent"
                 )
-            channel.send(payload, number, time)
+        with self._turn:  # they travel in the order of their numbers
+            number = next(self._numbers)
+            if self._kept.maxlen:
+                with self._changed:
+                    self._kept.append(Kept(payload, number, time, wall.time()))
+            for channel in channels:
+                channel.send(payload, number, time)
 
     def wait_for_listener(self, timeout: float) -> bool:
         """Wait for at most `timeout` s until somebody listens; return whether that is so."""

@@ -28,6 +28,7 @@ V = TypeVar("V")
 
 _JOIN_LIMIT: Final = 2.0  # s for which `close` waits for a callback that runs
 _LONGEST_QUEUE: Final = 10_000
+_LOWEST_RATE: Final = 1e-6  # samples a second: one every eleven days
 
 _logger = logging.getLogger(__name__)
 
@@ -49,12 +50,16 @@ class Delivery:
     """Seconds to wait for the history."""
 
     def __post_init__(self) -> None:
-        if self.rate is not None and not 0.0 < self.rate < math.inf:
-            raise ConfigurationException(f"a rate is above 0 samples a second, not {self.rate!r}")
+        if self.rate is not None and not _LOWEST_RATE <= self.rate < math.inf:
+            raise ConfigurationException(
+                f"a rate is a finite number of samples a second, {_LOWEST_RATE:g} or more, not {self.rate!r}"
+            )
         for name, least, most in (("history", 0, MOST_HISTORY), ("queue", 1, _LONGEST_QUEUE)):
             value = getattr(self, name)
-            if not least <= value <= most:
-                raise ConfigurationException(f"{name} is from {least} to {most} samples, not {value!r}")
+            if not isinstance(value, int) or not least <= value <= most:
+                raise ConfigurationException(
+                    f"{name} is from {least} to {most} samples, a whole number, not {value!r}"
+                )
 
 
 class Subscription(Generic[V]):
@@ -138,6 +143,7 @@ class Subscription(Generic[V]):
                 self._deliver(raw, newest)
             except CommunicatorDestroyedException:
                 return
+            del raw  # it may be shared memory, which its sender waits for
 
     def _history(self) -> Iterator[zenoh.Sample]:
         if self._delivery.history:
