@@ -51,7 +51,9 @@ class AgedSample(Sample[V]):
     __slots__ = ("_recorder", "genuine")
 
     def __init__(self, sample: Sample[V], recorder: Recorder) -> None:
-        super().__init__(sample.value, sample.sequence, sample.time, sample.wall_time, sample.lost)
+        super().__init__(
+            sample.value, sample.sequence, sample.time, sample.wall_time, sample.lost, stream=sample.stream
+        )
         self._recorder = recorder
         self.genuine = sample
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import math
 import threading
 import time
 from functools import partial
 from pathlib import Path
+from queue import SimpleQueue
 
 import msgspec
 import pytest
@@ -16,8 +18,10 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.waiting import until
 from zenoh_ice import (
     CommunicatorDestroyedException,
+    ConfigurationException,
     MarshalException,
     ObjectNotExistException,
     Sample,
@@ -98,6 +102,38 @@ def test_wait_after_a_sample_takes_a_newer_one(calculator: CalculatorPrx, servan
     servant.getReadingPublisher.publish(Reading(2, []))
     assert calculator.getReading.wait(after=first, timeout=LIMIT).value.count == 2
     assert calculator.getReading.latest().value.count == 2  # type: ignore[union-attr]
+
+
+def test_wait_after_a_sample_of_a_subscription_takes_a_newer_one(
+    calculator: CalculatorPrx, servant: CalculatorI
+) -> None:
+    listen(calculator, servant)
+    seen: SimpleQueue[Sample[Reading]] = SimpleQueue()
+    with calculator.getReading.subscribe(seen.put):
+        servant.getReadingPublisher.publish(Reading(1, []))
+        first = seen.get(timeout=LIMIT)
+        with pytest.raises(TimeoutException):
+            calculator.getReading.wait(after=first, timeout=0.05)
+        servant.getReadingPublisher.publish(Reading(2, []))
+        assert calculator.getReading.wait(after=first, timeout=LIMIT).value.count == 2
+        with pytest.raises(TimeoutException):
+            calculator.getReading.wait(after=seen.get(timeout=LIMIT), timeout=0.05)
+
+
+@pytest.mark.parametrize("timeout", [-1.0, math.nan])
+def test_wait_of_no_length_is_refused(calculator: CalculatorPrx, timeout: float) -> None:
+    with pytest.raises(ConfigurationException, match="0 s or more"):
+        calculator.getReading.wait(timeout=timeout)
+    with pytest.raises(ConfigurationException, match="0 s or more"):
+        calculator.getReading.samples(timeout)
+
+
+def test_wait_may_be_without_an_end(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    listen(calculator, servant)
+    publishing = threading.Timer(0.05, servant.getReadingPublisher.publish, [Reading(1, [])])
+    publishing.start()
+    assert calculator.getReading.wait(timeout=math.inf).value.count == 1
+    publishing.join(LIMIT)
 
 
 def test_samples_yields_the_newest_to_a_slow_reader(calculator: CalculatorPrx, servant: CalculatorI) -> None:
@@ -238,6 +274,31 @@ def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
         waiter.join(LIMIT)
         assert not waiter.is_alive()
         wait_until_unheard(servant)
+
+
+def test_streams_that_nobody_asks_for_are_forgotten(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A program may follow a new stream every second."""
+    monkeypatch.setattr(stream_reader, "LINGER", 0.02)
+    for number in range(20):
+        proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(f"shelf/Calculator{number}"))
+        assert proxy.getReading.latest() is None
+    del proxy
+
+    def forgotten() -> bool:
+        gc.collect()
+        return not pair.client._readers._readers
+
+    until(forgotten)
+
+
+def test_stream_is_shared_by_proxies_that_are_made_anew(pair: Pair, servant: CalculatorI) -> None:
+    def fresh() -> CalculatorPrx:
+        return CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
+
+    assert fresh().getReading.latest() is None
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    until(lambda: fresh().getReading.latest() is not None)
 
 
 def test_stream_that_somebody_waits_for_is_not_let_go(

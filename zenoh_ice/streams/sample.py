@@ -25,9 +25,11 @@ V = TypeVar("V")
 class Sample(Generic[V]):
     """A value that a stream brought."""
 
-    __slots__ = ("_read_at", "_transit", "lost", "sequence", "time", "value", "wall_time")
+    __slots__ = ("_read_at", "_transit", "lost", "sequence", "stream", "time", "value", "wall_time")
 
-    def __init__(self, value: V, sequence: int, time: float, wall_time: float, lost: int = 0) -> None:
+    def __init__(
+        self, value: V, sequence: int, time: float, wall_time: float, lost: int = 0, *, stream: str = ""
+    ) -> None:
         self.value: Final = value
         self.sequence: Final = sequence
         """Number of the sample in its stream, which begins anew when its servant does."""
@@ -35,6 +37,8 @@ class Sample(Generic[V]):
         """Robot time of the value in s, nan when the servant gives none."""
         self.wall_time: Final = wall_time
         """Wall time of the servant's machine at which it was sent, in s since the epoch."""
+        self.stream: Final = stream
+        """Tells its stream from the one before a restart of its servant; empty when that is not known."""
         self.lost = lost
         """How many samples there were between the one before and this one that did not come this far.
 
@@ -49,6 +53,13 @@ class Sample(Generic[V]):
     def age(self) -> float:
         """Wall seconds since it was sent; between machines as exact as their clocks agree."""
         return self._transit + _monotonic() - self._read_at
+
+    def follows(self, other: Sample[V] | None) -> bool:
+        """Return whether it is newer than another one, or of another start of the servant."""
+        if self is other:
+            return False
+        same_stream = other is not None and self.stream == other.stream != ""
+        return not same_stream or other is None or self.sequence > other.sequence
 
     def __repr__(self) -> str:
         from rich.pretty import pretty_repr  # here: most programs never ask
@@ -108,7 +119,7 @@ class SampleDecoder(Generic[V]):
             )
         data = read_payload(payload, self._what)
         value = cast("V", self._result.unpack_result(data, self._what, self._communicator))
-        return Sample(value, about.sequence, about.robot_time, about.wall_time, lost)
+        return Sample(value, about.sequence, about.robot_time, about.wall_time, lost, stream=about.stream)
 
     def _check_fingerprint(self, fingerprint: str) -> None:
         own = self._interface

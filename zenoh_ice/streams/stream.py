@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import AsyncIterator, Callable
 from typing import TYPE_CHECKING, Any, Concatenate, Final, Generic, ParamSpec, TypeVar, overload
 
+from ..exceptions import ConfigurationException
 from ..operation import Operation
 from .sample import Sample
 from .samples import Samples
@@ -92,7 +94,11 @@ class StreamedCall(Generic[P, V]):
         return self._proxy.ice_subscribe(self._reader or self._open(), callback, delivery)
 
     def _limit(self, timeout: float | None) -> float:
-        return self._proxy.ice_getInvocationTimeout() / 1000 if timeout is None else timeout
+        if timeout is None:
+            return self._proxy.ice_getInvocationTimeout() / 1000
+        if not timeout >= 0.0:
+            raise ConfigurationException(f"a wait lasts 0 s or more, not {timeout!r}")
+        return min(timeout, threading.TIMEOUT_MAX)
 
     def _open(self) -> StreamReader[V]:
         self._reader = self._proxy.ice_stream(self._operation)

@@ -6,7 +6,7 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import zenoh
 
@@ -39,7 +39,14 @@ class StreamReader(Generic[V]):
     first wait starts a thread that takes them out and wakes whoever waits.
     """
 
-    def __init__(self, communicator: Communicator, target: Target, operation: Operation[..., V]) -> None:
+    def __init__(
+        self,
+        communicator: Communicator,
+        target: Target,
+        operation: Operation[..., V],
+        listening: set[StreamReader[Any]],
+    ) -> None:
+        """Make a reader, which is in a set of its makers' as long as it listens."""
         self.source: Final = StreamSource(communicator, target, operation)
         self.what: Final = self.source.what
         self._communicator: Final = communicator
@@ -56,8 +63,8 @@ class StreamReader(Generic[V]):
         self._asked = False  # since `let_go_if_unwanted` last looked
         self._asked_at = -math.inf
         self._closed = False
+        self._listening: Final = listening
         communicator.presence.watch(target.realm)
-        communicator.presence.add_listener(self.wake)
 
     def latest(self) -> Sample[V] | None:
         """Return the newest sample, or None before the first.
@@ -71,7 +78,7 @@ class StreamReader(Generic[V]):
             return self._newest()
 
     def wait(self, after: Sample[V] | None, timeout: float) -> Sample[V]:
-        """Return the newest sample as soon as there is one other than `after`.
+        """Return the newest sample as soon as there is one newer than `after`.
 
         Raises ConnectionLostException, or its like, when the servant goes away meanwhile or is absent at the
         end; TimeoutException when it is there and sends nothing; MarshalException as `latest` does.
@@ -85,7 +92,7 @@ class StreamReader(Generic[V]):
             try:
                 while True:
                     sample = self._newest()
-                    if sample is not None and sample is not after:
+                    if sample is not None and sample.follows(after):
                         return sample
                     left = deadline - time.monotonic()
                     if left <= 0 or self.lost_since(started):
@@ -177,6 +184,7 @@ class StreamReader(Generic[V]):
     def _listen(self) -> zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]:
         self._check_open()
         self._subscriber = self.source.listen()
+        self._listening.add(self)
         # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
         self._try_receive = self._subscriber.handler.try_recv
         return self._subscriber
@@ -186,6 +194,7 @@ class StreamReader(Generic[V]):
         self._try_receive = self._take_pending
         self._pump = self._pending = self._sample = None
         self._gaps = Gaps()
+        self._listening.discard(self)
         if subscriber is not None:
             subscriber.undeclare()  # ends the pump: its channel is closed
 
@@ -210,3 +219,4 @@ class StreamReader(Generic[V]):
                     return
                 self._pending = raw
                 self._changed.notify_all()
+            del raw  # it may be shared memory, which its sender waits for

@@ -59,7 +59,7 @@ class StreamSource(Generic[V]):
     ) -> list[zenoh.Sample]:
         """Return at most the last `count` samples that the servant keeps, the oldest first.
 
-        None when it does not answer within `timeout` s.
+        It keeps none if it does not answer within `timeout` s.
         """
         try:
             replies = self.communicator.session.get(
