@@ -178,7 +178,9 @@ class ObjectPrx(Reference):
         return self._manner.mode is Mode.BATCH_ONEWAY
 
     def ice_mode(self, mode: Mode) -> Self:
-        """Return a copy that calls in another mode."""
+        """Return a copy that calls in another mode, or the proxy itself if that is its own."""
+        if mode is self._manner.mode:
+            return self
         batch = self._communicator.new_batch() if mode is Mode.BATCH_ONEWAY else None
         return self._copy(_manner=self._manner._replace(mode=mode), _batch=batch)
 

@@ -251,6 +251,12 @@ class TestBatches:
         batch.ice_flushBatchRequests()
         assert proxy.notes() == ["one", "two"]
 
+    def test_batch_of_a_batch_is_the_same(self, remote: NotebookPrx, notebook: Notebook) -> None:
+        batch = remote.ice_batchOneway()
+        batch.note("one")
+        batch.ice_batchOneway().ice_flushBatchRequests()
+        assert notebook.wait_for(1) == ["one"]
+
     def test_communicator_flushes_all_batches(self, proxy: NotebookPrx, notebook: Notebook) -> None:
         batches = [proxy.ice_batchOneway() for _ in range(2)]
         for batch in batches:

@@ -111,7 +111,8 @@ class OnewayCall:
                 )
             self._keys = self._addresses()
             self._known = known
-        return self._keys[next(self._turns) % len(self._keys)]
+        keys = self._keys  # which another thread may replace by fewer
+        return keys[next(self._turns) % len(keys)]
 
     def _addresses(self) -> list[str]:
         """Return the keys of those of whom each call is for one."""

@@ -100,7 +100,7 @@ class _FirstRoute(Route):
 
 
 class _FirstGood:
-    """Of several replies the first that is no error; the last error if all are."""
+    """Of several replies the first that is no error; the first error if all are: Zenoh's own come last."""
 
     def __init__(self, replies: Replies) -> None:
         self._replies: Final = replies
@@ -111,22 +111,22 @@ class _FirstGood:
             try:
                 reply = self._replies.recv()
             except zenoh.ZError:
-                return self._last_error()
+                return self._first_error()
             if reply.ok is not None:
                 return reply
-            self._error = reply
+            self._error = self._error or reply
 
     def try_recv(self) -> zenoh.Reply | None:
         while True:
             try:
                 reply = self._replies.try_recv()
             except zenoh.ZError:
-                return self._last_error()
+                return self._first_error()
             if reply is None or reply.ok is not None:
                 return reply
-            self._error = reply
+            self._error = self._error or reply
 
-    def _last_error(self) -> zenoh.Reply:
+    def _first_error(self) -> zenoh.Reply:
         if self._error is None:
             raise zenoh.ZError("no reply")
         return self._error
