@@ -141,6 +141,24 @@ def test_a_facet_is_granted_by_itself(keys: Keys, router: Router, open_with: Ope
         student.getPose()
 
 
+@pytest.mark.parametrize(
+    ("serves", "category", "identity"), [("heads/*", "heads", "heads/2"), ("*", "", "Spare")]
+)
+def test_default_servants_are_granted_as_the_identities_that_they_serve(
+    keys: Keys, open_with: Open, serves: str, category: str, identity: str
+) -> None:
+    roles = {"robot": {"serve": [serves]}, "student": {"call": [f"{identity}.getPose"]}}
+    users = {"robot": "robot", "student": "student"}
+    with Router(keys.settings("router", security={"roles": roles, "users": users})):
+        adapter = open_with(keys.settings("robot")).createObjectAdapter("Test")
+        adapter.addDefaultServant(HeadI(), category)
+        adapter.activate()
+        student = proxy(open_with(keys.settings("student")), identity)
+        assert student.getPose().pan == 0.25
+        with pytest.raises(AccessDeniedException):
+            student.setPose(0.0, 0.0, 0.5)
+
+
 def test_oneway_calls_are_granted_by_themselves(keys: Keys, head: HeadI, open_with: Open) -> None:
     student, operator = (open_with(keys.settings(who)) for who in ("student", "operator"))
     proxy(student).ice_oneway().stop()

@@ -64,9 +64,25 @@ def test_a_pattern_of_a_name_grants_neither_categories_nor_facets(
             assert not allows(role, message, "ingress", f"{target.prefix}{operation}")
 
 
+@given(category=globs, glob=globs, name=names, operation=operations)
+def test_a_pattern_of_a_category_grants_its_names_and_no_facets_and_replicas_of_an_identity_of_its_name(
+    category: str, glob: str, name: str, operation: str
+) -> None:
+    role = parse_role({"call": [f"{category}/{glob}.*"]})
+    granted = matches(glob, name)
+    own = category.replace("*", "x")
+    assert allows(role, "query", "ingress", f"nao/{own}/{name}/{operation}") == granted
+    assert allows(role, "query", "ingress", f"nao/{own}/{name}/~12ab/{operation}") == granted
+    assert not allows(role, "query", "ingress", f"{Target('nao', own, name).prefix}{operation}")
+    assert not allows(role, "query", "ingress", f"nao/{own}/~12ab/{operation}")
+
+
 @pytest.mark.parametrize(
     ("pattern", "granted", "denied"),
     [
+        ("*/*.get*", "nao/soccer/Ball/getPose", "nao/Head/+debug/getPose"),
+        ("*/*.stop", "nao/soccer/Ball/stop", "nao/Head/~12ab/stop"),
+        ("soccer/*Ball.*", "nao/soccer/Ball/kick", "nao/soccer/+Ball/kick"),
         ("soccer/*.*", "nao/soccer/Ball/kick", "nao/Ball/kick"),
         ("Head+debug.get*", "nao/Head/+debug/getPose", "nao/Head/getPose"),
         ("Head+*.*", "nao/Head/+debug/getPose", "nao/Head/getPose"),

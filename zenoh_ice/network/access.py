@@ -7,6 +7,7 @@ category, a facet and an operation `*` stands for any characters; `**` alone is 
 from __future__ import annotations
 
 import re
+import string
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Final
@@ -19,6 +20,7 @@ _GLOB: Final = r"[A-Za-z0-9_.\-*]{1,128}"
 _IDENTITY: Final = re.compile(rf"(?:(?P<category>{_GLOB})/)?(?P<name>{_GLOB})(?:\+(?P<facet>{_GLOB}))?")
 _OPERATION: Final = re.compile(r"[A-Za-z0-9_*]{1,128}")
 _REALM: Final = re.compile(r"[A-Za-z0-9_.\-*]{1,64}")
+_FIRST: Final = string.ascii_letters + string.digits + "_.-"  # of a name
 _MOST_PATTERNS: Final = 256  # of a list
 
 # What tells what a servant is, and changes nothing: who may do anything with it may ask that.
@@ -174,10 +176,12 @@ def _operation_keys(realm: str, pattern: str) -> list[str]:
     identity, _, operation = pattern.rpartition(".")
     match = _IDENTITY.fullmatch(identity)
     assert match is not None  # it was checked
-    prefix = _identity_key(realm, match)
-    if match["facet"]:
-        prefix += f"/+{_glob(match['facet'], marked=True)}"
-    return [f"{prefix}/{_glob(operation)}", f"{prefix}/~$*/{_glob(operation)}"]
+    facet = f"/+{_glob(match['facet'], marked=True)}" if match["facet"] else ""
+    return [
+        f"{prefix}{facet}{replica}/{_glob(operation)}"
+        for prefix in _identity_keys(realm, match)
+        for replica in ("", "/~$*")
+    ]
 
 
 def _served_keys(realm: str, pattern: str) -> list[str]:
@@ -185,12 +189,21 @@ def _served_keys(realm: str, pattern: str) -> list[str]:
         return [f"{realm}/**"]
     match = _IDENTITY.fullmatch(pattern)
     assert match is not None  # it was checked
-    return [f"{_identity_key(realm, match)}/**"]
-
-
-def _identity_key(realm: str, match: re.Match[str]) -> str:
     category = f"{_glob(match['category'])}/" if match["category"] else ""
-    return f"{realm}/{category}{_glob(match['name'])}"
+    return [f"{realm}/{category}{_glob(match['name'])}/**"]
+
+
+def _identity_keys(realm: str, match: re.Match[str]) -> list[str]:
+    category, name = match["category"], match["name"]
+    if not category:
+        return [f"{realm}/{_glob(name)}"]
+    names = [name]
+    if name.startswith("*"):
+        # Not what follows an identity that is named as the category: `+` begins a facet of it, `~` a replica.
+        names = [first + name for first in _FIRST]
+        if name != "*":
+            names.append(name.removeprefix("*"))
+    return [f"{realm}/{_glob(category)}/{_glob(each)}" for each in names]
 
 
 def _about_keys(realm: str, pattern: str) -> list[str]:

@@ -83,7 +83,8 @@ class DefaultIncoming(Registration):
         # this one both get it, so the thread of the inbox sorts the calls and lets others execute them.
         inbox = QueryInbox(f"default servant {self.target.identity}", self._sort)
         self._inboxes.append(inbox)
-        inbox.open(session, f"{scope}/**", complete=False)
+        # Not `**` alone: access control grants whole identities.
+        inbox.open(session, f"{scope}/*/**", complete=False)
         names = ["*", "*/*"] if self.category else ["*", "*/*", "*/*/*"]
         self._oneways.open(
             session,
