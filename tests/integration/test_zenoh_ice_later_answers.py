@@ -214,6 +214,18 @@ class TestCoroutines:
         with pytest.raises(ConnectionLostException):
             call.result(LIMIT)
 
+    def test_coroutine_that_exits_ends_no_others(self, pair: Pair, caller: Communicator) -> None:
+        class Exiting(GripperI):
+            async def close(self, force: float, current: Current) -> float:
+                if force < 0:
+                    raise SystemExit(3)
+                return force
+
+        proxy = serve(pair, Exiting(), caller)
+        with pytest.raises(UnknownException, match="SystemExit"):
+            proxy.close(-1.0)
+        assert proxy.close(2.0) == 2.0
+
     def test_operation_that_is_not_marked_may_not_be_a_coroutine(self, pair: Pair) -> None:
         class Careless(GripperI):
             async def who(self, current: Current) -> str:  # type: ignore[override]

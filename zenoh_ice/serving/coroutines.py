@@ -74,9 +74,19 @@ class Coroutines:
         mark_thread()
         asyncio.set_event_loop(loop)
         try:
-            loop.run_forever()
+            while not self._run(loop):
+                pass
         finally:
             loop.close()
+
+    def _run(self, loop: asyncio.AbstractEventLoop) -> bool:
+        """Run the loop; return whether it was stopped: one that exits must not end all the others."""
+        try:
+            loop.run_forever()
+        except BaseException:
+            _logger.exception("a coroutine tried to end %s", threading.current_thread().name)
+            return False
+        return True
 
     def _cancel_all(self) -> None:
         import asyncio
