@@ -7,6 +7,7 @@ import logging
 import os
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -17,7 +18,7 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import LIMIT
-from zenoh_ice import BusyException, ConnectionLostException, MarshalException, ServantStatus
+from zenoh_ice import BusyException, Communicator, ConnectionLostException, MarshalException, ServantStatus
 from zenoh_ice.serving import oneway_inbox
 from zenoh_ice.wire.attachment import encode_call_attachment
 from zenoh_ice.wire.errors import decode_error
@@ -141,6 +142,26 @@ class TestOneway:
         assert servant.moved == list(range(most + 1))
         assert "oneway calls of Gripper were dropped" in caplog.text
         assert len(caplog.records) < 5
+
+    def test_what_travels_beside_calls_that_wait_is_bounded_too(
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        server = make_communicator(listen=[endpoint], max_bulk_size=1 << 20)
+        client = make_communicator(connect=[endpoint])
+        servant = GripperI()
+        servant.leave.clear()
+        adapter = server.createObjectAdapter("Test")
+        adapter.add(servant, "Gripper")
+        adapter.activate()
+        pair = Pair(endpoint, server, client, adapter)
+        GripperPrx.checkedCast(client.stringToProxy("Gripper"))
+        put(pair, 1.0)
+        assert servant.entered.acquire(timeout=LIMIT)
+        for _ in range(4):
+            put(pair, 2.0, about=bytes(400_000))
+        until(lambda: status(pair).refused == 2)  # while two wait
+        servant.leave.set()
+        until(lambda: status(pair).refused == 4)
 
     def test_calls_that_came_before_the_removal_are_executed(self, pair: Pair, servant: GripperI) -> None:
         servant.leave.clear()

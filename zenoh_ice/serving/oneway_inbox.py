@@ -76,7 +76,7 @@ class OnewayInbox:
     def _on_sample(self, sample: zenoh.Sample) -> None:  # on Zenoh's thread: it only notes the call
         if sample.kind != zenoh.SampleKind.PUT:
             return
-        size = len(sample.payload)
+        size = len(sample.payload) + (0 if sample.attachment is None else len(sample.attachment))
         with self._lock:
             fits = self._waiting_bytes + size <= self._most_bytes
             if fits:
