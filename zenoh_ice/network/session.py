@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import threading
 from collections.abc import Sequence
 from typing import Final
 
@@ -26,6 +27,8 @@ _ZENOH_LOG: Final = (
 )
 # What tells that another process listens already; Zenoh passes no error number.
 _IN_USE: Final = ("in use", "Unable to acquire lock")
+
+_CLOSE_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
 
@@ -56,11 +59,20 @@ def open_session(settings: Settings) -> zenoh.Session:
 
 
 def close_session(session: zenoh.Session) -> None:
-    """Close a session; one whose peer takes nothing any more, so that it cannot end in time, is only told."""
-    try:
-        session.close()
-    except zenoh.ZError as error:
-        _logger.warning("the session did not end in time: %s", without_source(error))
+    """Close a session; one that takes long, since its peer takes nothing any more, goes on by itself."""
+
+    def close() -> None:
+        try:
+            session.close()
+        except zenoh.ZError as error:
+            _logger.warning("the session did not end in time: %s", without_source(error))
+
+    # Zenoh would wait for 10 s, and takes no other limit.
+    thread = threading.Thread(target=close, name="zenoh_ice closing", daemon=True)
+    thread.start()
+    thread.join(_CLOSE_LIMIT)
+    if thread.is_alive():
+        _logger.warning("the session has not ended after %g s: its peer takes nothing any more", _CLOSE_LIMIT)
 
 
 def _explain(error: zenoh.ZError, listen: Sequence[str]) -> EndpointInUseException | ConfigurationException:

@@ -1,0 +1,36 @@
+"""Closing a session whose peer takes nothing any more."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import cast
+
+import pytest
+import zenoh
+
+from tests.support.limits import LIMIT
+from zenoh_ice.network import session
+from zenoh_ice.network.session import close_session
+
+
+class Stuck:
+    """A session that does not end before it may."""
+
+    def __init__(self) -> None:
+        self.may_end = threading.Event()
+
+    def close(self) -> None:
+        self.may_end.wait(LIMIT)
+        raise zenoh.ZError("close operation timed out!")
+
+
+def test_session_that_does_not_end_holds_nobody_up(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(session, "_CLOSE_LIMIT", 0.01)
+    stuck = Stuck()
+    with caplog.at_level(logging.WARNING, "zenoh_ice"):
+        close_session(cast("zenoh.Session", stuck))
+        assert "has not ended after 0.01 s" in caplog.text
+    stuck.may_end.set()
