@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 from collections.abc import Callable
 from contextlib import ExitStack
 
@@ -10,16 +11,18 @@ import pytest
 import zenoh
 
 from tests.conftest import Pair
-from tests.support.calculator import CalculatorPrx
+from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import LIMIT
 from tests.support.notebook import Notebook, NotebookPrx
+from tests.support.waiting import until
 from zenoh_ice import (
     AccessDeniedException,
     BusyException,
     Communicator,
     ConfigurationException,
     ConnectionLostException,
+    Current,
     FacetNotExistException,
     Identity,
     MarshalException,
@@ -159,6 +162,27 @@ class TestContexts:
         implicit.setContext({str(number): "x" * 900 for number in range(3)})
         with pytest.raises(MarshalException, match="context"):
             proxy.about({"long": "x" * 1000, "longer": "x" * 1000})
+
+
+class TestBuiltInOperations:
+    def test_they_have_futures(self, proxy: NotebookPrx) -> None:
+        assert proxy.ice_pingAsync().result(LIMIT) is None
+        assert proxy.ice_isAAsync("::test::Notebook").result(LIMIT)
+        assert proxy.ice_idAsync().result(LIMIT) == proxy.ice_id() == "::test::Notebook"
+        assert proxy.ice_idsAsync().result(LIMIT) == proxy.ice_ids() == ["::Ice::Object", "::test::Notebook"]
+
+    def test_servant_is_told_their_context(self, pair: Pair) -> None:
+        told: list[str] = []
+
+        class Told(Notebook):
+            def ice_ping(self, current: Current) -> None:
+                told.append(current.ctx["who"])
+
+        pair.adapter.add(Told(), "Told")
+        proxy = pair.client.stringToProxy("Told")
+        proxy.ice_ping({"who": "me"})
+        proxy.ice_pingAsync({"who": "you"}).result(LIMIT)
+        assert told == ["me", "you"]
 
 
 class TestFacets:
@@ -309,6 +333,28 @@ class TestReplicas:
         for _ in range(5):
             shared.ice_replicas("first").about()
         assert sum(servant.called for servant in replicas) in {6, 7}  # who: by both, perhaps one is under way
+
+    def test_first_error_is_told_when_no_other_answers(
+        self, pair: Pair, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        asked, leave = threading.Event(), threading.Event()
+
+        class Slow(CalculatorI):
+            def divide(self, a: float, b: float, current: Current) -> tuple[float, float]:
+                asked.set()
+                leave.wait(LIMIT)
+                return super().divide(a, b, current)
+
+        other = make_communicator(connect=[pair.endpoint]).createObjectAdapter("Slow")
+        for adapter, servant in ((pair.adapter, CalculatorI()), (other, Slow())):
+            adapter.add(servant, "Calculator", replica=True)
+        other.activate()
+        until(lambda: len(pair.client.servants()) == 2)
+        proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")).ice_replicas("first")
+        with pytest.raises(DivisionByZero):
+            proxy.ice_invocationTimeout(500).divide(1.0, 0.0)
+        assert asked.wait(LIMIT)
+        leave.set()
 
     def test_nearest_is_one_of_them(self, shared: NotebookPrx, replicas: list[Notebook]) -> None:
         for _ in range(5):
