@@ -172,11 +172,13 @@ class Communicator:
 
     def identities(self, realm: str | None = None) -> list[str]:
         """Return the identities served in a realm as far as known by now, sorted."""
+        self.check()
         self.presence.watch(realm or self.realm)
         return self.presence.identities(realm or self.realm)
 
     def servants(self, realm: str | None = None) -> list[ServantInfo]:
         """Return the servants of a realm as far as known by now, sorted by identity and facet."""
+        self.check()
         self.presence.watch(realm or self.realm)
         return self.presence.servants(realm or self.realm)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from ..exceptions import InterfaceMismatchException, MarshalException, SystemException, TimeoutException
+from ..exceptions import InterfaceMismatchException, MarshalException, TimeoutException
 from ..identity import Target
 from ..operation import Interface, Operation
 from ..wire.errors import ERROR_ENCODING, decode_error
@@ -177,7 +177,7 @@ class OutgoingCall:
             if exchange.longest_wait <= 0:
                 raise self._requests.unsent(self._timeout)
             self._begin(exchange, future)
-        except SystemException as error:
+        except Exception as error:  # noqa: BLE001 - it is told by the future
             fail(future, error)
 
     def _invoke_local(self, servant: Incoming | BoundIncoming, request: Request) -> object:

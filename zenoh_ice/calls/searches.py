@@ -7,11 +7,13 @@ from collections.abc import Callable
 from typing import Final
 
 from ..dispatch import Dispatcher, Lane
+from ..exceptions import BusyException
 from ..identity import Target
 
 __all__ = ["Searches"]
 
 _MOST_WAITING: Final = 1024  # calls in one line
+_MOST_LINES: Final = 256  # each has a thread that waits
 
 _Key = tuple[Target, float]
 
@@ -52,12 +54,16 @@ class Searches:
 
     def _count(self, key: _Key, change: int) -> Lane:
         with self._lock:
-            lane, count = self._lines.get(key) or (self._new_lane(key[0]), 0)
+            lane, count = self._lines.get(key) or (self._new_lane(*key), 0)
             if count + change:
                 self._lines[key] = lane, count + change
             else:
                 del self._lines[key]
         return lane
 
-    def _new_lane(self, target: Target) -> Lane:
+    def _new_lane(self, target: Target, _: float) -> Lane:
+        if len(self._lines) >= _MOST_LINES:
+            raise BusyException(
+                f"{target}: {_MOST_LINES} servants are looked for already; this call was not executed"
+            )
         return Lane(self._dispatcher, f"looking for {target}", depth=_MOST_WAITING)

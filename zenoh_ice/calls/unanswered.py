@@ -34,6 +34,7 @@ _STATUS_LIMIT: Final = 0.5
 _LATE_STATUS_LIMIT: Final = 0.25  # s for the same, where the call's own limit has passed
 _REST_NOTICE: Final = 0.1  # s in which a servant has come to rest that is not crowded
 _LOOK_AGAIN: Final = 0.01  # s
+_MOST_CROWDED: Final = 1024  # servants of which it is remembered
 _MOST_ASKED: Final = 3  # of several servers of one identity
 
 
@@ -90,8 +91,10 @@ class UnansweredCall:
             return ConnectionLostException(f"{self._what}: the connection was lost during the call")
         if crowded:
             return BusyException(f"{self._what} was not executed: too many calls wait for {self._target}")
-        if self.time_left <= 0 and not self._asked:
-            return TimeoutException(f"{self._what} did not answer in time")
+        if not self._asked:
+            return TimeoutException(
+                f"{self._what} got no answer, nor does its process tell why: it hangs, or has too much to do"
+            )
         return AccessDeniedException(
             f"{self._what} was not executed: {self._target} is there, and access control does not let this "
             "component call it; `security` in its settings, and in those of the router, says who may"
@@ -123,14 +126,16 @@ class UnansweredCall:
         serving = self._presence.serving(self._target)
         servers = [info.server for info in self._presence.servers(serving)][:_MOST_ASKED]
         for server in () if communicator.destroyed else servers:
-            moment = time.monotonic()
             try:
                 status = ask_process_status(communicator.session, serving.realm, server, limit / len(servers))
             except (ConnectionLostException, MarshalException):
                 continue
             servant = status.servants.get(str(serving))
             if servant is not None:
-                communicator.crowded_at[self._target] = moment - servant.crowded_ago
+                if len(communicator.crowded_at) >= _MOST_CROWDED:
+                    communicator.crowded_at.clear()  # who needs to know asks again
+                # By the moment of the answer: what was crowded since the question counts, too.
+                communicator.crowded_at[self._target] = time.monotonic() - servant.crowded_ago
                 self._at_work = servant.crowded_ago == 0
                 return True
         return False
