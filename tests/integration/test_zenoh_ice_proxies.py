@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable
-from contextlib import ExitStack
 
 import pytest
 import zenoh
@@ -28,10 +27,12 @@ from zenoh_ice import (
     MarshalException,
     ObjectNotExistException,
     ObjectPrx,
+    TimeoutException,
     TwowayOnlyException,
 )
 from zenoh_ice.identity import Target
 from zenoh_ice.network.presence import servant_token
+from zenoh_ice.serving.incoming import Incoming
 
 
 @pytest.fixture
@@ -398,14 +399,23 @@ class TestUnansweredCalls:
         assert [call.result(LIMIT) for call in calls[16:]] == list(range(1, 65))
 
     def test_call_that_nobody_takes_is_denied(self, pair: Pair) -> None:
-        """Access control drops calls without a word; here the servant only says that it is there."""
-        with ExitStack() as stack:
-            key = servant_token(
-                Target("nao", "Guarded"), "::test::Notebook", "c0ffee0000000005", pair.server.client_id, 1.0
-            )
-            stack.enter_context(pair.server.session.liveliness().declare_token(key))
-            proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Guarded"))
-            with pytest.raises(AccessDeniedException, match=r"Guarded\.about"):
+        """Access control drops calls without a word; here the servant that is there takes none."""
+        pair.adapter.add(Notebook(), "Guarded")
+        incoming = pair.server.local_servants.get(Target("nao", "Guarded"))
+        assert isinstance(incoming, Incoming)
+        incoming._inboxes[0].close()
+        proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Guarded"))
+        with pytest.raises(AccessDeniedException, match=r"Guarded\.about"):
+            proxy.about()
+
+    def test_call_that_nobody_explains_may_have_been_executed(self, pair: Pair) -> None:
+        """The servant is there by its token alone: whether the call reached it nobody knows."""
+        key = servant_token(
+            Target("nao", "Mute"), "::test::Notebook", "c0ffee0000000005", pair.server.client_id, 1.0
+        )
+        with pair.server.session.liveliness().declare_token(key):
+            proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Mute"))
+            with pytest.raises(TimeoutException, match=r"Mute\.about got no answer"):
                 proxy.about()
 
     def test_call_whose_link_is_cut_is_lost(self, pair: Pair, remote: NotebookPrx) -> None:

@@ -166,7 +166,14 @@ def ask_process_status(session: zenoh.Session, realm: str, process: str, timeout
     denies it; MarshalException when what it answers is none.
     """
     key = _key(realm, process)
-    reply = first_reply(session.get(key, timeout=timeout, congestion_control=zenoh.CongestionControl.BLOCK))
+    replies = session.get(
+        key,
+        timeout=timeout,
+        congestion_control=zenoh.CongestionControl.BLOCK,
+        # Not behind the calls that are about to be explained by it.
+        priority=zenoh.Priority.INTERACTIVE_HIGH,
+    )
+    reply = first_reply(replies)
     answer = None if reply is None else reply.ok
     if answer is None:
         raise ConnectionLostException(
