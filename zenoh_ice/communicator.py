@@ -4,54 +4,41 @@ from __future__ import annotations
 
 import atexit
 import logging
-import math
 import os
 import re
 import threading
-import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from queue import Empty, SimpleQueue
-from typing import Any, Final, Self, TypeVar
+from typing import Any, Final, Self
 
 from .adapter import ObjectAdapter
 from .calls.implicit_context import ImplicitContext
-from .calls.invocation import InvocationFuture
-from .calls.manner import Manner, Mode
-from .calls.oneway import OnewayBatch
-from .calls.outgoing_calls import AnyCall, OutgoingCalls
-from .clocks.clock import Clock, WallClock
-from .dispatch import Dispatcher, Lane, is_marked_thread
-from .exceptions import CommunicatorDestroyedException, ConfigurationException
+from .calls.manner import Mode
+from .calls.outgoing_calls import OutgoingCalls
+from .clocks.clock import Clock
+from .communicator_services import CommunicatorServices
+from .dispatch import Dispatcher, is_marked_thread
+from .exceptions import ConfigurationException
 from .identity import PROXY_TEXT, Identity, Target, identityToString, stringToIdentity
 from .network.clients import Clients, ClientWatch, client_token
 from .network.presence import Presence, ServantInfo
 from .network.process_status import ProcessStatus, ProcessStatusServer, ask_process_status
 from .network.pulse import Pulse
 from .network.session import close_session, connect_endpoints, open_session
-from .operation import Interface, Operation
 from .proxy import ObjectPrx
 from .serving.coroutines import Coroutines
 from .serving.local_servants import LocalServants
 from .serving.rivals import Rivals
 from .settings import Settings, load_settings
-from .streams.sample import Sample
-from .streams.stream_reader import StreamReader
+from .shutdown import Shutdown
 from .streams.stream_readers import StreamReaders
-from .streams.subscription import Delivery, Subscription
-from .wire.codec import Codec
+from .streams.subscription import Subscription
 from .wire.shared_memory import SharedMemory, may_lock_enough
 
 __all__ = ["Communicator", "initialize"]
 
-V = TypeVar("V")
-
 _PROXY: Final = re.compile(PROXY_TEXT)
-_LONGEST_TIMEOUT: Final = 60.0  # s; Zenoh keeps a kilobyte for each call until its limit has passed
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
-
-# s after which a wait of the main thread looks up: a signal that another thread takes does not wake it.
-_LOOK: Final = 0.5
 
 _logger = logging.getLogger(__name__)
 
@@ -70,17 +57,17 @@ def initialize(settings: Settings | None = None, **overrides: object) -> Communi
     return Communicator(settings.override(**overrides) if overrides else settings)
 
 
-class Communicator:
+class Communicator(CommunicatorServices):
     """The root of everything that talks: proxies, adapters, streams and the clock come from here.
 
     It may be used from any thread. User code, servants and callbacks alike, runs on its own threads.
     """
 
     def __init__(self, settings: Settings) -> None:
-        self.settings: Final = settings
+        self.settings = settings
         self.realm: Final = settings.realm
         self.destroyed = False
-        self.local_servants: Final = LocalServants()
+        self.local_servants = LocalServants()
         self.crowded_at: Final[dict[Target, float]] = {}
         """When calls may last have fallen out of the queues of others' servants, on the monotonic clock."""
         self._lock = threading.RLock()
@@ -88,9 +75,7 @@ class Communicator:
         self._subscriptions: set[Subscription[Any]] = set()
         self._clock: Clock | None = None
         self._clock_lock = threading.Lock()
-        self._is_shut_down = False
-        # No event: Ctrl-C while one is taken hold of would leave it locked for ever.
-        self._shutdown: SimpleQueue[None] = SimpleQueue()
+        self._shutdown: Final = Shutdown()
         self.pulse: Final = Pulse()
         self._destroyed = threading.Event()
         self.shared_memory: Final = SharedMemory(enabled=settings.shared_memory and may_lock_enough())
@@ -100,16 +85,16 @@ class Communicator:
             self.client_id: Final = str(self.session.zid())
             self.dispatcher: Final = Dispatcher(settings.dispatch_threads, f"zenoh_ice {settings.realm}")
             on_failure.callback(self.dispatcher.close, _DESTROY_LIMIT)
-            self.presence: Final = Presence(
+            self.presence = Presence(
                 self.session, connect_endpoints(settings), self.dispatcher.submit, settings.security
             )
             on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
             self.coroutines: Final = Coroutines(f"zenoh_ice {settings.realm} coroutines")
             self.process_status_server: Final = ProcessStatusServer(self)
-            self._calls: Final = OutgoingCalls(self)
+            self._calls = OutgoingCalls(self)
             self.call_numbers: Final = self._calls.numbers
-            self._readers: Final = StreamReaders(self)
+            self._readers = StreamReaders(self)
             self._rivals: Final = Rivals(self)
             self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
             self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))
@@ -211,21 +196,16 @@ class Communicator:
         with self._clock_lock:  # of its own: choosing calls the robot's server
             self.check()
             if self._clock is None:
-                self._clock = self._choose_clock()
+                from .clocks.robot_clock import choose_clock  # here: it needs proxies
+
+                self._clock = choose_clock(self)
             return self._clock
-
-    def _choose_clock(self) -> Clock:
-        if self.settings.clock == "wall":
-            return WallClock()
-        from .clocks.robot_clock import choose_clock
-
-        return choose_clock(self)
 
     # Life.
 
     def shutdown(self) -> None:
         """Withdraw all servants and let `waitForShutdown` return; proxies go on working."""
-        self._end_wait()
+        self._shutdown.begin()
         with self._lock:
             adapters = list(self._adapters)
         for adapter in adapters:
@@ -233,23 +213,11 @@ class Communicator:
 
     def waitForShutdown(self, timeout: float | None = None) -> bool:
         """Wait until `shutdown` or `destroy` is called, at most `timeout` s; return whether one was."""
-        if self._is_shut_down:
-            return True
-        deadline = math.inf if timeout is None else time.monotonic() + timeout
-        while True:
-            left = deadline - time.monotonic()
-            try:
-                self._shutdown.get(timeout=max(0.0, min(left, _LOOK)))
-                break
-            except Empty:
-                if left <= _LOOK:
-                    return False
-        self._shutdown.put(None)  # for the next who waits
-        return True
+        return self._shutdown.wait(timeout)
 
     def isShutdown(self) -> bool:
         """Return whether `shutdown` or `destroy` was called."""
-        return self._is_shut_down
+        return self._shutdown.begun
 
     def destroy(self) -> None:
         """End everything: servants, streams, calls that wait, threads, the session.
@@ -265,7 +233,7 @@ class Communicator:
             if not is_marked_thread():  # such a thread may be what the first caller waits for
                 self._destroyed.wait(3 * _DESTROY_LIMIT)
             return
-        self._end_wait()
+        self._shutdown.begin()
         # Run from the last to the first, each whatever the others raise, Ctrl-C included.
         with ExitStack() as steps:
             steps.callback(_live.discard, self)
@@ -295,100 +263,11 @@ class Communicator:
     def __repr__(self) -> str:
         return f"<communicator {self.client_id} of realm {self.realm}>"
 
-    # For the other modules of the package.
-
-    def find(
-        self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
-    ) -> dict[str, str]:
-        """Wait until a servant is there; return the fingerprints of its interfaces by type id.
-
-        The interface asked for is missing from them if the servant does not have it. `since` is the moment of
-        the monotonic clock when it was asked for, now by default.
-        """
-        self.check()
-        local = self.local_servants.get(target)
-        if local is not None:
-            return local.fingerprints
-        self.presence.wait_for(target, type_id, timeout, since=since)
-        found = self.presence.reachable(target)
-        if not found:
-            raise self.presence.explain_absence(target)
-        return found
-
-    def knows(self, target: Target) -> bool:
-        """Return whether `find` would return at once."""
-        return self.local_servants.get(target) is not None or bool(self.presence.reachable(target))
-
-    def searches(self, target: Target, limit: float) -> bool:
-        """Return whether calls with a limit, in s, wait for a servant to be found."""
-        return self._calls.searches.under_way(target, limit)
-
-    def search(self, target: Target, limit: float, find_and_call: Callable[[], object]) -> None:
-        """Run what finds a servant and calls it, after what was asked for before; raises BusyException."""
-        self._calls.searches.submit(target, limit, find_and_call)
-
-    def outgoing_call(
-        self, target: Target, operation: Operation[..., Any], interface: Interface, manner: Manner
-    ) -> AnyCall:
-        """Return what calls an operation of a servant; proxies share it."""
-        self.check()
-        return self._calls.get(target, operation, interface, manner)
-
-    def sending_lane(self, target: Target) -> Lane:
-        """Return the lane in which calls of a servant are sent that must not be sent by their callers."""
-        return self._calls.sending_lane(target)
-
-    def stream_reader(self, target: Target, operation: Operation[..., V]) -> StreamReader[V]:
-        """Return the reader of a stream; proxies share it."""
-        self.check()
-        return self._readers.get(target, operation)
-
-    def new_subscription(
-        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], delivery: Delivery
-    ) -> Subscription[V]:
-        """Return a subscription that ends with the communicator."""
-        with self._lock:
-            self.check()
-            subscription = Subscription(reader.source, callback, delivery, self._subscriptions.discard)
-            self._subscriptions.add(subscription)
-            return subscription
-
-    def new_future(self, *, at_once: bool) -> InvocationFuture[Any]:
-        """Return the future of a call that is sent at once, or as soon as its servant was found."""
-        self.check()
-        return InvocationFuture(self._calls.receiver) if at_once else self._calls.new_future()
-
-    def new_batch(self) -> OnewayBatch:
-        """Return a batch that `flushBatchRequests` flushes."""
-        return self._calls.new_batch()
-
-    def size_limit(self, codec: Codec[Any]) -> int:
-        """Return how many bytes a payload may have: more where its type holds byte sequences."""
-        settings = self.settings
-        return settings.max_bulk_size if codec.holds_bytes else settings.max_message_size
-
-    def check_timeout(self, seconds: float) -> float:
-        """Return a limit for calls; raises ConfigurationException for one that is none."""
-        if not 0 < seconds <= _LONGEST_TIMEOUT:
-            raise ConfigurationException(
-                f"a call's limit is above 0 and at most {_LONGEST_TIMEOUT:g} s, not {seconds:g} s"
-            )
-        return seconds
-
-    def check(self) -> None:
-        """Raise CommunicatorDestroyedException after the end."""
-        if self.destroyed:
-            raise CommunicatorDestroyedException("the communicator was destroyed, or inherited by a fork")
-
     def abandon(self) -> None:
         """Refuse all further use: in a forked child the session is broken and must not be touched."""
         self.destroyed = True
-        self._end_wait()
+        self._shutdown.begin()
         self._destroyed.set()
-
-    def _end_wait(self) -> None:
-        self._is_shut_down = True
-        self._shutdown.put(None)
 
     def _close_clock(self) -> None:
         if self._clock_lock.acquire(timeout=_DESTROY_LIMIT):

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
 from .exceptions import ConfigurationException
-from .network.endpoints import check_endpoint
 from .network.security import PATHS, Security, resolved
+from .setting_checks import CHECKS, PARSERS
 from .wire.text import cut
 
 __all__ = ["DEFAULT_ENDPOINT", "ENVIRONMENT_PREFIX", "Settings", "load_settings"]
@@ -23,24 +22,12 @@ DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"
 """`VISUALHFSM_REALM` sets `realm`, and so on for every setting."""
 
-MODES: Final = ("peer", "client", "router")
-CLOCKS: Final = ("auto", "wall", "sim")
-LOG_LEVELS: Final = ("debug", "info", "warning", "error", "critical")
-
 CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"
 """The environment variable that names the TOML file when no flag does."""
 
 _DEFAULT_ORIGIN: Final = "default"
 _CODE_ORIGIN: Final = "the program"
-_MAX_TIMEOUT: Final = (
-    60.0  # a Zenoh get keeps about 1 kB until its timeout has passed, even when it was answered
-)
-_MAX_SIZE: Final = 1 << 30
 _LONGEST_SHOWN: Final = 1000  # characters of what is wrong, in an error
-# A chunk of a Zenoh key: no separator, no wildcard; '@' splits identity and realm in "Head@otherrealm".
-_REALM: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
-_TRUE: Final = frozenset({"1", "true", "yes", "on"})
-_FALSE: Final = frozenset({"0", "false", "no", "off"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +69,7 @@ class Settings:
     """Where each setting came from, by name; a setting that is missing here has its default."""
 
     def __post_init__(self) -> None:
-        for key, check in _CHECKS.items():
+        for key, check in CHECKS.items():
             value = getattr(self, key)
             try:
                 object.__setattr__(self, key, check(value))
@@ -101,7 +88,7 @@ class Settings:
         """Return a table of every setting: its name, its value and where that came from."""
         rows = [
             (key, _shown(getattr(self, key)), self.origins.get(key, _DEFAULT_ORIGIN))
-            for key in _CHECKS
+            for key in CHECKS
             if key != "security"
         ]
         rows += [
@@ -128,10 +115,10 @@ class Settings:
     def _overlaid(self, changes: Mapping[str, Any], origins: Mapping[str, str]) -> Settings:
         changes, origins = dict(changes), dict(origins)
         for key in changes:
-            if key not in _CHECKS:
+            if key not in CHECKS:
                 raise ConfigurationException(
                     f"{origins[key]}: there is no setting {cut(key, _LONGEST_SHOWN)!r}; the settings are "
-                    f"{', '.join(_CHECKS)}"
+                    f"{', '.join(CHECKS)}"
                 )
         if "security" in changes:
             # Piece by piece: a password may come from the environment, and the rest from a file.
@@ -205,7 +192,7 @@ def _read_environment(environment: Mapping[str, str]) -> tuple[dict[str, Any], d
             continue
         key = variable.removeprefix(ENVIRONMENT_PREFIX).lower()
         try:
-            values[key] = _PARSERS.get(key, str)(environment[variable])
+            values[key] = PARSERS.get(key, str)(environment[variable])
         except ValueError as error:
             raise ConfigurationException(f"{variable}: {environment[variable]!r}: {error}") from None
         origins[key] = variable
@@ -234,125 +221,3 @@ def _shown(value: object) -> str:
         return repr(value) if isinstance(value, str) else str(value)
     except ValueError:  # Python refuses to write the longest numbers
         return "a number of thousands of digits"
-
-
-# What a text of the environment becomes; the checks below judge the result.
-
-
-def _parse_list(text: str) -> tuple[str, ...]:
-    return tuple(item.strip() for item in text.split(",") if item.strip())
-
-
-def _parse_boolean(text: str) -> bool:
-    word = text.strip().lower()
-    if word not in _TRUE | _FALSE:
-        raise ValueError("write true or false")
-    return word in _TRUE
-
-
-def _parse_float(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError("write a number") from None
-
-
-def _parse_integer(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise ValueError("write a whole number") from None
-
-
-_PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
-    "connect": _parse_list,
-    "listen": _parse_list,
-    "timeout": _parse_float,
-    "lease": _parse_float,
-    "shared_memory": _parse_boolean,
-    "max_message_size": _parse_integer,
-    "max_bulk_size": _parse_integer,
-    "dispatch_threads": _parse_integer,
-    "security_mutual": _parse_boolean,
-}
-
-
-# Each check returns the value in its final form or raises ValueError with what to do.
-
-
-def _check_realm(value: object) -> str:
-    if not isinstance(value, str) or not _REALM.fullmatch(value):
-        raise ValueError("a realm is 1 to 64 letters, digits, '_', '-' or '.', without '/', '*' or '@'")
-    return value
-
-
-def _check_connect(value: object) -> tuple[str, ...]:
-    return tuple(check_endpoint(endpoint, any_port=False) for endpoint in _items(value))
-
-
-def _check_listen(value: object) -> tuple[str, ...]:
-    return tuple(check_endpoint(endpoint, any_port=True) for endpoint in _items(value))
-
-
-def _items(value: object) -> list[object]:
-    if not isinstance(value, (list, tuple)):
-        raise ValueError("write a list of endpoints")
-    return list(value)
-
-
-def _one_of(words: tuple[str, ...]) -> Callable[[object], str]:
-    def check(value: object) -> str:
-        if not isinstance(value, str) or value.lower() not in words:
-            raise ValueError(f"write one of {', '.join(words)}")
-        return value.lower()
-
-    return check
-
-
-def _seconds(lowest: float, highest: float) -> Callable[[object], float]:
-    def check(value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError("write a number of seconds")
-        if not lowest <= value <= highest:  # nor is nan
-            raise ValueError(f"write a number of seconds from {lowest:g} to {highest:g}")
-        return float(value)
-
-    return check
-
-
-def _whole(lowest: int, highest: int) -> Callable[[object], int]:
-    def check(value: object) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
-            raise ValueError(f"write a whole number from {lowest} to {highest}")
-        return value
-
-    return check
-
-
-def _check_boolean(value: object) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError("write true or false")
-    return value
-
-
-def _check_security(value: object) -> Security:
-    if not isinstance(value, Security):
-        raise ValueError("write a table, such as [security]")
-    return value
-
-
-_CHECKS: Final[Mapping[str, Callable[[Any], object]]] = {
-    "realm": _check_realm,
-    "connect": _check_connect,
-    "listen": _check_listen,
-    "mode": _one_of(MODES),
-    "clock": _one_of(CLOCKS),
-    "timeout": _seconds(0.001, _MAX_TIMEOUT),
-    "lease": _seconds(0.1, _MAX_TIMEOUT),
-    "shared_memory": _check_boolean,
-    "log_level": _one_of(LOG_LEVELS),
-    "max_message_size": _whole(1, _MAX_SIZE),
-    "max_bulk_size": _whole(1, _MAX_SIZE),
-    "dispatch_threads": _whole(1, 256),
-    "security": _check_security,
-}

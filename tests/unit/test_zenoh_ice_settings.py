@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenoh_ice import settings as module
 from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.setting_checks import CHECKS
 from zenoh_ice.settings import Settings, load_settings
 
 
@@ -20,7 +20,7 @@ def write(path: Path, text: str) -> Path:
 
 
 def test_every_setting_is_checked() -> None:
-    assert [*module._CHECKS, "origins"] == [item.name for item in fields(Settings)]
+    assert [*CHECKS, "origins"] == [item.name for item in fields(Settings)]
 
 
 def test_later_sources_win_and_origins_are_remembered(tmp_path: Path) -> None:
