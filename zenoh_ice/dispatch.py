@@ -142,12 +142,12 @@ class Lane:
         self._width: Final = width
         self._depth: Final = depth
         self._condition = threading.Condition()
-        self._waiting: deque[Job] = deque()
+        self._waiting: deque[tuple[Job, Job | None]] = deque()
         self._running = 0
         self._closed = False
 
-    def submit(self, job: Job) -> None:
-        """Run a job after those before it.
+    def submit(self, job: Job, dropped: Job | None = None) -> None:
+        """Run a job after those before it, or `dropped` if it is still waiting when `drop` is called.
 
         Raises BusyException when too many wait, ObjectNotExistException after `close`.
         """
@@ -159,7 +159,7 @@ class Lane:
                     raise BusyException(
                         f"{self._name}: {len(self._waiting)} calls wait already; this one was not executed"
                     )
-                self._waiting.append(job)
+                self._waiting.append((job, dropped))
                 return
             self._running += 1
         self._dispatcher.submit(lambda: self._run(job))
@@ -170,12 +170,20 @@ class Lane:
             self._closed = True
             return self._condition.wait_for(lambda: self._running <= expected, timeout)
 
+    def drop(self) -> None:
+        """Forget the jobs that wait."""
+        with self._condition:
+            waiting, self._waiting = self._waiting, deque()
+        for _, dropped in waiting:
+            if dropped is not None:
+                dropped()
+
     def _run(self, job: Job) -> None:
         try:
             job()
         finally:
             with self._condition:
-                following = self._waiting.popleft() if self._waiting else None
+                following = self._waiting.popleft()[0] if self._waiting else None
                 if following is None:
                     self._running -= 1
                     if self._closed:

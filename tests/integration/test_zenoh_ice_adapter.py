@@ -247,6 +247,43 @@ class TestDefaultServants:
         with pytest.raises(ObjectNotExistException):
             pair.adapter.removeDefaultServant("soccer")
 
+    def test_what_waits_for_too_long_at_the_end_is_told_so(self, pair: Pair, caller: Communicator) -> None:
+        servant = GripperI()
+        servant.leave.clear()
+        pair.adapter.addDefaultServant(servant, "yard")
+        proxy = gripper(caller, "yard/7").ice_invocationTimeout(LIMIT * 1000)
+        first = proxy.moveAsync(1.0)
+        assert servant.entered.acquire(timeout=LIMIT)
+        second = proxy.moveAsync(2.0)
+        incoming = next(iter(pair.server.local_servants.all()))
+        until(lambda: incoming._lane._waiting)
+        pair.adapter.removeDefaultServant("yard")
+        assert isinstance(second.exception(AT_ONCE), ObjectNotExistException)
+        pair.adapter.deactivate()
+        servant.leave.set()
+        assert pair.adapter.waitForDeactivate(AT_ONCE)
+        assert first.exception(LIMIT) is None
+        assert servant.moved == [1.0]
+
+    def test_servant_that_removes_itself_hangs_nobody(self, pair: Pair) -> None:
+        class Leaving(GripperI):
+            def move(self, position: float, current: Current) -> None:
+                super().move(position, current)
+                pair.adapter.removeDefaultServant("yard")
+
+        servant = Leaving()
+        servant.leave.clear()
+        pair.adapter.addDefaultServant(servant, "yard")
+        proxy = gripper(pair.client, "yard/7").ice_invocationTimeout(LIMIT * 1000)
+        first = proxy.moveAsync(1.0)
+        assert servant.entered.acquire(timeout=LIMIT)
+        second = proxy.moveAsync(2.0)
+        incoming = next(iter(pair.server.local_servants.all()))
+        until(lambda: incoming._lane._waiting)
+        servant.leave.set()
+        assert first.exception(LIMIT) is None
+        assert isinstance(second.exception(AT_ONCE), ObjectNotExistException)
+
 
 class Players(ServantLocator):
     """Makes the servants of a team when they are called."""

@@ -91,6 +91,9 @@ class GripperPrx(ObjectPrx):
     def move(self, position: float) -> None:
         return self.ice_invoke(_move, position)
 
+    def moveAsync(self, position: float) -> Future[None]:
+        return self.ice_invokeAsync(_move, position)
+
     def positions(self) -> list[float]:
         return self.ice_invoke(_positions)
 

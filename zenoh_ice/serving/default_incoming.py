@@ -98,8 +98,13 @@ class DefaultIncoming(Registration):
         self._declare_tokens(session)
 
     def drain(self, timeout: float) -> bool:
-        """Wait for the calls that run, as every registration does, and end the threads."""
+        """Wait for the calls that run, as every registration does, and end the threads.
+
+        What waits its turn then has nobody left who would execute it.
+        """
         ended = super().drain(timeout)
+        self._lane.drop()
+        self._oneways.drop()
         self._pool.close(0.0 if not ended else _DRAIN_LIMIT)
         return ended
 
@@ -131,7 +136,9 @@ class DefaultIncoming(Registration):
             return
         later = partial(reply, self._communicator.shared_memory, query, key)
         try:
-            self._lane.submit(partial(self._answer, query, *found, since, later))
+            self._lane.submit(
+                partial(self._answer, query, *found, since, later), partial(self._tell_withdrawn, later)
+            )
         except (BusyException, ObjectNotExistException) as error:
             later(*self.upcalls.refuse(error))
 

@@ -73,6 +73,10 @@ class OnewayInbox:
         """Wait for at most `timeout` s for the calls that came; return whether all but `expected` ended."""
         return self._lane.close(timeout, expected=expected)
 
+    def drop(self) -> None:
+        """Forget the calls that wait."""
+        self._lane.drop()
+
     def _on_sample(self, sample: zenoh.Sample) -> None:  # on Zenoh's thread: it only notes the call
         if sample.kind != zenoh.SampleKind.PUT:
             return

@@ -8,12 +8,13 @@ import time
 from abc import ABC, abstractmethod
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import zenoh
 
 from ..dispatch import Lane
-from ..exceptions import MarshalException, TimeoutException
+from ..exceptions import MarshalException, ObjectNotExistException, TimeoutException
 from ..identity import Target
 from ..network.presence import servant_token
 from ..network.process_status import ServantStatus
@@ -187,7 +188,7 @@ class Registration(ABC):
         if self._runs_here():  # the servant calls itself: it must not wait for its own turn
             call()
         else:
-            self._lane.submit(call)
+            self._lane.submit(call, partial(self._tell_withdrawn, later))
         with self._communicator.dispatcher.blocked():
             try:
                 return future.result(timeout)
@@ -195,6 +196,11 @@ class Registration(ABC):
                 raise TimeoutException(
                     f"{target.object}.{name} did not answer within {timeout:g} s"
                 ) from None
+
+    def _tell_withdrawn(self, later: AnswerLater) -> None:
+        """Answer a call that waited for too long when its servant was withdrawn."""
+        error = ObjectNotExistException(f"{self.target.object} is no longer served")
+        later(*self.upcalls.refuse(error))
 
 
 def nobody(ok: bool, answer: bytes | Pieces) -> None:
