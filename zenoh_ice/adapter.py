@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import math
 import re
-import threading
-import time
 import uuid
 from collections.abc import Iterable
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from .exceptions import (
-    AlreadyRegisteredException,
-    CommunicatorDestroyedException,
     ConfigurationException,
     FacetNotExistException,
     ObjectNotExistException,
 )
-from .identity import ANY_NAME, NAME, Identity, Target, stringToIdentity
+from .identity import NAME, Identity, Target, stringToIdentity
 from .object import Object
 from .proxy import ObjectPrx
 from .serving.default_incoming import default_target
-from .serving.registration import Registration
 from .serving.servant_locator import ServantLocator
-from .serving.served import AnyIncoming, AnyServed, Served, ServedDefault, ServedLocator
+from .serving.servant_map import ServantMap, shown
+from .serving.served import Served, ServedDefault, ServedLocator
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -32,9 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["ObjectAdapter"]
 
 D = TypeVar("D", ServedDefault, ServedLocator)
-
-_DRAIN_LIMIT: Final = 1.0  # s for which calls that run may go on when their servants are withdrawn
-_TOKEN_LIMIT: Final = 0.5  # s more in which the tokens of these servants go away
 
 
 class ObjectAdapter:
@@ -51,12 +43,7 @@ class ObjectAdapter:
     def __init__(self, communicator: Communicator, name: str) -> None:
         self._communicator: Final = communicator
         self._name: Final = name
-        self._lock: Final = threading.RLock()
-        self._changed: Final = threading.Condition()
-        self._served: dict[Target, AnyServed] = {}
-        self._active: dict[Target, AnyIncoming] | None = None
-        self._deactivated = False
-        self._ending: list[Registration] = []
+        self._servants: Final = ServantMap(self)
 
     def getName(self) -> str:
         """Return the name, which only serves people."""
@@ -87,7 +74,7 @@ class ObjectAdapter:
     ) -> ObjectPrx:
         """Serve a servant as a facet of an identity; return a proxy to it. Otherwise as `add`."""
         target = self._target(identity, facet)
-        self._add(target, Served(servant, replica))
+        self._servants.add(target, Served(servant, replica))
         return self._communicator.stringToProxy(target.object)
 
     def remove(self, identity: str | Identity) -> Object:
@@ -103,7 +90,7 @@ class ObjectAdapter:
         Raises FacetNotExistException, or ObjectNotExistException when the adapter has no such identity.
         """
         target = self._target(identity, facet)
-        removed = self._remove([target]).get(target)
+        removed = self._servants.remove([target]).get(target)
         if isinstance(removed, Served):
             return removed.servant
         if self.findAllFacets(identity):
@@ -115,9 +102,9 @@ class ObjectAdapter:
 
         Raises ObjectNotExistException when the adapter has no such identity.
         """
-        with self._lock:
-            wanted = [self._target(identity, facet) for facet in self.findAllFacets(identity)]
-        removed = self._remove(wanted)
+        removed = self._servants.remove(
+            [self._target(identity, facet) for facet in self.findAllFacets(identity)]
+        )
         if not removed:
             raise ObjectNotExistException(f"adapter {self._name} has no servant {str(identity)!r}")
         return {
@@ -130,12 +117,11 @@ class ObjectAdapter:
         Without `identities` all are withdrawn, default servants and locators included. Calls of them that run
         may go on for a second altogether.
         """
-        with self._lock:
-            names = None if identities is None else {str(identity) for identity in identities}
-            wanted = [target for target in self._served if names is None or target.identity in names]
+        names = None if identities is None else {str(identity) for identity in identities}
+        wanted = self._servants.where(lambda target: names is None or target.identity in names)
         return {
             target.identity: served.servant
-            for target, served in self._remove(wanted).items()
+            for target, served in self._servants.remove(wanted).items()
             if isinstance(served, Served) and not target.facet
         }
 
@@ -145,17 +131,17 @@ class ObjectAdapter:
 
     def findFacet(self, identity: str | Identity, facet: str) -> Object | None:
         """Return the servant that is a facet of an identity, or None."""
-        served = self._served.get(Target(self._communicator.realm, str(identity), facet))
+        served = self._servants.get(Target(self._communicator.realm, str(identity), facet))
         return served.servant if isinstance(served, Served) else None
 
     def findAllFacets(self, identity: str | Identity) -> dict[str, Object]:
         """Return the servants of an identity by facet, `""` for itself."""
-        with self._lock:
-            return {
-                target.facet: served.servant
-                for target, served in self._served.items()
-                if target.identity == str(identity) and isinstance(served, Served)
-            }
+        name = str(identity)
+        return {
+            target.facet: served.servant
+            for target, served in self._servants.where(lambda target: target.identity == name).items()
+            if isinstance(served, Served)
+        }
 
     def findByProxy(self, proxy: ObjectPrx) -> Object | None:
         """Return the servant of the identity and facet of a proxy, or None."""
@@ -177,7 +163,7 @@ class ObjectAdapter:
 
         Raises AlreadyRegisteredException when the category has a default servant or a locator.
         """
-        self._add(self._default(category), ServedDefault(servant, category))
+        self._servants.add(self._default(category), ServedDefault(servant, category))
 
     def removeDefaultServant(self, category: str = "") -> Object:
         """Withdraw the default servant of a category and return it; raises ObjectNotExistException."""
@@ -185,7 +171,7 @@ class ObjectAdapter:
 
     def findDefaultServant(self, category: str = "") -> Object | None:
         """Return the default servant of a category, or None."""
-        served = self._served.get(self._default(category))
+        served = self._servants.get(self._default(category))
         return served.servant if isinstance(served, ServedDefault) else None
 
     def addServantLocator(self, locator: ServantLocator, category: str = "") -> None:
@@ -194,7 +180,7 @@ class ObjectAdapter:
         Otherwise as `addDefaultServant`. Such servants take no oneway calls: which they could take shows only
         when they were located.
         """
-        self._add(self._default(category), ServedLocator(locator, category))
+        self._servants.add(self._default(category), ServedLocator(locator, category))
 
     def removeServantLocator(self, category: str = "") -> ServantLocator:
         """Withdraw the locator of a category and return it; raises ObjectNotExistException."""
@@ -202,7 +188,7 @@ class ObjectAdapter:
 
     def findServantLocator(self, category: str = "") -> ServantLocator | None:
         """Return the locator of a category, or None."""
-        served = self._served.get(self._default(category))
+        served = self._servants.get(self._default(category))
         return served.locator if isinstance(served, ServedLocator) else None
 
     # Life.
@@ -212,57 +198,27 @@ class ObjectAdapter:
 
         Raises AlreadyRegisteredException, as `add` does; nothing is served then.
         """
-        with self._lock:
-            if self._active is not None:
-                return
-            active: dict[Target, AnyIncoming] = {}
-            try:
-                for target, served in self._served.items():
-                    self._activate(target, served, active)
-            except BaseException:
-                self._deactivate(*active.values())
-                raise
-            self._active = active
-            self._deactivated = False
+        self._servants.activate()
 
     def deactivate(self) -> None:
         """Withdraw the servants; calls that run may go on for a second. Does nothing when not active."""
-        with self._lock:
-            active, self._active = self._active or {}, None
-        self._deactivate(*active.values())
-        with self._changed:
-            self._deactivated = True
-            self._changed.notify_all()
+        self._servants.deactivate()
 
     def waitForDeactivate(self, timeout: float | None = None) -> bool:
         """Wait for at most `timeout` s until it was deactivated and all calls ended; return whether so.
 
         Without a limit it waits for as long as that takes: a servant may never return.
         """
-        deadline = math.inf if timeout is None else time.monotonic() + timeout
-        with self._changed:
-            if not self._changed.wait_for(lambda: self._deactivated, _left(deadline)):
-                return False
-        while True:
-            with self._lock:
-                if not self._ending:
-                    return True
-                first = self._ending[0]
-            if not first.wait_until_idle(_left(deadline)):
-                return False
-            with self._lock:
-                if first in self._ending:
-                    self._ending.remove(first)
+        return self._servants.wait_for_deactivate(math.inf if timeout is None else timeout)
 
     def isDeactivated(self) -> bool:
         """Return whether it was deactivated, and not activated since."""
-        return self._deactivated
+        return self._servants.deactivated
 
     def destroy(self) -> None:
         """Withdraw the servants and forget them."""
         self.deactivate()
-        with self._lock:
-            self._served.clear()
+        self._servants.clear()
 
     def _target(self, identity: str | Identity, facet: str = "") -> Target:
         """Return what a call is addressed to; raises ConfigurationException."""
@@ -276,81 +232,13 @@ class ObjectAdapter:
             _check_name(category, "category")
         return default_target(self._communicator.realm, category)
 
-    def _add(self, target: Target, served: AnyServed) -> None:
-        with self._lock:
-            if target in self._served:
-                raise AlreadyRegisteredException(f"adapter {self._name} serves {_shown(target)} already")
-            if self._active is not None:
-                self._activate(target, served, self._active)
-            self._served[target] = served
-
-    def _remove(self, targets: Iterable[Target]) -> dict[Target, AnyServed]:
-        with self._lock:
-            removed = {target: self._served.pop(target) for target in targets if target in self._served}
-            active = self._active or {}
-            withdrawn = [active.pop(target) for target in removed if target in active]
-        self._deactivate(*withdrawn)
-        return removed
-
     def _remove_default(self, category: str, kind: type[D]) -> D:
         target = self._default(category)
-        with self._lock:
-            served = self._served.get(target)
-            if isinstance(served, kind):
-                self._remove([target])
-                return served
-        raise ObjectNotExistException(f"adapter {self._name} has no such servant for {_shown(target)}")
-
-    def _activate(self, target: Target, served: AnyServed, active: dict[Target, AnyIncoming]) -> None:
-        communicator = self._communicator
-        if communicator.destroyed:
-            raise CommunicatorDestroyedException(f"adapter {self._name}: the communicator was destroyed")
-        others = communicator.presence.servers(target)
-        if not (served.replica and all(other.replicated for other in others)) and others:
-            raise AlreadyRegisteredException(
-                f"another process of realm {target.realm!r} serves {_shown(target)} already, and two would "
-                "share what is meant for one: stop one, or give it another --realm"
-            )
-        incoming = served.incoming(self, target)
-        if not communicator.local_servants.add(incoming):
-            incoming.drain(0.0)  # ends its threads
-            raise AlreadyRegisteredException(
-                f"another adapter of this process serves {_shown(target)} already"
-            )
-        active[target] = incoming
-        try:
-            communicator.process_status_server.open()
-            incoming.activate(communicator.session)
-        except BaseException:
-            del active[target]
-            self._deactivate(incoming)
-            raise
-
-    def _deactivate(self, *servants: AnyIncoming) -> None:
-        deadline = time.monotonic() + _DRAIN_LIMIT
-        # Run from the last to the first, each whatever the others raise: first nobody is called any longer,
-        # then those that run are waited for, all at once.
-        with ExitStack() as steps:
-            for incoming in servants:
-                steps.callback(self._wait_for, incoming, deadline)
-            for incoming in servants:
-                self._communicator.local_servants.remove(incoming)
-                steps.callback(incoming.withdraw)
-
-    def _wait_for(self, incoming: AnyIncoming, deadline: float) -> None:
-        if not incoming.drain(_left(deadline)):
-            with self._lock:
-                self._ending = [other for other in self._ending if not other.wait_until_idle(0.0)]
-                self._ending.append(incoming)
-        # Our own token must not look like another process's when the identity is added again.
-        communicator = self._communicator
-        communicator.presence.wait_until_gone(
-            incoming.target, _left(deadline + _TOKEN_LIMIT), communicator.client_id
-        )
-
-
-def _left(deadline: float) -> float:
-    return min(max(0.0, deadline - time.monotonic()), threading.TIMEOUT_MAX)
+        if isinstance(self._servants.get(target), kind):
+            removed = self._servants.remove([target]).get(target)
+            if isinstance(removed, kind):
+                return removed
+        raise ObjectNotExistException(f"adapter {self._name} has no such servant for {shown(target)}")
 
 
 def _check_name(name: str, what: str) -> None:
@@ -358,10 +246,3 @@ def _check_name(name: str, what: str) -> None:
         raise ConfigurationException(
             f"{name!r} is no {what}: write at most 128 letters, digits, '_', '-' and '.'"
         )
-
-
-def _shown(target: Target) -> str:
-    category, _, name = target.identity.rpartition("/")
-    if name != ANY_NAME:
-        return repr(target.object)
-    return f"the names of category {category!r}"
