@@ -139,7 +139,7 @@ class InProcessReader(Generic[V]):
 
 
 class InProcessChannel:
-    """A publisher's way to the reader of one stream. Stands for `zenoh_ice.publisher.Channel`."""
+    """A publisher's way to the reader of one stream. Stands for `zenoh_ice.streams.publisher.Channel`."""
 
     size_limit: Final = _SIZE_LIMIT
 

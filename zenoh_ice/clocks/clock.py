@@ -1,7 +1,7 @@
 """Clocks: what a component sleeps by and measures time with.
 
 `WallClock` is steady wall time, `VirtualClock` stands still until a test advances it, and
-`zenoh_ice.robot_clock.RobotClock` follows the robot's time.
+`zenoh_ice.clocks.robot_clock.RobotClock` follows the robot's time.
 """
 
 from __future__ import annotations
