@@ -1,8 +1,9 @@
 """Large payloads through shared memory: on one machine they are written once and read once.
 
-Zenoh's own way of doing that unasked is off (see `network.session_config`): it copies once more, and overwrites
-what a receiver may still be reading. Who cannot read shared memory, being on another machine or without the
-right to lock memory, gets the same payload over the network: Zenoh sees to that for each receiver.
+Zenoh's own way of doing that unasked is off (see `network.session_config`): it copies once more, and
+overwrites what a receiver may still be reading. Who cannot read shared memory, being on another machine or
+without the right to lock memory, gets the same payload over the network: Zenoh sees to that for each
+receiver.
 """
 
 from __future__ import annotations
