@@ -28,7 +28,7 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from zenoh_ice import BusyException, Communicator, initialize
 from zenoh_ice.identity import Target
-from zenoh_ice.network.presence import servant_token
+from zenoh_ice.network.servant_tokens import servant_token
 from zenoh_ice.wire.attachment import encode_call_attachment
 from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error
 

@@ -28,8 +28,8 @@ from .exceptions import (
 )
 from .identity import Identity, identityToString, stringToIdentity
 from .network.clients import ClientWatch
-from .network.presence import ServantInfo
 from .network.process_status import ProcessStatus, ServantStatus
+from .network.servant_table import ServantInfo
 from .object import Current, Object
 from .proxy import ObjectPrx
 from .serving.servant_locator import ServantLocator

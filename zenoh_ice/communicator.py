@@ -21,9 +21,10 @@ from .dispatch import Dispatcher, is_marked_thread
 from .exceptions import ConfigurationException
 from .identity import PROXY_TEXT, Identity, Target, identityToString, stringToIdentity
 from .network.clients import Clients, ClientWatch, client_token
-from .network.presence import Presence, ServantInfo
+from .network.presence import Presence
 from .network.process_status import ProcessStatus, ProcessStatusServer, ask_process_status
 from .network.pulse import Pulse
+from .network.servant_table import ServantInfo
 from .network.session import close_session, connect_endpoints, open_session
 from .proxy import ObjectPrx
 from .serving.coroutines import Coroutines

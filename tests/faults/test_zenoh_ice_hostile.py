@@ -33,7 +33,7 @@ from zenoh_ice import (
 )
 from zenoh_ice.generated import Dispatched
 from zenoh_ice.identity import Target
-from zenoh_ice.network.presence import servant_token
+from zenoh_ice.network.servant_tokens import servant_token
 from zenoh_ice.streams import stream_source
 from zenoh_ice.wire.attachment import encode_call_attachment, encode_sample_attachment
 from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error, encode_error

@@ -31,7 +31,7 @@ from zenoh_ice import (
     TwowayOnlyException,
 )
 from zenoh_ice.identity import Target
-from zenoh_ice.network.presence import servant_token
+from zenoh_ice.network.servant_tokens import servant_token
 from zenoh_ice.serving.incoming import Incoming
 
 

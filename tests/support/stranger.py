@@ -12,7 +12,7 @@ import zenoh
 
 from tests.support.limits import CALL_LIMIT, LIMIT
 from zenoh_ice.identity import Target
-from zenoh_ice.network.presence import servant_token
+from zenoh_ice.network.servant_tokens import servant_token
 
 __all__ = ["Stranger", "stranger"]
 

@@ -35,8 +35,9 @@ from zenoh_ice import (
 from zenoh_ice.clocks.estimated_clock import EstimatedClock
 from zenoh_ice.generated import Int, Long, Struct, Value
 from zenoh_ice.identity import Target
-from zenoh_ice.network.presence import Presence, servant_token
+from zenoh_ice.network.presence import Presence
 from zenoh_ice.network.process_status import ProcessStatus, ServantStatus, decode_process_status
+from zenoh_ice.network.servant_tokens import servant_token
 from zenoh_ice.network.session_config import session_config
 from zenoh_ice.settings import load_settings
 from zenoh_ice.wire.attachment import (

@@ -8,7 +8,8 @@ import zenoh
 
 from tests.support.wire_doors import SilentSession, tell
 from zenoh_ice.identity import Target
-from zenoh_ice.network.presence import Presence, servant_token
+from zenoh_ice.network.presence import Presence
+from zenoh_ice.network.servant_tokens import servant_token
 
 PUT, DELETE = zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE
 HEAD = Target("nao", "Head")

@@ -5,12 +5,10 @@ from __future__ import annotations
 import difflib
 import logging
 import math
-import re
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 import zenoh
 from zenoh.handlers import Callback
@@ -23,13 +21,15 @@ from ..exceptions import (
     ObjectNotExistException,
     SystemException,
 )
-from ..identity import ANY_NAME, NAME, Target
+from ..identity import ANY_NAME, Target
 from ..operation import OBJECT_TYPE_ID
 from ..stop_signals import unbroken
 from .link_check import explain_endpoints
 from .security import Security
+from .servant_table import ABSENT, ServantInfo, ServantTable
+from .servant_tokens import parse_token
 
-__all__ = ["ABSENT", "Presence", "ServantInfo", "servant_token"]
+__all__ = ["Presence"]
 
 # s after which a servant that is not heard of is absent, counted from the newest link: its tokens come over a
 # link within milliseconds of its making, and gossip makes the links to others within tens of them.
@@ -40,57 +40,9 @@ _SAME_MOMENT: Final = 0.5
 # s to wait for word of the end of a link after the end of a token that came over it; measured 1 ms.
 _LINK_NOTICE: Final = 0.1
 
-_MAX_SERVANTS: Final = 4096
-_MAX_INTERFACES: Final = 64  # of one servant
-_MAX_SERVERS: Final = 64  # of one identity
-_MAX_TOKENS: Final = 1 << 14  # of all servants
 _MOST_NAMED: Final = 8  # servants in an error message
-# What we make tokens of; anything else could not be called, and would reach error messages and logs.
-_SERVANT_TOKEN: Final = re.compile(
-    rf"@servant/({NAME})/((?:{NAME}/)?(?:{NAME}|{ANY_NAME}))(?:/\+({NAME}))?/"
-    r"((?:::[A-Za-z_][A-Za-z0-9_]*)+)/([0-9A-Za-z]{1,64}|-)/(~?)([0-9a-f]{1,32})/([0-9]{1,15})"
-)
-_LONGEST_TYPE_ID: Final = 256
 
 _logger = logging.getLogger(__name__)
-
-
-ABSENT: Final[dict[str, str]] = {}
-"""The interfaces of a servant that is not there."""
-
-
-class ServantInfo(NamedTuple):
-    """A servant that is there, as its tokens tell."""
-
-    identity: str
-    """The identity as text."""
-    facet: str
-    interfaces: dict[str, str]
-    """The fingerprint of each of its interfaces by type id."""
-    server: str
-    """Id of the session that serves it."""
-    since: float
-    """Wall time of the server's machine since when it does, in s since the epoch."""
-    replicated: bool
-    """Whether others may serve the identity beside it."""
-
-
-def servant_token(
-    target: Target,
-    type_id: str,
-    fingerprint: str,
-    server: str,
-    since: float,
-    *,
-    replicated: bool = False,
-) -> str:
-    """Return the key of the token that a servant holds for one of its interfaces.
-
-    `server` is the id of its session, `since` the wall time in s since when it is served.
-    """
-    # An empty chunk is no key: an interface without a fingerprint gives a dash.
-    who = f"~{server}" if replicated else server
-    return f"@servant/{target.prefix}{type_id}/{fingerprint or '-'}/{who}/{round(since * 1000)}"
 
 
 class Presence:
@@ -113,11 +65,7 @@ class Presence:
         self._endpoints: Final = tuple(endpoints)
         self._notify: Final = notify
         self._changed = threading.Condition()
-        self._servants: dict[Target, dict[str, str]] = {}
-        self._servers: dict[Target, dict[str, ServantInfo]] = {}
-        self._lost: dict[Target, float] = {}
-        self._last_server: dict[Target, str] = {}  # of what was lost
-        self._tokens = 0
+        self._table: Final = ServantTable()
         self._listeners: list[Callable[[], None]] = []
         self._telling = False  # the listeners, or about to
         self._linked: set[str] = set()
@@ -133,26 +81,22 @@ class Presence:
 
     def interfaces(self, target: Target) -> dict[str, str]:
         """Return the fingerprints of a servant's interfaces by type id; none when it is not there."""
-        return self._servants.get(target, ABSENT)
+        return self._table.interfaces.get(target, ABSENT)
 
     def serving(self, target: Target) -> Target:
         """Return what has the tokens: a target, or what stands for it where it has no servant of its own."""
-        if target not in self._servants:
-            for stand_in in target.stand_ins:
-                if stand_in in self._servants:
-                    return stand_in
-        return target
+        return self._table.serving(target)
 
     def reachable(self, target: Target) -> dict[str, str]:
         """Return as `interfaces` does those of whoever serves a target, a default servant perhaps."""
-        return self._servants.get(target) or self.interfaces(self.serving(target))
+        return self._table.reachable(target)
 
     def servants(self, realm: str) -> list[ServantInfo]:
         """Return the servants of a realm, sorted by identity and facet."""
         with self._changed:
             found = [
                 info
-                for target, servers in self._servers.items()
+                for target, servers in self._table.servers.items()
                 if target.realm == realm
                 for info in servers.values()
             ]
@@ -161,7 +105,7 @@ class Presence:
     def servers(self, target: Target) -> list[ServantInfo]:
         """Return who serves an identity, whoever did so first in front."""
         with self._changed:
-            found = list(self._servers.get(target, {}).values())
+            found = list(self._table.servers.get(target, {}).values())
         return sorted(found, key=lambda info: (info.since, info.server))
 
     def identities(self, realm: str) -> list[str]:
@@ -169,17 +113,17 @@ class Presence:
         with self._changed:
             return sorted(
                 target.identity
-                for target in self._servants
+                for target in self._table.interfaces
                 if target.realm == realm and not target.facet and not target.identity.endswith(ANY_NAME)
             )
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was there and is no longer."""
-        return self._lost_at(target) > 0 and not self.reachable(target)
+        return self._table.lost_at(target) > 0 and not self.reachable(target)
 
     def lost_since(self, target: Target, moment: float) -> bool:
         """Return whether a servant, or one of several, went away after a moment of the monotonic clock."""
-        return self._lost_at(target) >= moment
+        return self._table.lost_at(target) >= moment
 
     def wait_for_link_loss(self, moment: float, timeout: float) -> bool:
         """Wait for at most `timeout` s for the end of a link; return whether one ended after `moment`."""
@@ -228,7 +172,7 @@ class Presence:
         """Wait for at most `timeout` s until a server no longer serves an identity; return whether so."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: self._closed or server not in self._servers.get(target, {}), timeout
+                lambda: self._closed or server not in self._table.servers.get(target, {}), timeout
             )
 
     def wait_for_return(self, target: Target, timeout: float) -> bool:
@@ -273,17 +217,13 @@ class Presence:
     def _facets(self, target: Target) -> list[str]:
         """Return the facets of an identity that is served, without those of its own name."""
         with self._changed:
-            found = [other.facet for other in self._servants if other[:2] == target[:2]]
+            found = [other.facet for other in self._table.interfaces if other[:2] == target[:2]]
         return sorted(repr(facet) if facet else "the identity itself" for facet in found)
-
-    def _lost_at(self, target: Target) -> float:
-        """Return when a target, or what stands for it, was lost last; -1 when never."""
-        return max(self._lost.get(each, -1.0) for each in (target, *target.stand_ins))
 
     def _lost_with_its_link(self, target: Target) -> bool:
         """Return whether a servant went away because its process did, or the way to it."""
         with self._changed:
-            lost = self._lost_at(target)
+            lost = self._table.lost_at(target)
             if lost <= 0:
                 return False
             if time.monotonic() - lost < _SAME_MOMENT:  # word of the link may still be on its way
@@ -296,16 +236,11 @@ class Presence:
 
     def _lost_behind_router(self, target: Target) -> bool:
         """Return whether nothing is left of the server of a lost servant, to which no link of ours led."""
-        server = next(
-            (self._last_server[each] for each in (target, *target.stand_ins) if each in self._last_server), ""
-        )
+        server = self._table.last_server(target)
         if not server or server in self._linked or server == self._own_id:
             return False
         # All its tokens go together; it takes them one by one.
-        return self._changed.wait_for(lambda: not self._serves(server), _LINK_NOTICE)
-
-    def _serves(self, server: str) -> bool:
-        return any(server in servers for servers in self._servers.values())
+        return self._changed.wait_for(lambda: not self._table.serves(server), _LINK_NOTICE)
 
     # What others register.
 
@@ -341,18 +276,14 @@ class Presence:
     # On Zenoh's threads.
 
     def _on_servant(self, sample: zenoh.Sample) -> None:
-        token = _SERVANT_TOKEN.fullmatch(str(sample.key_expr))
-        if token is None or len(token[4]) > _LONGEST_TYPE_ID:
+        token = parse_token(str(sample.key_expr))
+        if token is None:
             return
-        realm, identity, facet, type_id, fingerprint, replicated, server, since = token.groups()
-        target = Target(realm, identity, facet or "")
-        if sample.kind == zenoh.SampleKind.PUT:
-            info = ServantInfo(identity, facet or "", {}, server, int(since) / 1000, bool(replicated))
-            change = partial(self._on_token, target, info)
-        else:
-            change = partial(self._on_token_lost, target, server)
         with self._changed:
-            change(type_id, "" if fingerprint == "-" else fingerprint)
+            if sample.kind == zenoh.SampleKind.PUT:
+                self._table.add(token)
+            else:
+                self._table.remove(token)
             self._changed.notify_all()
             tell, self._telling = not self._telling, True
         if tell:  # once for all that comes meanwhile: a flood of tokens must not fill the queue of jobs
@@ -365,48 +296,6 @@ class Presence:
             listeners = list(self._listeners)
         for listener in listeners:
             listener()
-
-    def _on_token(self, target: Target, info: ServantInfo, type_id: str, fingerprint: str) -> None:
-        if target not in self._servers and len(self._servers) >= _MAX_SERVANTS:
-            return  # no robot has so many: somebody floods the realm
-        servers = self._servers.get(target, {})
-        if info.server not in servers and len(servers) >= _MAX_SERVERS:
-            return
-        # Replaced rather than changed: readers take no lock.
-        interfaces = dict(servers.get(info.server, info).interfaces)
-        if type_id not in interfaces:
-            if len(interfaces) >= _MAX_INTERFACES or self._tokens >= _MAX_TOKENS:
-                return
-            self._tokens += 1
-        interfaces[type_id] = fingerprint
-        servers[info.server] = info._replace(interfaces=interfaces)
-        self._servers[target] = servers
-        if target not in self._servants and target in self._lost:
-            _logger.info("%s is back", target)
-        self._servants[target] = _merged(servers)
-
-    def _on_token_lost(self, target: Target, server: str, type_id: str, fingerprint: str) -> None:
-        servers = self._servers.get(target, {})
-        info = servers.get(server)
-        if info is None or info.interfaces.get(type_id) != fingerprint:
-            return
-        self._tokens -= 1
-        interfaces = {known: value for known, value in info.interfaces.items() if known != type_id}
-        if interfaces:
-            servers[server] = info._replace(interfaces=interfaces)
-        else:
-            del servers[server]
-            while len(self._lost) >= _MAX_SERVANTS:
-                oldest = next(iter(self._lost))
-                del self._lost[oldest], self._last_server[oldest]
-            self._lost.pop(target, None)  # so that it becomes the newest
-            self._lost[target] = time.monotonic()
-            self._last_server[target] = server
-        if servers:
-            self._servants[target] = _merged(servers)
-        else:
-            del self._servers[target], self._servants[target]
-            _logger.info("%s is gone", target)
 
     def _on_link(self, event: zenoh.TransportEvent) -> None:
         peer = str(event.transport.zid)
@@ -422,11 +311,3 @@ class Presence:
                         "no process is linked any more; connecting again to %s", ", ".join(self._endpoints)
                     )
             self._changed.notify_all()
-
-
-def _merged(servers: Mapping[str, ServantInfo]) -> dict[str, str]:
-    """Return the interfaces that an identity has; where its servers differ, those of the first of them."""
-    merged: dict[str, str] = {}
-    for info in sorted(servers.values(), key=lambda info: (info.since, info.server), reverse=True):
-        merged |= info.interfaces
-    return merged

@@ -16,8 +16,8 @@ import zenoh
 from ..dispatch import Lane
 from ..exceptions import MarshalException, ObjectNotExistException, TimeoutException
 from ..identity import Target
-from ..network.presence import servant_token
 from ..network.process_status import ServantStatus
+from ..network.servant_tokens import servant_token
 from ..wire.errors import ERROR_ENCODING, encode_error, unknown_exception
 from ..wire.pieces import Pieces
 from ..wire.shared_memory import SharedMemory, read_payload

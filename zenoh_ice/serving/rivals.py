@@ -13,7 +13,7 @@ from ..wire.text import printable
 
 if TYPE_CHECKING:
     from ..communicator import Communicator
-    from ..network.presence import ServantInfo
+    from ..network.servant_table import ServantInfo
 
 __all__ = ["Rivals"]
 
