@@ -137,7 +137,8 @@ class ObjectPrx(ProxyOptions):
             call = self._calls[operation]
         except KeyError:
             if self._communicator.searches(self._target, self._manner.timeout):
-                return self.ice_invokeAsync(operation, *args, **kwargs).result()  # not before those that wait
+                # Not before those that wait; and not by what a subclass does with asynchronous calls.
+                return ObjectPrx.ice_invokeAsync(self, operation, *args, **kwargs).result()
             call = self._prepare(operation, time.monotonic())
         return cast("V", call.invoke(args, self._context))
 
