@@ -12,7 +12,9 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.waiting import until
 from zenoh_ice import CommunicatorDestroyedException, InvocationFuture, TimeoutException
+from zenoh_ice.calls import unattended
 
 
 @pytest.fixture
@@ -209,7 +211,16 @@ class TestTheEnd:
                 assert told.acquire(timeout=AT_ONCE)
         servant.leave.set()
 
-    def test_future_that_nobody_asks_costs_no_thread(self, calculator: CalculatorPrx) -> None:
+    def test_future_that_nobody_asks_costs_no_thread(
+        self, calculator: CalculatorPrx, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(unattended, "_PATIENCE", LIMIT)
         futures = [calculator.addAsync(1.0, 2.0) for _ in range(50)]
         assert [thread.name for thread in threading.enumerate() if "replies" in thread.name] == []
         assert {future.result() for future in futures} == {3.0}
+
+    def test_reply_of_a_future_that_nobody_asks_is_received(self, calculator: CalculatorPrx) -> None:
+        """A servant that replies again and again must not fill its channel."""
+        future = calculator.addAsync(1.0, 2.0)
+        until(lambda: future._state == "FINISHED")  # `done` would have it received
+        assert future.result(0.0) == 3.0

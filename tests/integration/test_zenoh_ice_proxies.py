@@ -374,8 +374,11 @@ class TestReplicas:
         spread = shared.ice_oneway().ice_replicas("spread")
         for _ in range(2):
             spread.note("spread")
-        counts = sum(len(servant.wait_for(1)) for servant in replicas)
-        assert counts <= 3
+        until(lambda: sum(len(servant.notes_so_far) for servant in replicas) >= 3)
+        for _ in replicas:  # what was sent before these has arrived, twice or not
+            spread.note("last")
+        until(lambda: all("last" in servant.notes_so_far for servant in replicas))
+        assert sum(len(servant.notes_so_far) for servant in replicas) == 5
 
     def test_unknown_choice_is_refused(self, pair: Pair) -> None:
         with pytest.raises(ConfigurationException, match="nearest, first, spread"):

@@ -81,8 +81,13 @@ class Notebook(Object):
             self._notes.append(text)
             self._changed.notify_all()
 
-    def notes(self, current: Current) -> list[str]:
+    @property
+    def notes_so_far(self) -> list[str]:
+        """What was noted."""
         return list(self._notes)
+
+    def notes(self, current: Current) -> list[str]:
+        return self.notes_so_far
 
     def about(self, current: Current) -> dict[str, str]:
         self.called += 1
