@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 
+import pytest
 import zenoh
 
 from tests.support.wire_doors import SilentSession, tell
 from zenoh_ice.identity import Target
+from zenoh_ice.network.clients import ClientWatch
 from zenoh_ice.network.presence import Presence
 from zenoh_ice.network.servant_tokens import servant_token
 
@@ -56,3 +59,35 @@ def test_listeners_are_told_once_of_what_comes_before_they_are() -> None:
     assert told == ["told"]
     tell(presence, PUT, servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
     assert len(jobs) == 1
+
+
+class TestClientWatch:
+    def test_clients_are_told_one_after_the_other_and_bounded(self) -> None:
+        jobs: deque[Callable[[], None]] = deque()
+        told: list[str] = []
+        watch = ClientWatch(told.append, jobs.append, lambda _: None)
+        lost = [f"{number:x}" for number in range(20_000)]
+        for client in lost:
+            watch.lost(client)
+        assert len(jobs) == 1
+        while jobs:
+            jobs.popleft()()
+        assert told == lost[: 1 << 14]
+        watch.lost("c0ffee")
+        assert len(jobs) == 1
+
+    def test_a_callback_that_fails_keeps_nobody_from_being_told(self) -> None:
+        jobs: deque[Callable[[], None]] = deque()
+        told: list[str] = []
+
+        def callback(client: str) -> None:
+            told.append(client)
+            raise RuntimeError(client)
+
+        watch = ClientWatch(callback, jobs.append, lambda _: None)
+        watch.lost("a")
+        watch.lost("b")
+        for _ in range(2):
+            with pytest.raises(RuntimeError):
+                jobs.popleft()()
+        assert told == ["a", "b"]

@@ -14,7 +14,11 @@ from ..stop_signals import unbroken
 
 __all__ = ["ClientWatch", "Clients", "client_token"]
 
+Notify = Callable[[Callable[[], None]], None]
+"""Hands a function to another thread."""
+
 _CLIENT: Final = re.compile(r"[0-9a-f]{1,32}")
+_MOST_UNTOLD: Final = 1 << 14  # clients, of one watch
 
 
 def client_token(realm: str, client: str) -> str:
@@ -25,9 +29,15 @@ def client_token(realm: str, client: str) -> str:
 class ClientWatch:
     """A callback on lost clients; `close` ends it, also as the end of a `with` block."""
 
-    def __init__(self, callback: Callable[[str], Any], ended: Callable[[ClientWatch], None]) -> None:
+    def __init__(
+        self, callback: Callable[[str], Any], notify: Notify, ended: Callable[[ClientWatch], None]
+    ) -> None:
         self._callback: Final = callback
+        self._notify: Final = notify
         self._ended: Final = ended
+        self._lock: Final = threading.Lock()
+        self._untold: dict[str, None] = {}  # in the order in which they were lost
+        self._telling = False
         self._closed = False
 
     def close(self) -> None:
@@ -41,10 +51,27 @@ class ClientWatch:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def tell(self, client: str) -> None:
-        """Call the function, unless the watch was closed."""
-        if not self._closed:
+    def lost(self, client: str) -> None:
+        """Call the function with the id of a client, on another thread, one after the other."""
+        with self._lock:
+            if len(self._untold) >= _MOST_UNTOLD:
+                return  # no robot has so many: somebody floods the realm
+            self._untold[client] = None
+            tell, self._telling = not self._telling, True
+        if tell:
+            self._notify(self._tell_next)
+
+    def _tell_next(self) -> None:
+        with self._lock:
+            client = next(iter(self._untold), None)
+            if client is None or self._closed:
+                self._telling = False
+                return
+            del self._untold[client]
+        try:
             self._callback(client)
+        finally:
+            self._notify(self._tell_next)  # so that others get their turn in between
 
 
 class Clients:
@@ -53,9 +80,7 @@ class Clients:
     `notify` hands a function to another thread: Zenoh's own runs no code of users.
     """
 
-    def __init__(
-        self, session: zenoh.Session, realm: str, notify: Callable[[Callable[[], None]], None]
-    ) -> None:
+    def __init__(self, session: zenoh.Session, realm: str, notify: Notify) -> None:
         self._session: Final = session
         self._realm: Final = realm
         self._notify: Final = notify
@@ -66,7 +91,7 @@ class Clients:
 
     def watch(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client that goes away."""
-        watch = ClientWatch(callback, self._forget)
+        watch = ClientWatch(callback, self._notify, self._forget)
         with self._lock:
             self._watches.append(watch)
             # Zenoh's thread takes no lock of ours, so it may be asked while we hold this one.
@@ -98,4 +123,4 @@ class Clients:
         if not _CLIENT.fullmatch(client):
             return  # no communicator has such an id, and it would reach logs
         for watch in self._watches:
-            self._notify(lambda watch=watch: watch.tell(client))  # type: ignore[misc]
+            watch.lost(client)
