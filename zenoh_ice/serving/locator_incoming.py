@@ -80,12 +80,16 @@ class LocatorIncoming(DefaultIncoming):
                 _logger.exception("the servant locator of %s failed to finish", self.target.identity)
 
         def finish_later(ok: bool, answer: bytes | Pieces) -> None:
-            later(ok, answer)
-            finish()
+            try:
+                later(ok, answer)
+            finally:
+                finish()
 
-        skeleton = Skeleton(self._communicator, servant)
         try:
-            answer = self._execute_located(skeleton, about, current, payload, since=since, later=finish_later)
+            skeleton = Skeleton(self._communicator, servant)
+            answer = self._execute_located(
+                skeleton, target.object, about, current, payload, since=since, later=finish_later
+            )
         except BaseException:
             finish()
             raise
@@ -96,6 +100,7 @@ class LocatorIncoming(DefaultIncoming):
     def _execute_located(
         self,
         skeleton: Skeleton,
+        owner: str,
         about: Attachment,
         current: Current,
         payload: bytes,
@@ -103,9 +108,9 @@ class LocatorIncoming(DefaultIncoming):
         since: float,
         later: AnswerLater,
     ) -> Answer | None:
-        what = f"{current.identity}.{current.operation}"
+        what = f"{owner}.{current.operation}"
         try:
-            method = skeleton.method(current.operation, current.identity)
+            method = skeleton.method(current.operation, owner)
             if len(payload) > method[2]:
                 raise MarshalException(
                     f"{what}: a request of {len(payload)} bytes where at most {method[2]} are taken"
