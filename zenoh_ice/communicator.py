@@ -19,7 +19,7 @@ from .clocks.clock import Clock
 from .communicator_services import CommunicatorServices
 from .dispatch import Dispatcher, is_marked_thread
 from .exceptions import ConfigurationException
-from .identity import PROXY_TEXT, Identity, Target, identityToString, stringToIdentity
+from .identity import PROXY_TEXT, Identity, Target, check_realm, identityToString, stringToIdentity
 from .network.clients import Clients, ClientWatch, client_token
 from .network.presence import Presence
 from .network.process_status import ProcessStatus, ProcessStatusServer, ask_process_status
@@ -39,6 +39,7 @@ from .wire.shared_memory import SharedMemory, may_lock_enough
 __all__ = ["Communicator", "initialize"]
 
 _PROXY: Final = re.compile(PROXY_TEXT)
+_SESSION_ID: Final = re.compile("[0-9a-f]{1,32}")
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 
 _logger = logging.getLogger(__name__)
@@ -158,15 +159,17 @@ class Communicator(CommunicatorServices):
 
     def identities(self, realm: str | None = None) -> list[str]:
         """Return the identities served in a realm as far as known by now, sorted."""
-        self.check()
-        self.presence.watch(realm or self.realm)
-        return self.presence.identities(realm or self.realm)
+        return self.presence.identities(self._watched(realm))
 
     def servants(self, realm: str | None = None) -> list[ServantInfo]:
         """Return the servants of a realm as far as known by now, sorted by identity and facet."""
+        return self.presence.servants(self._watched(realm))
+
+    def _watched(self, realm: str | None) -> str:
         self.check()
-        self.presence.watch(realm or self.realm)
-        return self.presence.servants(realm or self.realm)
+        watched = self.realm if realm is None else check_realm(realm)
+        self.presence.watch(watched)
+        return watched
 
     def processStatus(
         self, process: str, *, realm: str | None = None, timeout: float | None = None
@@ -177,8 +180,11 @@ class Communicator(CommunicatorServices):
         within `timeout` s, by default the limit of calls, or access control denies it.
         """
         self.check()
+        if not _SESSION_ID.fullmatch(process):
+            raise ConfigurationException(f"{process!r} is no id of a session: those are ServantInfo.server")
         limit = self.check_timeout(self.settings.timeout if timeout is None else timeout)
-        return ask_process_status(self.session, realm or self.realm, process, limit)
+        realm = self.realm if realm is None else check_realm(realm)
+        return ask_process_status(self.session, realm, process, limit)
 
     def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client of the realm that ends or is lost, until closed.

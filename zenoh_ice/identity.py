@@ -14,6 +14,7 @@ __all__ = [
     "Identity",
     "Target",
     "check_facet",
+    "check_realm",
     "identityToString",
     "stringToIdentity",
 ]
@@ -28,7 +29,7 @@ PROXY_TEXT: Final = rf"\A(?:({NAME})/)?({NAME})(?: -f ({NAME}))?(?: -([toO]))?(?
 """Pattern of a proxy as text: category, name, facet, mode (twoway, oneway or batch oneway) and realm."""
 
 _FACET_MARK: Final = "+"
-_FACET: Final = re.compile(NAME)
+_NAME: Final = re.compile(NAME)
 _IDENTITY: Final = re.compile(rf"(?:({NAME})/)?({NAME})")
 
 
@@ -93,8 +94,17 @@ def identityToString(identity: Identity) -> str:
 
 def check_facet(facet: str) -> str:
     """Return the name of a facet, empty for the servant itself; raises ConfigurationException for no name."""
-    if facet and not _FACET.fullmatch(facet):
+    return _check(facet, "facet") if facet else facet
+
+
+def check_realm(realm: str) -> str:
+    """Return the name of a realm; raises ConfigurationException for no name."""
+    return _check(realm, "realm")
+
+
+def _check(name: str, what: str) -> str:
+    if not _NAME.fullmatch(name):
         raise ConfigurationException(
-            f"{facet!r} is no facet: write at most 128 letters, digits, '_', '-' and '.'"
+            f"{name!r} is no {what}: write at most 128 letters, digits, '_', '-' and '.'"
         )
-    return facet
+    return name

@@ -19,6 +19,7 @@ from zenoh_ice import (
     AccessDeniedException,
     BusyException,
     Communicator,
+    CommunicatorDestroyedException,
     ConfigurationException,
     ConnectionLostException,
     Current,
@@ -441,6 +442,20 @@ def test_first_answer_of_errors_alone_is_an_error(pair: Pair) -> None:
     with pytest.raises(Exception, match="divisor is 0"):
         proxy.divide(1.0, 0.0)
     assert proxy.divide(7.0, 2.0) == (3.0, 1.0)
+
+
+def test_names_that_are_none_are_refused(pair: Pair) -> None:
+    for ask in (pair.client.identities, pair.client.servants):
+        with pytest.raises(ConfigurationException, match=r"'nao/\*\*' is no realm"):
+            ask("nao/**")
+    with pytest.raises(ConfigurationException, match=r"'\*' is no id of a session"):
+        pair.client.processStatus("*")
+
+
+def test_who_is_there_is_not_told_after_the_end(pair: Pair) -> None:
+    pair.client.destroy()
+    with pytest.raises(CommunicatorDestroyedException):
+        pair.client.servants()
 
 
 def test_untyped_proxy_reaches_a_facet(pair: Pair) -> None:
