@@ -13,7 +13,8 @@ __all__ = ["STANDARD_OPTIONS", "Attributes"]
 
 STANDARD_OPTIONS: Final = frozenset(
     {
-        *("realm", "connect", "listen", "clock", "timeout", "config", "show_config", "log_level"),
+        *("realm", "connect", "listen", "mode", "authority", "certificate", "key"),
+        *("clock", "timeout", "config", "show_config", "log_level"),
         *("on_error", "seconds", "begin_at", "breakpoint", "stay_halted", "record", "record_images", "help"),
     }
 )
