@@ -129,6 +129,22 @@ def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> No
     assert student.getPose.wait(timeout=LIMIT).value.pan == 0.5
 
 
+def test_a_stream_that_may_not_be_read_says_so(keys: Keys, open_with: Open) -> None:
+    roles = {"robot": {"serve": ["**"]}, "student": {"call": ["Head.stop"]}}
+    users = {"robot": "robot", "student": "student"}
+    with Router(keys.settings("router", security={"roles": roles, "users": users})):
+        serve(open_with(keys.settings("robot")), HeadI(), "Head")
+        student = proxy(open_with(keys.settings("student")))
+        with pytest.raises(AccessDeniedException, match="getPose"):
+            student.getPose.wait(timeout=0.2)
+
+
+def test_a_stream_that_is_silent_is_no_refusal(keys: Keys, head: HeadI, open_with: Open) -> None:
+    student = proxy(open_with(keys.settings("student")))
+    with pytest.raises(TimeoutException):
+        student.getPose.wait(timeout=0.2)
+
+
 def test_a_facet_is_granted_by_itself(keys: Keys, router: Router, open_with: Open) -> None:
     adapter = serve(open_with(keys.settings("robot")), HeadI(), "Head")
     adapter.addFacet(HeadI(), "Head", "debug")

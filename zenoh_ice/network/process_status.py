@@ -65,6 +65,8 @@ class ServantStatus(msgspec.Struct, frozen=True):
     """For how many s, up to now, calls may have fallen out of its queue; 0 when surely none did."""
     crowded_ago: float = math.inf
     """How many s ago a call may last have fallen out of it; infinite when surely none ever did."""
+    listened: tuple[_Text, ...] | None = None
+    """Its streams to which somebody listens; None where that is not known."""
 
 
 class ProcessStatus(msgspec.Struct, frozen=True):

@@ -95,6 +95,10 @@ class Incoming(Registration):
             publisher.detach(channel)
             channel.close()
 
+    def _listened(self) -> tuple[str, ...]:
+        channels = dict(self._channels)  # it may be withdrawn meanwhile
+        return tuple(name for name, (_, channel) in channels.items() if channel.listening)
+
     def call_here(self, name: str, payload: bytes, attachment: bytes, timeout: float) -> Answer:
         """Execute a call from this process; see `Registration`."""
         return self._call_here(self.target, name, payload, attachment, timeout)

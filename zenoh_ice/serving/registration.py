@@ -125,7 +125,12 @@ class Registration(ABC):
             running=upcalls.running,
             busy_for=max((inbox.busy_for() for inbox in self._inboxes), default=0.0),
             crowded_ago=min((inbox.crowded_ago() for inbox in self._inboxes), default=math.inf),
+            listened=self._listened(),
         )
+
+    def _listened(self) -> tuple[str, ...] | None:
+        """Return the streams to which somebody listens."""
+        return None
 
     def withdraw(self) -> None:
         """Take no more calls, then let everybody know."""

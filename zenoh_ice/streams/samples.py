@@ -86,6 +86,7 @@ class Samples(Generic[V]):
                 return arrived.pop()
             left = self._timeout - (time.monotonic() - started)
             if left <= 0 or self._reader.closed or self._reader.lost_since(started):
-                raise self._reader.explain_silence(self._timeout)
+                # On another thread: it may ask others for the reason.
+                raise await asyncio.to_thread(self._reader.explain_silence, self._timeout)
             with suppress(TimeoutError):
                 await asyncio.wait_for(changed.wait(), left)

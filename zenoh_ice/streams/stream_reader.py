@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import zenoh
 
-from ..exceptions import CommunicatorDestroyedException, TimeoutException
+from ..exceptions import AccessDeniedException, CommunicatorDestroyedException, TimeoutException
 from ..identity import Target
 from ..operation import Operation
+from .refusal import is_refused
 from .sample import Gaps, Sample
 from .stream_source import StreamSource
 
@@ -27,6 +28,7 @@ LINGER = 10.0
 """Seconds after which a stream that nobody asks for is no longer listened to."""
 
 _JOIN_LIMIT: Final = 2.0
+_WORTH_ASKING: Final = 0.1  # s of silence after which the servant is asked whether it hears of a listener
 
 
 class StreamReader(Generic[V]):
@@ -81,7 +83,8 @@ class StreamReader(Generic[V]):
         """Return the newest sample as soon as there is one newer than `after`.
 
         Raises ConnectionLostException, or its like, when the servant goes away meanwhile or is absent at the
-        end; TimeoutException when it is there and sends nothing; MarshalException as `latest` does.
+        end; TimeoutException when it is there and sends nothing; AccessDeniedException when it hears of no
+        listener; MarshalException as `latest` does.
         """
         started = time.monotonic()
         deadline = started + timeout
@@ -89,7 +92,8 @@ class StreamReader(Generic[V]):
             self._asked = True
             self._start_pump()
             self._waiting += 1
-            try:
+        try:
+            with self._changed:
                 while True:
                     sample = self._newest()
                     if sample is not None and sample.follows(after):
@@ -98,9 +102,10 @@ class StreamReader(Generic[V]):
                     if left <= 0 or self.lost_since(started):
                         break
                     self._changed.wait(left)
-            finally:
+            raise self.explain_silence(timeout)
+        finally:
+            with self._changed:
                 self._waiting -= 1
-        raise self.explain_silence(timeout)
 
     @property
     def closed(self) -> bool:
@@ -118,8 +123,16 @@ class StreamReader(Generic[V]):
         if self._communicator.destroyed:
             return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         if presence.interfaces(self._target):
+            if timeout >= _WORTH_ASKING and self._sample is None and self._is_refused():
+                return AccessDeniedException(
+                    f"{self.what}: {self._target} is there and hears of no listener: access control does not "
+                    "let this component read it; `security` in the settings of the router says who may"
+                )
             return TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
         return presence.explain_absence(self._target)
+
+    def _is_refused(self) -> bool:
+        return is_refused(self._communicator, self._target, self.source.name)
 
     def add_watcher(self, watcher: Callable[[], object]) -> None:
         """Call a function of ours, which does not wait, whenever servants come or go or this closes."""

@@ -36,6 +36,7 @@ class StreamSource(Generic[V]):
     """One stream of one servant, as a communicator gets at it."""
 
     def __init__(self, communicator: Communicator, target: Target, operation: Operation[..., V]) -> None:
+        self.name: Final = operation.name
         self.what: Final = f"{target.object}.{operation.name}"
         self.communicator: Final = communicator
         self.target: Final = target
