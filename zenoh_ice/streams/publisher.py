@@ -62,7 +62,8 @@ class Publisher(Generic[V]):
         self.stream: Final = secrets.token_hex(8)
         """Tells the numbers of its samples from those before a restart."""
         self._numbers = itertools.count(1)
-        self._turn = threading.Lock()
+        # Whoever hears of a sample at once, in a test without a network, may publish in turn.
+        self._turn = threading.RLock()
         self._kept: deque[Kept] = deque(maxlen=0)
         self._channels: tuple[Channel, ...] = ()
         self._changed = threading.Condition()
