@@ -144,9 +144,10 @@ class ObjectAdapter:
         }
 
     def findByProxy(self, proxy: ObjectPrx) -> Object | None:
-        """Return the servant of the identity and facet of a proxy, or None."""
-        target = self._communicator.stringToProxy(proxy.ice_toString())._target
-        return self.findFacet(target.identity, target.facet)
+        """Return the servant that a proxy stands for, or None, as of any proxy of another realm."""
+        if proxy.ice_getRealm() != self._communicator.realm:
+            return None
+        return self.findFacet(proxy.ice_getIdentity(), proxy.ice_getFacet())
 
     def createProxy(self, identity: str | Identity) -> ObjectPrx:
         """Return a proxy of an identity, whether it is served or not."""

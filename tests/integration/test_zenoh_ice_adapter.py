@@ -86,6 +86,8 @@ class TestIdentities:
         assert adapter.find("soccer/Ball") is plain
         assert adapter.find(Identity("Ball", "soccer")) is plain
         assert adapter.findByProxy(proxy) is plain
+        assert adapter.findByProxy(pair.server.stringToProxy("soccer/Ball -f debug")) is debug
+        assert adapter.findByProxy(pair.server.stringToProxy("soccer/Ball@elsewhere")) is None
         assert adapter.findFacet("soccer/Ball", "debug") is debug
         assert adapter.findAllFacets("soccer/Ball") == {"": plain, "debug": debug}
         assert adapter.remove("soccer/Ball") is plain
