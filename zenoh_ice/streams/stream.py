@@ -45,7 +45,9 @@ class StreamedCall(Generic[P, V]):
     def latest(self) -> Sample[V] | None:
         """Return the newest sample without a round trip, or None before the first has come.
 
-        `value` of the sample is what the call returns, `age` its age in wall seconds.
+        `value` of the sample is what the call returns, `age` its age in wall seconds. Raises MarshalException
+        for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
+        another version of the interface.
         """
         reader = self._reader
         if reader is None:
@@ -56,7 +58,7 @@ class StreamedCall(Generic[P, V]):
         """Return the next sample newer than `after`, or the newest at once without `after`.
 
         It waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
-        ConnectionLostException or ObjectNotExistException when the servant is gone.
+        ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
         """
         reader = self._reader or self._open()
         return reader.wait(after, self._limit(timeout))
