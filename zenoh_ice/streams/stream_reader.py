@@ -71,8 +71,8 @@ class StreamReader(Generic[V]):
     def latest(self) -> Sample[V] | None:
         """Return the newest sample, or None before the first.
 
-        Raises MarshalException, once, for a sample that does not fit the operation, InterfaceMismatchException
-        for one of a servant with another version of the interface.
+        Raises MarshalException, once, for a sample that does not fit the operation, and
+        InterfaceMismatchException for one of a servant with another version of the interface.
         """
         with self._changed:
             self._asked = True
