@@ -23,7 +23,7 @@ from ..operation import Interface
 from ..wire.errors import encode_error, unknown_exception
 from .answer_memory import Answer, AnswerLater
 from .query_inbox import QueryInbox
-from .registration import Registration, nobody, reply, take_request
+from .registration import Arrived, Registration, nobody, reply, take_request
 from .skeleton import Skeleton
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ class DefaultIncoming(Registration):
     ) -> None:
         try:
             payload, attachment = take_request(query, *self._limit_of(target, name))
-            answer = self._execute(target, name, payload, attachment, since=since, later=later)
+            answer = self._execute(target, name, Arrived(payload, attachment, since, later))
         except ZenohIceError as error:
             answer = self.upcalls.refuse(error)
         except BaseException as error:
@@ -165,7 +165,7 @@ class DefaultIncoming(Registration):
             payload, attachment = take_request(sample, *self._limit_of(target, name))
         except ZenohIceError as error:
             return self.upcalls.refuse(error)
-        return self._execute(target, name, payload, attachment, since=since, later=nobody)
+        return self._execute(target, name, Arrived(payload, attachment, since, nobody))
 
     def _parse(self, key: str) -> tuple[Target, str] | None:
         """Return who is called for what, or None when somebody else serves that."""
@@ -191,27 +191,8 @@ class DefaultServantIncoming(DefaultIncoming):
         self._skeleton: Final = Skeleton(communicator, servant)
         super().__init__(communicator, category, servant.ice_interface, adapter, self._skeleton.width)
 
-    def _execute(
-        self,
-        target: Target,
-        name: str,
-        payload: bytes,
-        attachment: bytes | None,
-        *,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
-        skeleton, upcalls = self._skeleton, self.upcalls
-        owner = target.object
-        try:
-            method = skeleton.method(name, owner)
-            about, current = upcalls.current(target, name, attachment)
-        except ZenohIceError as error:
-            return upcalls.refuse(error)
-        with skeleton.turn_in_pool(self._pool):
-            return upcalls.execute(
-                skeleton, method, about, current, payload, what=f"{owner}.{name}", since=since, later=later
-            )
+    def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
+        return self._execute_method(self._skeleton, target, name, call)
 
     def _limit_of(self, target: Target, name: str) -> tuple[int, str]:
         owner = target.object

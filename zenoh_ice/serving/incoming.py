@@ -16,7 +16,7 @@ from ..streams.stream_source import HISTORY_PARAMETER
 from ..wire.errors import encode_error, unknown_exception
 from .answer_memory import Answer, AnswerLater
 from .query_inbox import QueryInbox
-from .registration import Registration, nobody, reply, take_request
+from .registration import Arrived, Registration, nobody, reply, take_request
 from .skeleton import Skeleton
 
 if TYPE_CHECKING:
@@ -142,29 +142,10 @@ class Incoming(Registration):
             payload, attachment = take_request(sample, limit, f"{self._owner}.{name}")
         except ZenohIceError as error:
             return self.upcalls.refuse(error)
-        return self._execute(self.target, name, payload, attachment, since=since, later=nobody)
+        return self._execute(self.target, name, Arrived(payload, attachment, since, nobody))
 
-    def _execute(
-        self,
-        target: Target,
-        name: str,
-        payload: bytes,
-        attachment: bytes | None,
-        *,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
-        skeleton, upcalls = self._skeleton, self.upcalls
-        what = f"{self._owner}.{name}"
-        try:
-            method = skeleton.method(name, self._owner)
-            about, current = upcalls.current(target, name, attachment)
-        except ZenohIceError as error:
-            return upcalls.refuse(error)
-        with skeleton.turn_in_pool(self._communicator.dispatcher):
-            return upcalls.execute(
-                skeleton, method, about, current, payload, what=what, since=since, later=later
-            )
+    def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
+        return self._execute_method(self._skeleton, target, name, call)
 
     def _runs_here(self) -> bool:
         return self._skeleton.runs_here

@@ -6,18 +6,17 @@ import logging
 from typing import TYPE_CHECKING, Any, Final
 
 from ..exceptions import (
-    MarshalException,
     ObjectNotExistException,
     UserException,
     ZenohIceError,
 )
 from ..identity import Target
 from ..object import OBJECT_INTERFACE, Current, Object
-from ..wire.attachment import Attachment
 from ..wire.errors import unknown_exception
 from ..wire.pieces import Pieces
-from .answer_memory import Answer, AnswerLater
+from .answer_memory import Answer
 from .default_incoming import DefaultIncoming
+from .registration import Arrived
 from .skeleton import Skeleton, runs_a_call
 
 if TYPE_CHECKING:
@@ -56,22 +55,13 @@ class LocatorIncoming(DefaultIncoming):
             _logger.exception("the servant locator of %s failed to deactivate", self.target.identity)
         return ended
 
-    def _execute(
-        self,
-        target: Target,
-        name: str,
-        payload: bytes,
-        attachment: bytes | None,
-        *,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
-        upcalls = self.upcalls
+    def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
         try:
-            about, current = upcalls.current(target, name, attachment)
+            told = self.upcalls.current(target, name, call.attachment)
+            current = told[1]
             servant, cookie = self._locate(current)
         except ZenohIceError as error:
-            return upcalls.refuse(error)
+            return self.upcalls.refuse(error)
 
         def finish() -> None:
             try:
@@ -81,46 +71,20 @@ class LocatorIncoming(DefaultIncoming):
 
         def finish_later(ok: bool, answer: bytes | Pieces) -> None:
             try:
-                later(ok, answer)
+                call.later(ok, answer)
             finally:
                 finish()
 
         try:
             skeleton = Skeleton(self._communicator, servant)
-            answer = self._execute_located(
-                skeleton, target.object, about, current, payload, since=since, later=finish_later
-            )
+            call_located = call._replace(later=finish_later)
+            answer = self._execute_method(skeleton, target, name, call_located, told)
         except BaseException:
             finish()
             raise
         if answer is not None:
             finish()
         return answer
-
-    def _execute_located(
-        self,
-        skeleton: Skeleton,
-        owner: str,
-        about: Attachment,
-        current: Current,
-        payload: bytes,
-        *,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
-        what = f"{owner}.{current.operation}"
-        try:
-            method = skeleton.method(current.operation, owner)
-            if len(payload) > method[2]:
-                raise MarshalException(
-                    f"{what}: a request of {len(payload)} bytes where at most {method[2]} are taken"
-                )
-        except ZenohIceError as error:
-            return self.upcalls.refuse(error)
-        with skeleton.turn_in_pool(self._pool):
-            return self.upcalls.execute(
-                skeleton, method, about, current, payload, what=what, since=since, later=later
-            )
 
     def _locate(self, current: Current) -> tuple[Object, Any]:
         try:

@@ -9,12 +9,12 @@ from abc import ABC, abstractmethod
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import zenoh
 
 from ..dispatch import Lane
-from ..exceptions import MarshalException, ObjectNotExistException, TimeoutException
+from ..exceptions import MarshalException, ObjectNotExistException, TimeoutException, ZenohIceError
 from ..identity import Target
 from ..network.process_status import ServantStatus
 from ..network.servant_tokens import servant_token
@@ -30,13 +30,27 @@ if TYPE_CHECKING:
     from ..adapter import ObjectAdapter
     from ..communicator import Communicator
     from ..dispatch import Dispatcher
+    from ..object import Current
     from ..operation import Interface
+    from ..wire.attachment import Attachment
+    from .skeleton import Skeleton
 
-__all__ = ["Registration", "nobody", "reply", "take_request"]
+__all__ = ["Arrived", "Registration", "nobody", "reply", "take_request"]
 
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
 
 _logger = logging.getLogger(__name__)
+
+
+class Arrived(NamedTuple):
+    """A call as it came, but for what is called."""
+
+    payload: bytes
+    attachment: bytes | None
+    since: float
+    """A moment of the monotonic clock before which it had not come."""
+    later: AnswerLater
+    """Takes the answer of a call that is answered later."""
 
 
 class Registration(ABC):
@@ -61,6 +75,7 @@ class Registration(ABC):
         self.upcalls: Final = Upcalls(communicator, adapter)
         self._communicator: Final = communicator
         self._interface: Final = interface
+        self._dispatcher: Final = dispatcher
         self._lane: Final = Lane(dispatcher, target.object, width=width, depth=MAX_WAITING)
         self._oneways: Final = OnewayInbox(
             target.object,
@@ -78,21 +93,43 @@ class Registration(ABC):
         """Return whether the current thread runs a call of it: it must not wait for its own turn."""
 
     @abstractmethod
-    def _execute(
-        self,
-        target: Target,
-        name: str,
-        payload: bytes,
-        attachment: bytes | None,
-        *,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
+    def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
         """Execute a call on a thread of a pool, or of a call that made it; see `Upcalls.execute`."""
 
     @abstractmethod
     def _execute_oneway(self, key: str, sample: zenoh.Sample, since: float) -> Answer | None:
         """Execute a oneway call on a thread of a pool."""
+
+    def _execute_method(
+        self,
+        skeleton: Skeleton,
+        target: Target,
+        name: str,
+        call: Arrived,
+        told: tuple[Attachment, Current] | None = None,
+    ) -> Answer | None:
+        """Execute a call of a servant that is known, as `_execute` does.
+
+        `told` is what it says about itself, if that was read already.
+        """
+        upcalls, owner = self.upcalls, target.object
+        try:
+            method = skeleton.method(name, owner)
+            check_size(len(call.payload), method[2], f"{owner}.{name}")
+            about, current = told or upcalls.current(target, name, call.attachment)
+        except ZenohIceError as error:
+            return upcalls.refuse(error)
+        with skeleton.turn_in_pool(self._dispatcher):
+            return upcalls.execute(
+                skeleton,
+                method,
+                about,
+                current,
+                call.payload,
+                what=f"{owner}.{name}",
+                since=call.since,
+                later=call.later,
+            )
 
     @property
     @abstractmethod
@@ -181,9 +218,11 @@ class Registration(ABC):
             with suppress(InvalidStateError):
                 future.set_result((ok, answer))
 
+        arrived = Arrived(payload, attachment, since, later)
+
         def call() -> None:
             try:
-                answer = self._execute(target, name, payload, attachment, since=since, later=later)
+                answer = self._execute(target, name, arrived)
             except BaseException as error:
                 _logger.exception("internal error in %s.%s", target.object, name)
                 answer = False, encode_error(unknown_exception(error))
@@ -212,12 +251,16 @@ def nobody(ok: bool, answer: bytes | Pieces) -> None:
     """Take the answer of a oneway call."""
 
 
+def check_size(size: int, limit: int, what: str) -> None:
+    """Raise MarshalException for arguments of more than `limit` bytes."""
+    if size > limit:
+        raise MarshalException(f"{what}: a request of {size} bytes where at most {limit} are taken")
+
+
 def take_request(call: zenoh.Query | zenoh.Sample, limit: int, what: str) -> tuple[bytes, bytes | None]:
     """Return payload and attachment of a call; raises MarshalException for a payload above `limit` bytes."""
     payload, attachment = call.payload, call.attachment
-    size = 0 if payload is None else len(payload)
-    if size > limit:  # before the payload is so much as copied
-        raise MarshalException(f"{what}: a request of {size} bytes where at most {limit} are taken")
+    check_size(0 if payload is None else len(payload), limit, what)  # before it is so much as copied
     return (
         _NO_ARGUMENTS if payload is None else read_payload(payload, what),
         None if attachment is None else attachment.to_bytes(),
