@@ -120,7 +120,7 @@ def _check_arguments(access: Access, operation: Operation, report: Report) -> No
         return
     parameters = operation.parameters
     given = parameters[: len(call.args)]
-    wrong = next((name for name in names if name not in parameters), None)
+    wrong = next((name for name in names if name not in parameters and name not in operation.by_name), None)
     missing = [name for name in parameters[: operation.required] if name not in (*given, *names)]
     if len(call.args) > len(parameters):
         message = f"`{operation.name}` takes {_count(parameters)}, and is given {len(call.args)}"
