@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import pytest
 
@@ -418,6 +419,24 @@ class TestReplicas:
 
 
 class TestLife:
+    def test_call_that_waits_when_its_servant_is_removed_is_not_executed(
+        self, pair: Pair, caller: Communicator
+    ) -> None:
+        servant = GripperI()
+        servant.leave.clear()
+        pair.adapter.add(servant, "Gripper")
+        proxy = gripper(caller, "Gripper").ice_invocationTimeout(LIMIT * 1000)
+        with ThreadPoolExecutor(2) as threads:
+            first = threads.submit(proxy.move, 1.0)
+            assert servant.entered.acquire(timeout=LIMIT)
+            second = threads.submit(proxy.move, 2.0)
+            wait([second], 0.2)  # has it wait its turn; one that came too late would be told the same
+            pair.adapter.remove("Gripper")
+            assert isinstance(second.exception(AT_ONCE), ObjectNotExistException)
+            servant.leave.set()
+            assert first.exception(LIMIT) is None
+        assert servant.moved == [1.0]
+
     def test_adapter_can_be_deactivated_and_activated_again(self, pair: Pair, caller: Communicator) -> None:
         pair.adapter.add(GripperI("own"), "Ball")
         pair.adapter.addDefaultServant(GripperI("default"), "soccer")

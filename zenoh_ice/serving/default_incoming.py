@@ -98,13 +98,9 @@ class DefaultIncoming(Registration):
         self._declare_tokens(session)
 
     def drain(self, timeout: float) -> bool:
-        """Wait for the calls that run, as every registration does, and end the threads.
-
-        What waits its turn then has nobody left who would execute it.
-        """
+        """Wait for the calls that run, as every registration does, and end the threads."""
         ended = super().drain(timeout)
-        self._lane.drop()
-        self._oneways.drop()
+        self._drop_waiting()  # also of a servant that removes itself: nobody is left who would execute it
         self._pool.close(0.0 if not ended else _DRAIN_LIMIT)
         return ended
 

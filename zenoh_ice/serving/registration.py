@@ -181,7 +181,8 @@ class Registration(ABC):
     def drain(self, timeout: float) -> bool:
         """Wait for at most `timeout` s for the calls that run, except one of the current thread.
 
-        Return whether they ended, those that are answered later included.
+        Return whether they ended, those that are answered later included. What waits its turn longer than
+        that is not executed.
         """
         deadline = time.monotonic() + timeout
 
@@ -196,7 +197,13 @@ class Registration(ABC):
         ended = self.upcalls.wait_until_answered(left()) and ended
         if not ended:
             _logger.error("a call of %s still runs", self.target)
+            self._drop_waiting()
         return ended
+
+    def _drop_waiting(self) -> None:
+        """Execute nothing any more that waits its turn."""
+        self._lane.drop()
+        self._oneways.drop()
 
     def wait_until_idle(self, timeout: float) -> bool:
         """Wait for at most `timeout` s, after `drain`, for what still runs; return whether it ended."""
