@@ -36,6 +36,7 @@ class ServedRobot:
         with initialize(
             realm=self.realm, listen=["tcp/127.0.0.1:0"], connect=[self.endpoint], clock="wall"
         ) as communicator:
+            eventually(lambda: bool(communicator.identities()))  # on a busy machine word of them takes longer
             yield RobotClient(self.robot, self.server, self.realm, self.endpoint, communicator)
 
 
