@@ -230,7 +230,8 @@ class Communicator(CommunicatorServices):
         """End everything: servants, streams, calls that wait, threads, the session.
 
         Any thread may call it, a servant's included, and more than once. Who waits for a call or a sample
-        gets CommunicatorDestroyedException. What runs may go on for some seconds.
+        gets CommunicatorDestroyedException; who waits for room on a link that takes nothing, after the limit
+        of calls. What runs may go on for some seconds.
         """
         with self._lock:
             first, self.destroyed = not self.destroyed, True
