@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import threading
@@ -62,6 +63,17 @@ def surroundings() -> Iterator[None]:
                 signal.signal(number, handler)
         patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))  # a machine may be busy for 2 s
         yield
+
+
+@pytest.fixture(autouse=True)
+def log_handlers() -> Iterator[None]:
+    """Take back the handlers of commands that ran in this process: their streams are closed by now."""
+    root = logging.getLogger()
+    handlers, level = root.handlers.copy(), root.level
+    yield
+    if any(type(handler) is logging.StreamHandler for handler in root.handlers):
+        root.handlers[:] = handlers
+        root.setLevel(level)
 
 
 @pytest.fixture(scope="session")
