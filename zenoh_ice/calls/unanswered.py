@@ -31,6 +31,7 @@ _LINK_NOTICE: Final = 0.02
 _CLOSE_NOTICE: Final = 1.0
 # s for which a process that seems to be there is asked how its servants are.
 _STATUS_LIMIT: Final = 0.5
+_STATUS_SHARE: Final = 0.25  # of what is left of the call's limit; who sets a long one has a busy machine
 _LATE_STATUS_LIMIT: Final = 0.25  # s for the same, where the call's own limit has passed
 _REST_NOTICE: Final = 0.1  # s in which a servant has come to rest that is not crowded
 _LOOK_AGAIN: Final = 0.01  # s
@@ -122,7 +123,8 @@ class UnansweredCall:
         """Ask how the servant is; return whether anybody told: its process may be gone, for instance."""
         communicator = self._communicator
         # Whoever looks at a future late finds no time left, and wants to know all the same.
-        limit = min(_STATUS_LIMIT, self.time_left) if self.time_left > 0 else _LATE_STATUS_LIMIT
+        left = self.time_left
+        limit = max(min(_STATUS_LIMIT, left), left * _STATUS_SHARE) if left > 0 else _LATE_STATUS_LIMIT
         serving = self._presence.serving(self._target)
         servers = [info.server for info in self._presence.servers(serving)][:_MOST_ASKED]
         for server in () if communicator.destroyed else servers:
