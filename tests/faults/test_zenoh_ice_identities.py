@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable
 from typing import ClassVar
 
@@ -51,9 +52,34 @@ class TestTwoServers:
         assert len(told()) == 2
         for server in servers:
             (message,) = (text for text in told() if server.client_id in text)
-            assert message.startswith("Calculator of realm nao is served by ")
+            assert message.startswith("Calculator is served in realm nao by ")
             assert "process " in message  # with its number, and the host
             assert "stop one" in message
+
+    def test_of_many_identities_few_errors_are_logged(
+        self, make_communicator: MakeCommunicator, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        servers = [make_communicator(listen=[free_endpoint()], lease=CALL_LIMIT) for _ in range(2)]
+        for server in servers:
+            adapter = server.createObjectAdapter("Test")
+            for number in range(40):
+                adapter.add(CalculatorI(), f"Calculator{number}")
+            adapter.activate()
+        make_communicator(connect=[server.settings.listen[0] for server in servers])
+
+        def told() -> int:
+            """Return how many identities the errors speak of."""
+            errors = [
+                re.fullmatch(r"(.+?)(?: and (\d+) more)? (?:is|are) served in .*", text)
+                for text in messages()
+            ]
+            return sum(len(match[1].split(", ")) + int(match[2] or 0) for match in errors if match)
+
+        def messages() -> list[str]:
+            return [record.getMessage() for record in caplog.records if record.levelno == logging.ERROR]
+
+        until(lambda: told() == 80)
+        assert len(messages()) <= 2 * 16
 
     def test_once_one_is_stopped_the_other_says_so_and_serves_on(
         self,
@@ -63,7 +89,7 @@ class TestTwoServers:
     ) -> None:
         first, second = servers
         client = make_communicator(connect=[server.settings.listen[0] for server in servers])
-        until(lambda: "is served by" in caplog.text)
+        until(lambda: "is served in" in caplog.text)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         first.destroy()
         until(lambda: f"no longer served by session {first.client_id}" in caplog.text)

@@ -19,8 +19,9 @@ __all__ = ["Rivals"]
 
 _ASK_LIMIT: Final = 1.0  # s
 # A realm that is flooded with tokens must flood neither the log nor the threads of the communicator.
-_MOST_TOLD: Final = 16  # rivals at a time
+_MOST_TOLD: Final = 16  # errors at a time
 _TOLD_AGAIN: Final = 1.0  # s after which one more is told
+_MOST_NAMED: Final = 8  # servants in one of them
 
 _logger = logging.getLogger(__name__)
 
@@ -35,7 +36,7 @@ class _Rival(NamedTuple):
 
 
 class Rivals:
-    """Log an error for every process that serves an identity of ours, and a warning when that has ended."""
+    """Log an error for every process that serves identities of ours, and a warning when that has ended."""
 
     def __init__(self, communicator: Communicator) -> None:
         self._communicator: Final = communicator
@@ -69,16 +70,18 @@ class Rivals:
         try:
             with communicator.dispatcher.blocked():
                 while self._take_change() and not communicator.destroyed:
-                    servants = communicator.presence.servants(communicator.realm)
-                    found = set(_rivals(servants, communicator.client_id))
-                    for rival in sorted(self._told - found):
-                        self._told.discard(rival)
-                        _logger.warning("%s is no longer served by session %s beside this process", *rival)
-                    for rival in sorted(found - self._told):
+                    present = communicator.presence.servants(communicator.realm)
+                    found = set(_rivals(present, communicator.client_id))
+                    for server, servants in _by_server(self._told - found):
+                        self._told -= {_Rival(servant, server) for servant in servants}
+                        _logger.warning(
+                            "%s no longer served by session %s beside this process", _named(servants), server
+                        )
+                    for server, servants in _by_server(found - self._told):
                         if not self._may_tell():
-                            break  # the others, if they are still there when there is room again
-                        self._told.add(rival)
-                        self._tell(rival)
+                            break  # the others, if they are still there at the next change
+                        self._told |= {_Rival(servant, server) for servant in servants}
+                        self._tell(server, servants)
         except BaseException:
             self._looking = False
             raise
@@ -97,22 +100,40 @@ class Rivals:
         self._budget -= 1.0
         return True
 
-    def _tell(self, rival: _Rival) -> None:
+    def _tell(self, server: str, servants: list[str]) -> None:
         communicator = self._communicator
         try:
-            status = communicator.processStatus(rival.server, timeout=_ASK_LIMIT)
+            status = communicator.processStatus(server, timeout=_ASK_LIMIT)
         except ZenohIceError:
             who = "another process"
         else:
             who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
         _logger.error(
-            "%s of realm %s is served by %s, session %s, too: each call reaches one of both, and their "
-            "streams mix; stop one, or give it another --realm",
-            rival.servant,
+            "%s served in realm %s by %s, session %s, too: each call reaches one of both, and their streams "
+            "mix; stop one, or give it another --realm",
+            _named(servants),
             communicator.realm,
             who,
-            rival.server,
+            server,
         )
+
+
+def _by_server(rivals: set[_Rival]) -> list[tuple[str, list[str]]]:
+    """Return what each server serves beside us."""
+    ordered = sorted(rivals, key=lambda rival: (rival.server, rival.servant))
+    return [
+        (server, [rival.servant for rival in group])
+        for server, group in groupby(ordered, key=lambda rival: rival.server)
+    ]
+
+
+def _named(servants: list[str]) -> str:
+    """Return some servants with a verb."""
+    names = ", ".join(servants[:_MOST_NAMED])
+    more = len(servants) - _MOST_NAMED
+    if more > 0:
+        names += f" and {more} more"
+    return f"{names} {'is' if len(servants) == 1 else 'are'}"
 
 
 def _rivals(servants: list[ServantInfo], own: str) -> list[_Rival]:
