@@ -17,6 +17,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import LIMIT
+from tests.support.waiting import until
 from zenoh_ice import (
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -83,8 +84,9 @@ class TestQueue:
             assert servant.getReadingPublisher.wait_for_listener(LIMIT)
             publish(servant, 0)
             collector.wait_for(0)
+            calculator.getReading.latest()  # listens from now on
             publish(servant, *range(1, 100))
-            assert latest_is(calculator, 99)
+            wait_until_latest_is(calculator, 99)
             collector.free.set()
             collector.wait_for(99)
             assert collector.counts == [0, 99]
@@ -99,8 +101,9 @@ class TestQueue:
             assert servant.getReadingPublisher.wait_for_listener(LIMIT)
             publish(servant, 0)
             collector.wait_for(0)
+            calculator.getReading.latest()  # listens from now on
             publish(servant, *range(1, 31))
-            assert latest_is(calculator, 30)
+            wait_until_latest_is(calculator, 30)
             collector.free.set()
             collector.wait_for(30)
             assert collector.counts == [0, *range(21, 31)]
@@ -149,15 +152,9 @@ def test_threads_that_publish_at_once_lose_nothing(calculator: CalculatorPrx, se
         assert subscription.lost == 0
 
 
-def latest_is(calculator: CalculatorPrx, count: int) -> bool:
+def wait_until_latest_is(calculator: CalculatorPrx, count: int) -> None:
     """Wait until the newest sample has reached this process."""
-    deadline = time.monotonic() + LIMIT
-    while time.monotonic() < deadline:
-        sample = calculator.getReading.latest()
-        if sample is not None and sample.value.count == count:
-            return True
-        time.sleep(0.001)
-    return False
+    until(lambda: (sample := calculator.getReading.latest()) is not None and sample.value.count == count)
 
 
 class TestRate:
@@ -364,10 +361,7 @@ class TestAsyncio:
     ) -> None:
         with publishing(servant):
             asyncio.run(first(calculator, LIMIT))
-        deadline = time.monotonic() + LIMIT
-        while servant.getReadingPublisher.listening:
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
+        until(lambda: not servant.getReadingPublisher.listening)
 
 
 async def first(calculator: CalculatorPrx, timeout: float) -> Sample[Reading]:

@@ -222,18 +222,12 @@ def test_servant_publishes_only_while_somebody_listens(pair: Pair, servant: Calc
     with pytest.raises(MarshalException, match="sample of getReading"):
         publisher.publish(encoded)
     pair.client.destroy()
-    deadline = time.monotonic() + LIMIT
-    while publisher.listening and time.monotonic() < deadline:
-        time.sleep(0.005)
-    assert not publisher.listening
+    until(lambda: not publisher.listening)
     publisher.publish(encoded)
 
 
 def wait_until_unheard(servant: CalculatorI) -> None:
-    deadline = time.monotonic() + LIMIT
-    while servant.getReadingPublisher.listening:
-        assert time.monotonic() < deadline, "the servant goes on publishing"
-        time.sleep(0.005)
+    until(lambda: not servant.getReadingPublisher.listening)
 
 
 def test_servant_stops_publishing_after_the_last_subscription(
