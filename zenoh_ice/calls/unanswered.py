@@ -96,6 +96,8 @@ class UnansweredCall:
             return TimeoutException(
                 f"{self._what} got no answer, nor does its process tell why: it hangs, or has too much to do"
             )
+        if self._presence.came_since(self._target, self._started):
+            return ConnectionLostException(f"{self._what}: its servant came during the call, and missed it")
         return AccessDeniedException(
             f"{self._what} was not executed: {self._target} is there, and access control does not let this "
             "component call it; `security` in its settings, and in those of the router, says who may"

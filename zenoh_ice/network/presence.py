@@ -125,6 +125,10 @@ class Presence:
         """Return whether a servant, or one of several, went away after a moment of the monotonic clock."""
         return self._table.lost_at(target) >= moment
 
+    def came_since(self, target: Target, moment: float) -> bool:
+        """Return whether whoever serves a target came after a moment of the monotonic clock."""
+        return self._table.came_at(target) >= moment
+
     def wait_for_link_loss(self, moment: float, timeout: float) -> bool:
         """Wait for at most `timeout` s for the end of a link; return whether one ended after `moment`."""
         with self._changed:

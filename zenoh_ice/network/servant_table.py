@@ -50,6 +50,7 @@ class ServantTable:
         self.servers: Final[dict[Target, dict[str, ServantInfo]]] = {}
         """Who serves each target, by the ids of their sessions."""
         self._lost: Final[dict[Target, tuple[float, str]]] = {}  # when, and who served it last
+        self._came: Final[dict[Target, float]] = {}  # of those that are there
         self._tokens = 0
 
     def serving(self, target: Target) -> Target:
@@ -71,6 +72,10 @@ class ServantTable:
     def lost_at(self, target: Target) -> float:
         """Return when a target, or what stands for it, was lost last; -1 when never."""
         return max(self._lost.get(each, _NEVER)[0] for each in (target, *target.stand_ins))
+
+    def came_at(self, target: Target) -> float:
+        """Return when whoever serves a target, or else what stands for it, came; -1 when nobody is there."""
+        return self._came.get(self.serving(target), -1.0)
 
     def last_server(self, target: Target) -> str:
         """Return the id of the session that served what was lost; empty when nothing was."""
@@ -97,8 +102,10 @@ class ServantTable:
             target.identity, target.facet, interfaces, token.server, token.since, token.replicated
         )
         self.servers[target] = servers
-        if target not in self.interfaces and target in self._lost:
-            _logger.info("%s is back", target)
+        if target not in self.interfaces:
+            self._came[target] = time.monotonic()
+            if target in self._lost:
+                _logger.info("%s is back", target)
         self.interfaces[target] = _merged(servers)
 
     def remove(self, token: ServantToken) -> None:
@@ -120,7 +127,7 @@ class ServantTable:
         if servers:
             self.interfaces[target] = _merged(servers)
         else:
-            del self.servers[target], self.interfaces[target]
+            del self.servers[target], self.interfaces[target], self._came[target]
             _logger.info("%s is gone", target)
 
 
