@@ -31,9 +31,11 @@ from .servant_tokens import parse_token
 
 __all__ = ["Presence"]
 
-# s after which a servant that is not heard of is absent, counted from the newest link: its tokens come over a
-# link within milliseconds of its making, and gossip makes the links to others within tens of them.
+# s after which a servant that is not heard of is absent, counted from the newest link or token: tokens come
+# over a link within milliseconds of its making, and gossip makes the links to others within tens of them.
 _GRACE: Final = 0.5
+# s for the same, where nothing at all is served yet: a server listens before its robot is ready.
+_START_GRACE: Final = 2.0
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
 
@@ -69,7 +71,7 @@ class Presence:
         self._listeners: list[Callable[[], None]] = []
         self._telling = False  # the listeners, or about to
         self._linked: set[str] = set()
-        self._last_link_made = time.monotonic()
+        self._last_news = time.monotonic()
         self._last_link_lost = -math.inf
         self._closed = False
         self._watched: dict[str, Any] = {}
@@ -140,7 +142,8 @@ class Presence:
         """Wait until a servant, with a certain interface if one is given, is there; return whether it is.
 
         It waits for at most `timeout` s, and less when those that could tell of the servant have told all,
-        for which they have half a second from the moment of the monotonic clock `since`, now by default.
+        for which they have half a second from the moment of the monotonic clock `since`, now by default, and
+        two seconds while the realm is empty.
         """
         self.watch(target.realm)
         now = time.monotonic()
@@ -156,7 +159,8 @@ class Presence:
             while not found() and not self._closed:
                 until = deadline
                 if not self._endpoints or self.linked():
-                    until = min(until, max(start, self._last_link_made) + _GRACE)
+                    grace = _GRACE if self._table.holds(target.realm) else _START_GRACE
+                    until = min(until, max(start, self._last_news) + grace)
                 left = until - time.monotonic()
                 if left <= 0:
                     return False
@@ -286,6 +290,7 @@ class Presence:
         with self._changed:
             if sample.kind == zenoh.SampleKind.PUT:
                 self._table.add(token)
+                self._last_news = time.monotonic()
             else:
                 self._table.remove(token)
             self._changed.notify_all()
@@ -306,7 +311,7 @@ class Presence:
         with self._changed:
             if event.kind == zenoh.SampleKind.PUT:
                 self._linked.add(peer)
-                self._last_link_made = time.monotonic()
+                self._last_news = time.monotonic()
             else:
                 self._linked.discard(peer)
                 self._last_link_lost = time.monotonic()

@@ -53,6 +53,10 @@ class ServantTable:
         self._came: Final[dict[Target, float]] = {}  # of those that are there
         self._tokens = 0
 
+    def holds(self, realm: str) -> bool:
+        """Return whether anything is served in a realm."""
+        return any(target.realm == realm for target in self.interfaces)
+
     def serving(self, target: Target) -> Target:
         """Return what has the tokens: a target, or what stands for it where it has no servant of its own."""
         if target not in self.interfaces:

@@ -75,7 +75,7 @@ class DefaultIncoming(Registration):
         return self._fingerprints
 
     def activate(self, session: zenoh.Session) -> None:
-        """Take calls, then let everybody know."""
+        """Take calls from now on; nobody knows of it before `announce`."""
         self.served = True
         realm = self.target.realm
         scope = f"{realm}/{self.category}" if self.category else realm
@@ -95,7 +95,6 @@ class DefaultIncoming(Registration):
                 if operation.oneway
             ],
         )
-        self._declare_tokens(session)
 
     def drain(self, timeout: float) -> bool:
         """Wait for the calls that run, as every registration does, and end the threads."""

@@ -65,7 +65,7 @@ class Incoming(Registration):
         return self._skeleton.fingerprints
 
     def activate(self, session: zenoh.Session) -> None:
-        """Take calls, then let everybody know."""
+        """Take calls from now on; nobody knows of it before `announce`."""
         target, interface = self.target, self._interface
         for operation in interface.all_operations.values():
             if operation.streamed:
@@ -85,7 +85,6 @@ class Incoming(Registration):
         self._oneways.open(
             session, [own + known.name for known in interface.all_operations.values() if known.oneway]
         )
-        self._declare_tokens(session)
 
     def withdraw(self) -> None:
         """Take no more calls, then let everybody know."""

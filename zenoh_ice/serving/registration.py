@@ -136,7 +136,11 @@ class Registration(ABC):
     def fingerprints(self) -> dict[str, str]:
         """The fingerprints of the interfaces by type id."""
 
-    def _declare_tokens(self, session: zenoh.Session) -> None:
+    @abstractmethod
+    def activate(self, session: zenoh.Session) -> None:
+        """Take calls from now on; nobody knows of it before `announce`."""
+
+    def announce(self, session: zenoh.Session) -> None:
         """Let everybody know."""
         since = time.time()
         # Its own last: who waits for the servant's own interface finds the others, too.

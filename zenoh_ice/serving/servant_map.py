@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
@@ -53,7 +53,7 @@ class ServantMap:
                     f"adapter {self._adapter.getName()} serves {shown(target)} already"
                 )
             if self._active is not None:
-                self._activate(target, served, self._active)
+                self._active |= self._activate({target: served})
             self._served[target] = served
 
     def remove(self, targets: Iterable[Target]) -> dict[Target, AnyServed]:
@@ -70,14 +70,7 @@ class ServantMap:
         with self._lock:
             if self._active is not None:
                 return
-            active: dict[Target, AnyIncoming] = {}
-            try:
-                for target, served in self._served.items():
-                    self._activate(target, served, active)
-            except BaseException:
-                self._withdraw(active.values())
-                raise
-            self._active = active
+            self._active = self._activate(self._served)
             self.deactivated = False
 
     def deactivate(self) -> None:
@@ -111,7 +104,24 @@ class ServantMap:
         with self._lock:
             self._served.clear()
 
-    def _activate(self, target: Target, served: AnyServed, active: dict[Target, AnyIncoming]) -> None:
+    def _activate(self, wanted: Mapping[Target, AnyServed]) -> dict[Target, AnyIncoming]:
+        """Serve some targets, all or none."""
+        session = self._communicator.session
+        self._communicator.process_status_server.open()
+        begun: dict[Target, AnyIncoming] = {}
+        try:
+            for target, served in wanted.items():
+                begun[target] = incoming = self._begin(target, served)
+                incoming.activate(session)
+            # After all take calls, and at once: who hears of one of them finds the others.
+            for incoming in begun.values():
+                incoming.announce(session)
+        except BaseException:
+            self._withdraw(begun.values())
+            raise
+        return begun
+
+    def _begin(self, target: Target, served: AnyServed) -> AnyIncoming:
         communicator = self._communicator
         if communicator.destroyed:
             raise CommunicatorDestroyedException(
@@ -129,14 +139,7 @@ class ServantMap:
             raise AlreadyRegisteredException(
                 f"another adapter of this process serves {shown(target)} already"
             )
-        active[target] = incoming
-        try:
-            communicator.process_status_server.open()
-            incoming.activate(communicator.session)
-        except BaseException:
-            del active[target]
-            self._withdraw([incoming])
-            raise
+        return incoming
 
     def _withdraw(self, servants: Iterable[AnyIncoming]) -> None:
         deadline = time.monotonic() + _DRAIN_LIMIT
