@@ -36,6 +36,7 @@ __all__ = ["Presence"]
 _GRACE: Final = 0.5
 # s for the same, where nothing at all is served yet: a server listens before its robot is ready.
 _START_GRACE: Final = 2.0
+_GRACE_SHARE: Final = 0.1  # of the limit, where that is more: who sets a long one has a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
 
@@ -142,8 +143,8 @@ class Presence:
         """Wait until a servant, with a certain interface if one is given, is there; return whether it is.
 
         It waits for at most `timeout` s, and less when those that could tell of the servant have told all,
-        for which they have half a second from the moment of the monotonic clock `since`, now by default, and
-        two seconds while the realm is empty.
+        for which they have half a second from the moment of the monotonic clock `since`, now by default, two
+        seconds while the realm is empty, and more if `timeout` is long.
         """
         self.watch(target.realm)
         now = time.monotonic()
@@ -160,6 +161,7 @@ class Presence:
                 until = deadline
                 if not self._endpoints or self.linked():
                     grace = _GRACE if self._table.holds(target.realm) else _START_GRACE
+                    grace = max(grace, timeout * _GRACE_SHARE)
                     until = min(until, max(start, self._last_news) + grace)
                 left = until - time.monotonic()
                 if left <= 0:
