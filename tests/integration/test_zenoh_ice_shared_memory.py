@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Pair
-from tests.support.calculator import CalculatorPrx
+from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import CALL_LIMIT
+from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.waiting import until
 from zenoh_ice import Communicator
 from zenoh_ice.wire import shared_memory, shared_segments
 
@@ -55,6 +56,20 @@ def test_client_without_shared_memory_gets_the_same(
     client = make_communicator(connect=[pair.endpoint], shared_memory=False, lease=CALL_LIMIT)
     assert echo(client) == IMAGE
     assert echo(pair.client) == IMAGE
+
+
+@pytest.mark.skipif(not shared_memory.may_lock_enough(), reason="this user may not lock enough memory")
+def test_sample_whose_server_ended_before_it_was_read_is_skipped(pair: Pair) -> None:
+    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+    assert calculator.getReading.latest() is None
+    servant = pair.adapter.find("Calculator")
+    assert isinstance(servant, CalculatorI)
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    servant.getReadingPublisher.publish(Reading(1, [0.5] * 20_000))
+    assert pair.server.shared_memory.used
+    pair.server.destroy()
+    until(lambda: not pair.client.identities())
+    assert calculator.getReading.latest() is None
 
 
 def test_collocated_call_gets_the_same(pair: Pair) -> None:

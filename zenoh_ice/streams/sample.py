@@ -104,20 +104,26 @@ class SampleDecoder(Generic[V]):
         """Return what a sample says about itself; raises MarshalException."""
         return NO_ATTACHMENT if raw.attachment is None else decode_attachment(raw.attachment.to_bytes())
 
-    def decode(self, raw: zenoh.Sample, about: Attachment, lost: int) -> Sample[V]:
-        """Return the sample.
+    def read(self, raw: zenoh.Sample) -> bytes:
+        """Return what a sample holds.
+
+        Raises MarshalException when that is too much, ConnectionLostException when it is no longer there.
+        """
+        payload = raw.payload
+        if len(payload) > self._limit:
+            raise MarshalException(
+                f"{self._what}: {len(payload)} bytes where at most {self._limit} are taken"
+            )
+        return read_payload(payload, self._what)
+
+    def decode(self, data: bytes, about: Attachment, lost: int) -> Sample[V]:
+        """Return the sample that holds something.
 
         Raises MarshalException for one that does not fit the operation, InterfaceMismatchException for one of
         a servant whose interface is another one.
         """
         if about.fingerprint != self._accepted:
             self._check_fingerprint(about.fingerprint)
-        payload = raw.payload
-        if len(payload) > self._limit:
-            raise MarshalException(
-                f"{self._what}: {len(payload)} bytes where at most {self._limit} are taken"
-            )
-        data = read_payload(payload, self._what)
         value = cast("V", self._result.unpack_result(data, self._what, self._communicator))
         return Sample(value, about.sequence, about.robot_time, about.wall_time, lost, stream=about.stream)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 import time
@@ -10,7 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import zenoh
 
-from ..exceptions import AccessDeniedException, CommunicatorDestroyedException, TimeoutException
+from ..exceptions import (
+    AccessDeniedException,
+    CommunicatorDestroyedException,
+    ConnectionLostException,
+    TimeoutException,
+)
 from ..identity import Target
 from ..operation import Operation
 from .refusal import is_refused
@@ -29,6 +35,9 @@ LINGER = 10.0
 
 _JOIN_LIMIT: Final = 2.0
 _WORTH_ASKING: Final = 0.1  # s of silence after which the servant is asked whether it hears of a listener
+
+
+_logger = logging.getLogger(__name__)
 
 
 class StreamReader(Generic[V]):
@@ -179,8 +188,14 @@ class StreamReader(Generic[V]):
             self._check_open()
         raw = self._try_receive()
         if raw is not None:
-            about = self.source.samples.about(raw)
-            self._sample = self.source.samples.decode(raw, about, self._gaps.before(about))
+            samples = self.source.samples
+            about = samples.about(raw)
+            try:
+                data = samples.read(raw)
+            except ConnectionLostException as error:  # the next counts it among those that were lost
+                _logger.debug("%s", error)
+            else:
+                self._sample = samples.decode(data, about, self._gaps.before(about))
         return self._sample
 
     def _start_pump(self) -> None:

@@ -15,6 +15,7 @@ from ..dispatch import mark_thread
 from ..exceptions import (
     CommunicatorDestroyedException,
     ConfigurationException,
+    ConnectionLostException,
     InterfaceMismatchException,
     MarshalException,
 )
@@ -153,13 +154,18 @@ class Subscription(Generic[V]):
 
     def _deliver(self, raw: zenoh.Sample, newest: tuple[str, int] | None) -> tuple[str, int] | None:
         """Call the callback with a sample, unless it was among those of the history; return which it was."""
+        samples = self._source.samples
         try:
-            about = self._source.samples.about(raw)
+            about = samples.about(raw)
             if newest is not None and about.stream == newest[0] and about.sequence <= newest[1]:
                 return None
+            data = samples.read(raw)
             lost = self._gaps.before(about)
             self.lost += lost
-            sample = self._source.samples.decode(raw, about, lost)
+            sample = samples.decode(data, about, lost)
+        except ConnectionLostException as error:  # the next counts it among those that were lost
+            _logger.debug("%s", error)
+            return None
         except (MarshalException, InterfaceMismatchException) as error:
             if self._readable:
                 _logger.error("%s; the next that fits goes on", error)

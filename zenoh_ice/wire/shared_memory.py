@@ -19,7 +19,7 @@ from typing import Final
 import zenoh
 from zenoh import shm
 
-from ..exceptions import MarshalException
+from ..exceptions import ConnectionLostException
 from .pieces import LARGE, Pieces
 from .shared_segments import claim, mapped_segments, sweep, sweep_now_and_then
 from .text import without_source
@@ -139,12 +139,15 @@ class SharedMemory:
 def read_payload(payload: zenoh.ZBytes, what: str) -> bytes:
     """Return a payload that came, copied out of shared memory if it was there.
 
-    Raises MarshalException when its memory was given to something else before: it was not read for too long.
+    Raises ConnectionLostException when its memory was taken back before: its sender ended, or it was not read
+    for too long.
     """
     data = payload.to_bytes()
     if len(data) >= LARGE and (shared := payload.as_shm()) is not None:
         if not shared.is_valid() or data[0] == _NOTHING:
-            raise MarshalException(f"{what}: its shared memory was reused, as it was not read in time")
+            raise ConnectionLostException(
+                f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
+            )
         sweep_now_and_then()
     return data
 
