@@ -16,7 +16,7 @@ demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by i
 
 test: $(VENV)/dev.stamp system browser ## Run the linters and every test
 	@$(MAKE) --no-print-directory lint
-	@$(BIN)/python -m pytest -n 4 --dist loadgroup -q
+	@$(BIN)/python -m pytest -n 3 --dist loadgroup -q
 
 lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generated files
 	$(BIN)/ruff format --check .
