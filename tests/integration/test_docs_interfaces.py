@@ -1,4 +1,4 @@
-"""docs/interfaces.md, followed to the letter: files are written, commands run, outputs compared."""
+"""docs/interfaces.md and docs/serving.md, followed to the letter: files are written, commands run, outputs compared."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from pathlib import Path
+
+import pytest
 
 from tests.support.codegen_command import ROOT
 from tests.support.pages import DOCS, blocks_of
@@ -28,15 +30,16 @@ def matches(expected: str, output: str) -> bool:
     return re.fullmatch(pattern, output, re.S) is not None
 
 
-def test_the_page_works_as_it_stands(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("page", "count"), [("interfaces.md", 12), ("serving.md", 3)])
+def test_the_page_works_as_it_stands(tmp_path: Path, page: str, count: int) -> None:
     endpoint = free_endpoint()
     own = {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}", "VISUALHFSM_CONNECT": endpoint}
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     ran = 0
     with ExitStack() as stack:
-        for block in blocks_of((DOCS / "interfaces.md").read_text()):
+        for block in blocks_of((DOCS / page).read_text("utf-8")):
             if block.name is not None:
-                (tmp_path / block.name).write_text(block.text.replace(ENDPOINT, endpoint))
+                (tmp_path / block.name).write_text(block.text.replace(ENDPOINT, endpoint), "utf-8")
                 continue
             assert block.language == "console"
             for command, expected in commands(block.text):
@@ -59,5 +62,5 @@ def test_the_page_works_as_it_stands(tmp_path: Path) -> None:
                     check=False,
                 )
                 assert matches(expected, done.stdout), f"{command}\n{done.stdout}"
-    assert ran == 12
+    assert ran == count
     assert (server.process.returncode, "Traceback" in server.output) == (0, False)
