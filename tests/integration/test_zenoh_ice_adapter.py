@@ -13,6 +13,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.waiting import until
 from zenoh_ice import (
     AlreadyRegisteredException,
     Communicator,
@@ -475,10 +476,3 @@ class TestLife:
 
 def oneway(proxy: GripperPrx) -> GripperPrx:
     return proxy.ice_oneway()
-
-
-def until(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + LIMIT
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)

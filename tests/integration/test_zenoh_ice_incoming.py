@@ -18,6 +18,7 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import LIMIT
+from tests.support.waiting import until
 from zenoh_ice import BusyException, Communicator, ConnectionLostException, MarshalException, ServantStatus
 from zenoh_ice.serving import oneway_inbox
 from zenoh_ice.wire.attachment import encode_call_attachment
@@ -62,13 +63,6 @@ def ask(pair: Pair, number: int, operation: str, **arguments: object) -> zenoh.R
 
 def status(pair: Pair) -> ServantStatus:
     return pair.client.processStatus(pair.server.client_id).servants["Gripper@nao"]
-
-
-def until(condition: object) -> None:
-    deadline = time.monotonic() + LIMIT
-    while not condition():  # type: ignore[operator]
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 class TestOneway:
