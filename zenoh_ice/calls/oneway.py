@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -31,7 +32,24 @@ _LARGEST_BATCH: Final = 1 << 20  # bytes
 _logger = logging.getLogger(__name__)
 
 
-class OnewayCall:
+class _SentCall(ABC):
+    """A call without an answer: its outcome is known when it was sent, or taken into a batch."""
+
+    @abstractmethod
+    def invoke(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None = None) -> None:
+        """Call; raises what says that the call cannot arrive."""
+
+    def begin(
+        self,
+        arguments: tuple[Any, ...],
+        future: InvocationFuture[Any],
+        context: Mapping[str, str] | None = None,
+    ) -> None:
+        """Call; the future tells whether that was possible."""
+        settle(future, partial(self.invoke, arguments, context))
+
+
+class OnewayCall(_SentCall):
     """Call one operation of one servant without waiting for more than that the call was sent."""
 
     def __init__(
@@ -63,15 +81,6 @@ class OnewayCall:
     def invoke(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None = None) -> None:
         """Send a call; raises what says that it cannot arrive."""
         self.send(self.encode(arguments), context)
-
-    def begin(
-        self,
-        arguments: tuple[Any, ...],
-        future: InvocationFuture[Any],
-        context: Mapping[str, str] | None = None,
-    ) -> None:
-        """Send a call; the future tells whether that was possible."""
-        settle(future, partial(self.invoke, arguments, context))
 
     def send(self, payload: bytes, context: Mapping[str, str] | None) -> None:
         """Send a call whose arguments are encoded; raises as `invoke` does."""
@@ -167,7 +176,7 @@ class OnewayBatch:
             raise errors[0]
 
 
-class BatchedCall:
+class BatchedCall(_SentCall):
     """Add the calls of one operation of one servant to a batch."""
 
     def __init__(self, call: OnewayCall, batch: OnewayBatch) -> None:
@@ -177,12 +186,3 @@ class BatchedCall:
     def invoke(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None = None) -> None:
         """Add a call."""
         self._batch.add(self._call, self._call.encode(arguments), context)
-
-    def begin(
-        self,
-        arguments: tuple[Any, ...],
-        future: InvocationFuture[Any],
-        context: Mapping[str, str] | None = None,
-    ) -> None:
-        """Add a call; the future tells whether that was possible."""
-        settle(future, partial(self.invoke, arguments, context))
