@@ -20,7 +20,9 @@ from .communicator_services import CommunicatorServices
 from .dispatch import Dispatcher, is_marked_thread
 from .exceptions import ConfigurationException
 from .identity import PROXY_TEXT, Identity, Target, check_realm, identityToString, stringToIdentity
-from .network.clients import Clients, ClientWatch, client_token
+from .network.client_tokens import client_token
+from .network.clients import Clients, ClientWatch
+from .network.neighbors import Neighbors
 from .network.presence import Presence
 from .network.process_status import ProcessStatus, ProcessStatusServer, ask_process_status
 from .network.pulse import Pulse
@@ -34,7 +36,7 @@ from .settings import Settings, load_settings
 from .shutdown import Shutdown
 from .streams.stream_readers import StreamReaders
 from .streams.subscription import Subscription
-from .wire.shared_memory import SharedMemory, may_lock_enough
+from .wire.shared_memory import SharedMemory
 
 __all__ = ["Communicator", "initialize"]
 
@@ -80,7 +82,7 @@ class Communicator(CommunicatorServices):
         self._shutdown: Final = Shutdown()
         self.pulse: Final = Pulse()
         self._destroyed = threading.Event()
-        self.shared_memory: Final = SharedMemory(enabled=settings.shared_memory and may_lock_enough())
+        self.shared_memory: Final = SharedMemory(enabled=settings.shared_memory)
         self.session: Final = open_session(settings)
         with ExitStack() as on_failure:
             on_failure.callback(self.session.close)
@@ -99,7 +101,9 @@ class Communicator(CommunicatorServices):
             self._readers = StreamReaders(self)
             self._rivals: Final = Rivals(self)
             self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
-            self._token = self.session.liveliness().declare_token(client_token(self.realm, self.client_id))
+            self.neighbors: Final = Neighbors(self.session, self.realm, self.shared_memory.space)
+            self._tokens: dict[str, object] = {}
+            self.appear_in(self.realm)
             on_failure.pop_all()
         _live.add(self)
 
@@ -195,6 +199,14 @@ class Communicator(CommunicatorServices):
         self.check()
         return self._clients.watch(callback)
 
+    def appear_in(self, realm: str) -> None:
+        """Let the servants of a realm know that this communicator is there, and whose memory it can read."""
+        with self._lock:
+            if realm not in self._tokens:
+                self._tokens[realm] = self.session.liveliness().declare_token(
+                    client_token(realm, self.client_id, self.shared_memory.space)
+                )
+
     # Time.
 
     @property
@@ -261,6 +273,7 @@ class Communicator(CommunicatorServices):
                 steps.callback(adapter.destroy)
             steps.callback(self.presence.close)
             steps.callback(self._clients.close)
+            steps.callback(self.neighbors.close)
 
     def __enter__(self) -> Self:
         return self

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from ..exceptions import InterfaceMismatchException, MarshalException, TimeoutException
+from ..exceptions import InterfaceMismatchException, TimeoutException
 from ..identity import Target
 from ..operation import Interface, Operation
 from ..wire.errors import ERROR_ENCODING, decode_error
-from ..wire.pieces import LARGE
-from ..wire.shared_memory import read_payload
 from .invocation import InvocationFuture, Replies, fail, first_reply
 from .manner import Manner
 from .mismatch import with_difference
@@ -58,6 +56,7 @@ class OutgoingCall:
         self._hurried: Final = requests.hurried
         self._local: Final = communicator.local_servants
         self._reply_limit: Final = communicator.size_limit(operation.result)
+        self._read: Final = communicator.shared_memory.read
         self._unpack: Final = operation.result.unpack_result
         self._route: Final = route_for(communicator, target, operation, manner, requests.priority)
         self._send: Final = self._route.send
@@ -112,13 +111,7 @@ class OutgoingCall:
             return self._without_answer(request, started, again=again)
         sample = reply.ok
         if sample is not None:
-            data = sample.payload
-            size = len(data)
-            if size > self._reply_limit:
-                raise MarshalException(
-                    f"{self.what}: a reply of {size} bytes where at most {self._reply_limit} are taken"
-                )
-            payload = data.to_bytes() if size < LARGE else read_payload(data, self.what)
+            payload = self._read(sample.payload, self._reply_limit, f"reply of {self.what}")
             return self._unpack(payload, self.what, self._communicator)
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out

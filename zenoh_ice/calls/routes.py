@@ -42,18 +42,12 @@ class Route:
             "priority": priority,
         }
         self._timeout: Final = timeout
-        send = self._declare()
-        self.send: Any = partial(self._send_placed, send) if operation.arguments.holds_bytes else send
+        self.send: Final = self._declare()
         """Send `payload` and `attachment`, and return Replies; it may have a `cancellation_token`."""
 
     def send_within(self, timeout: float, **request: Any) -> Replies:  # noqa: ANN401 - those of `send`
         """Send with another limit, in s."""
         replies: Replies = self._get(self._target.prefix + self._name, timeout=timeout, **request)
-        return replies
-
-    def _send_placed(self, send: Any, payload: bytes, **request: Any) -> Replies:  # noqa: ANN401
-        """Send a payload that may be large through shared memory."""
-        replies: Replies = send(payload=self._communicator.shared_memory.place(payload), **request)
         return replies
 
     def _declare(self) -> Any:  # noqa: ANN401 - a function of Zenoh's

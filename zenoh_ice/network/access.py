@@ -131,7 +131,7 @@ def _rules(role: Role, realms: Sequence[str]) -> Iterable[dict[str, Any]]:
     )
     processes = [f"@process/{_glob(realm)}/*/status" for realm in realms]
     servants = [f"@servant/{_glob(realm)}/**" for realm in realms]
-    clients = [f"@client/{_glob(realm)}/*" for realm in realms]
+    clients = [f"@client/{_glob(realm)}/*/*" for realm in realms]
     presence = [*servants, *clients]
     # Everybody may know who is there and how it is: an error message tells what is wrong from that.
     yield _rule(["liveliness_query", "declare_liveliness_subscriber"], ["ingress", "egress"], presence)

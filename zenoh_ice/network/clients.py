@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 from collections.abc import Callable
 from typing import Any, Final, Self
@@ -11,19 +10,14 @@ import zenoh
 from zenoh.handlers import Callback
 
 from ..stop_signals import unbroken
+from .client_tokens import any_client, parse_client_token
 
-__all__ = ["ClientWatch", "Clients", "client_token"]
+__all__ = ["ClientWatch", "Clients"]
 
 Notify = Callable[[Callable[[], None]], None]
 """Hands a function to another thread."""
 
-_CLIENT: Final = re.compile(r"[0-9a-f]{1,32}")
 _MOST_UNTOLD: Final = 1 << 14  # clients, of one watch
-
-
-def client_token(realm: str, client: str) -> str:
-    """Return the key of the token that a communicator holds."""
-    return f"@client/{realm}/{client}"
 
 
 class ClientWatch:
@@ -97,9 +91,7 @@ class Clients:
             # Zenoh's thread takes no lock of ours, so it may be asked while we hold this one.
             if self._subscriber is None and not self._closed:
                 self._subscriber = self._session.liveliness().declare_subscriber(
-                    client_token(self._realm, "*"),
-                    Callback(unbroken(self._on_token), indirect=False),
-                    history=True,
+                    any_client(self._realm), Callback(unbroken(self._on_token), indirect=False), history=True
                 )
         return watch
 
@@ -119,8 +111,8 @@ class Clients:
     def _on_token(self, sample: zenoh.Sample) -> None:
         if sample.kind != zenoh.SampleKind.DELETE:
             return
-        client = str(sample.key_expr).rsplit("/", 1)[1]
-        if not _CLIENT.fullmatch(client):
+        token = parse_client_token(str(sample.key_expr))
+        if token is None:
             return  # no communicator has such an id, and it would reach logs
         for watch in self._watches:
-            watch.lost(client)
+            watch.lost(token[0])

@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from ..exceptions import ConfigurationException
 from ..settings import Settings
-from ..wire.shared_memory import may_lock_enough
 from .access import access_control
 from .endpoints import protocol
 from .security import EVERYBODY, Security
@@ -56,9 +55,8 @@ def session_config(settings: Settings) -> dict[str, Any]:
             send_limit(settings) * 1e6
         ),
         "transport/link/rx/max_message_size": settings.max_bulk_size + _MESSAGE_OVERHEAD,
-        "transport/shared_memory/enabled": settings.shared_memory and may_lock_enough(),
-        # We place payloads there ourselves.
-        "transport/shared_memory/transport_optimization/enabled": False,
+        # Ours is another: see `wire.shared_memory`.
+        "transport/shared_memory/enabled": False,
     }
     if settings.mode == "client":
         # Zenoh waits for the first link of a client before a session is open: not for ever.

@@ -129,7 +129,7 @@ class DefaultIncoming(Registration):
         if found is None:
             query.drop()
             return
-        later = partial(reply, self._communicator.shared_memory, query, key)
+        later = partial(reply, self._communicator, query, key)
         try:
             self._lane.submit(
                 partial(self._answer, query, *found, since, later), partial(self._tell_withdrawn, later)

@@ -109,7 +109,7 @@ class Incoming(Registration):
             _, channel = self._channels[name]
             channel.answer(query, history)
             return
-        later = partial(reply, self._communicator.shared_memory, query, key)
+        later = partial(reply, self._communicator, query, key)
         try:
             answer = self._execute_query(query, name, since, later)
         except BaseException as error:

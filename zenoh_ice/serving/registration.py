@@ -18,9 +18,9 @@ from ..exceptions import MarshalException, ObjectNotExistException, TimeoutExcep
 from ..identity import Target
 from ..network.process_status import ServantStatus
 from ..network.servant_tokens import servant_token
+from ..wire.attachment import decode_attachment
 from ..wire.errors import ERROR_ENCODING, encode_error, unknown_exception
 from ..wire.pieces import Pieces
-from ..wire.shared_memory import SharedMemory, read_payload
 from .answer_memory import Answer, AnswerLater
 from .oneway_inbox import OnewayInbox
 from .query_inbox import MAX_WAITING, QueryInbox
@@ -273,20 +273,33 @@ def take_request(call: zenoh.Query | zenoh.Sample, limit: int, what: str) -> tup
     payload, attachment = call.payload, call.attachment
     check_size(0 if payload is None else len(payload), limit, what)  # before it is so much as copied
     return (
-        _NO_ARGUMENTS if payload is None else read_payload(payload, what),
+        _NO_ARGUMENTS if payload is None else payload.to_bytes(),
         None if attachment is None else attachment.to_bytes(),
     )
 
 
 def reply(
-    shared_memory: SharedMemory, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces
+    communicator: Communicator, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces
 ) -> None:
     """Answer a query, and let it go: its client would hang until the timeout."""
     try:
         with query:
             if ok:
-                query.reply(key, shared_memory.place(answer))
+                query.reply(
+                    key, answer if isinstance(answer, bytes) else _placed(communicator, query, answer)
+                )
             else:
                 query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
     except zenoh.ZError as error:  # the session was closed meanwhile
         _logger.debug("answer at %s dropped: %s", key, error)
+
+
+def _placed(communicator: Communicator, query: zenoh.Query, answer: Pieces) -> bytes:
+    """Return a large answer as it is best sent: through shared memory, if its caller can read that."""
+    attachment = query.attachment
+    client = "" if attachment is None else decode_attachment(attachment.to_bytes()).client
+    if communicator.neighbors.includes(client):
+        reference = communicator.shared_memory.lender.place(answer)
+        if reference is not None:
+            return reference
+    return bytes(answer)

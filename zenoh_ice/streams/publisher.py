@@ -157,7 +157,8 @@ class Channel:
         self.size_limit: Final = communicator.size_limit(result)
         self._what: Final = key
         self._fingerprint: Final = fingerprint
-        self._shared_memory: Final = communicator.shared_memory
+        self._ring: Final = communicator.shared_memory.ring()
+        self._neighbors: Final = communicator.neighbors
         self._kept: Final = publisher.kept
         self._stream: Final = publisher.stream
         # A publisher that another thread is using cannot be undeclared: "Already borrowed".
@@ -165,6 +166,8 @@ class Channel:
         self._closed = False
         # Images must not delay states, and neither must delay calls.
         bulk = result.holds_bytes
+        if bulk:
+            self._neighbors.watch()
         self._publisher: Final = communicator.session.declare_publisher(
             key,
             congestion_control=zenoh.CongestionControl.DROP,
@@ -195,7 +198,7 @@ class Channel:
             if self._closed:
                 return
             try:
-                self._publisher.put(self._shared_memory.place(payload), attachment=attachment)
+                self._publisher.put(self._placed(payload), attachment=attachment)
             except zenoh.ZError as error:
                 # The session was closed meanwhile: there is nobody left to publish to.
                 _logger.debug("sample dropped: %s", error)
@@ -212,7 +215,7 @@ class Channel:
                     about = encode_sample_attachment(
                         self._fingerprint, kept.number, kept.robot_time, self._stream, kept.wall_time
                     )
-                    query.reply(query.key_expr, self._shared_memory.place(kept.payload), attachment=about)
+                    query.reply(query.key_expr, bytes(kept.payload), attachment=about)
         except zenoh.ZError as error:  # the session was closed meanwhile
             _logger.debug("history of %s dropped: %s", self._what, error)
 
@@ -222,3 +225,12 @@ class Channel:
         with self._lock:
             self._closed = True
             self._publisher.undeclare()
+            self._ring.close()
+
+    def _placed(self, payload: bytes | Pieces) -> bytes:
+        """Return a payload as it is best sent: what is large in it in shared memory, if all can read that."""
+        if isinstance(payload, Pieces) and self._neighbors.are_all():
+            reference = self._ring.place(payload)
+            if reference is not None:
+                return reference
+        return bytes(payload)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast
 
 import zenoh
 
-from ..exceptions import InterfaceMismatchException, MarshalException
+from ..exceptions import InterfaceMismatchException
 from ..identity import Target
 from ..operation import Operation
 from ..wire.attachment import NO_ATTACHMENT, Attachment, decode_attachment
-from ..wire.shared_memory import read_payload
+from ..wire.pieces import Parted
 
 if TYPE_CHECKING:
     from ..communicator import Communicator
@@ -99,24 +99,20 @@ class SampleDecoder(Generic[V]):
         self._accepted = ""
         self._result: Final = operation.result
         self._limit: Final = communicator.size_limit(operation.result)
+        self._read: Final = communicator.shared_memory.read
 
     def about(self, raw: zenoh.Sample) -> Attachment:
         """Return what a sample says about itself; raises MarshalException."""
         return NO_ATTACHMENT if raw.attachment is None else decode_attachment(raw.attachment.to_bytes())
 
-    def read(self, raw: zenoh.Sample) -> bytes:
+    def read(self, raw: zenoh.Sample) -> bytes | Parted:
         """Return what a sample holds.
 
         Raises MarshalException when that is too much, ConnectionLostException when it is no longer there.
         """
-        payload = raw.payload
-        if len(payload) > self._limit:
-            raise MarshalException(
-                f"{self._what}: {len(payload)} bytes where at most {self._limit} are taken"
-            )
-        return read_payload(payload, self._what)
+        return self._read(raw.payload, self._limit, self._what)
 
-    def decode(self, data: bytes, about: Attachment, lost: int) -> Sample[V]:
+    def decode(self, data: bytes | Parted, about: Attachment, lost: int) -> Sample[V]:
         """Return the sample that holds something.
 
         Raises MarshalException for one that does not fit the operation, InterfaceMismatchException for one of

@@ -42,6 +42,7 @@ class StreamSource(Generic[V]):
         self.target: Final = target
         self.samples: Final = SampleDecoder(communicator, target, operation, self.what)
         self._key: Final = target.prefix + operation.name
+        communicator.appear_in(target.realm)
 
     def listen(self, queue: int = 1) -> zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]:
         """Subscribe with a queue that the oldest samples fall out of; raises CommunicatorDestroyedException.

@@ -13,7 +13,7 @@ from msgspec import inspect
 
 from ..exceptions import MarshalException
 from .arrival import Arrival, arrives_as_it_is
-from .pieces import Pieces, byte_sequences, split_off, take_out
+from .pieces import Parted, Pieces, byte_sequences, put_back, split_off, take_out
 from .text import printable
 from .values import TYPE_FIELD, Reference, Value, derived_classes
 
@@ -150,11 +150,15 @@ class Codec(Generic[S]):
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")
         return self.gather(values, what)
 
-    def unpack(self, payload: bytes, what: str, communicator: Communicator | None = None) -> S:
+    def unpack(self, payload: bytes | Parted, what: str, communicator: Communicator | None = None) -> S:
         """Return the struct that a payload holds; proxies in it become those of the communicator.
 
         Raises MarshalException with the path of the first field that does not fit.
         """
+        if isinstance(payload, Parted):
+            struct = self.unpack(payload.rest, what, communicator)
+            put_back(struct, self._byte_sequences, payload, what)
+            return struct
         try:
             if self._arrival is None:
                 return self._decoder.decode(payload)
@@ -163,7 +167,9 @@ class Codec(Generic[S]):
             message, path = _explain(error)
             raise MarshalException(f"{what}: {message}" + (f" at {path}" if path else ""), path) from error
 
-    def unpack_result(self, payload: bytes, what: str, communicator: Communicator | None = None) -> object:
+    def unpack_result(
+        self, payload: bytes | Parted, what: str, communicator: Communicator | None = None
+    ) -> object:
         """Return what stands for the struct that a payload holds: None, a value or a tuple.
 
         Raises MarshalException with the path of the first field that does not fit.

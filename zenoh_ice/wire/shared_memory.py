@@ -1,167 +1,203 @@
-"""Large payloads through shared memory: on one machine they are written once and read once.
+"""Large byte sequences through shared memory: on one machine they are written once and read once.
 
-Zenoh's own way of doing that unasked is off (see `network.session_config`): it copies once more, and
-overwrites what a receiver may still be reading. Who cannot read shared memory, being on another machine or
-without the right to lock memory, gets the same payload over the network: Zenoh sees to that for each
-receiver.
+What is sent then is a reference: the rest of the payload, and where the byte sequences stand in memory of the
+sender's. Zenoh's own shared memory is off (see `network.session_config`): its Python cannot read a part of a
+payload, so that a receiver copies an image twice, and what a process that was killed has shared stays in the
+memory of all who received from it (zenoh#2787).
 """
 
 from __future__ import annotations
 
 import logging
+import math
 import os
-import resource
 import threading
-from collections import deque
-from pathlib import Path
+import time
+from collections.abc import Callable
 from typing import Final
 
 import zenoh
-from zenoh import shm
 
-from ..exceptions import ConnectionLostException
-from .pieces import LARGE, Pieces
-from .shared_segments import claim, mapped_segments, sweep, sweep_now_and_then
-from .text import without_source
+from ..exceptions import MarshalException
+from .memory_file import MemoryFile, memory_space
+from .memory_maps import MemoryMaps
+from .memory_reference import MemoryReference, decode_reference, encode_reference, is_reference
+from .pieces import LARGE, Parted, Pieces
 
-__all__ = ["POOL_SIZE", "SharedMemory", "may_lock_enough", "read_payload"]
+__all__ = ["LENT_FOR", "Lender", "Ring", "SharedMemory"]
 
-POOL_SIZE: Final = 32 << 20
-"""Bytes of a process's pool, which is made when the first large payload is sent: eight images of 1280x960."""
+LENT_FOR: Final = 5.0
+"""Seconds after which what was lent is used again though nobody gave it back: its reader was killed."""
 
-_KEPT: Final = 2 << 20  # bytes of what was sent that are not reused at once
-
-# A process that receives locks the pools of all who send to it, and Zenoh lets go of none whose process ended
-# (zenoh#2787). Beyond the limit it would lose what comes without a word (zenoh#2788).
-_LOCKED_AT_LEAST: Final = 1 << 30
-_CAP_IPC_LOCK: Final = 14
-_NOTHING: Final = 0  # the first byte of memory that was given back; of a map it never is
-
-_opening: Final = threading.Lock()  # so that what two communicators make is not mixed up
+_SLOTS: Final = 8
+_LARGEST: Final = 32 << 20  # bytes of a slot; what is larger goes over the network
 
 _logger = logging.getLogger(__name__)
 
 
 class SharedMemory:
-    """The pool of a communicator, from which payloads are sent; may be used from any thread."""
+    """What a communicator shares: memory that it sends from, and that of others; for any thread."""
 
-    def __init__(self, *, enabled: bool, size: int | None = None) -> None:
-        self._size: Final = POOL_SIZE if size is None else size
-        self._lock = threading.Lock()
-        self._wanted = enabled
-        self._provider: shm.ShmProvider | None = None
-        # What was sent last. While the sender holds it, too, it stays valid on its way to a receiver that is
-        # held up; otherwise Zenoh would drop it there after 100 ms without a word (zenoh#2628).
-        self._kept: deque[zenoh.ZBytes] = deque()
-        self._kept_size = 0
-        self._claims: list[int] = []
+    def __init__(self, *, enabled: bool) -> None:
+        self.space: Final = memory_space() if enabled else ""
+        """The same in all processes that can read each other's memory; empty when this one takes no part."""
+        self.lender: Final = Lender(self.make_file)
+        """For answers."""
+        self._maps: Final = MemoryMaps()
+        self._lock: Final = threading.Lock()
+        self._files: list[MemoryFile] = []
+        self._enabled = bool(self.space)
 
     @property
     def used(self) -> bool:
-        """Whether anything was sent through shared memory, and more would be."""
-        return self._provider is not None
+        """Whether anything was sent through it."""
+        return bool(self._files)
 
-    def place(self, payload: bytes | Pieces) -> bytes | zenoh.ZBytes:
-        """Return a payload as it is best sent: a large one in shared memory, if there is room."""
-        if len(payload) < LARGE:
-            return bytes(payload)
+    def ring(self) -> Ring:
+        """Return memory to send one stream from."""
+        return Ring(self.make_file, self.drop_file)
+
+    def read(self, payload: zenoh.ZBytes, limit: int, what: str) -> bytes | Parted:
+        """Return a payload that came, with what it refers to, if that is no more than `limit` bytes.
+
+        Raises MarshalException when it is more, ConnectionLostException when its memory is gone: its sender
+        ended, or it was not read for too long.
+        """
+        size = len(payload)
+        if size > limit:
+            raise _too_large(size, limit, what)
+        data = payload.to_bytes()
+        if not is_reference(data):
+            return data
+        reference = decode_reference(data, what)
+        if reference.size > limit:
+            raise _too_large(reference.size, limit, what)
+        return Parted(reference.rest, reference.places, self._maps.read(reference, what))
+
+    def make_file(self, capacity: int) -> MemoryFile | None:
+        """Return memory with slots of `capacity` bytes; None where there is none."""
         with self._lock:
-            buffer = self._allocate(len(payload))
-        if buffer is None:
-            return bytes(payload)
-        position = 0
-        for part in payload.parts if isinstance(payload, Pieces) else (payload,):
-            end = position + len(part)
-            buffer[position:end] = part
-            position = end
-        placed = zenoh.ZBytes(buffer)
+            if not self._enabled or capacity > _LARGEST:
+                return None
+            try:
+                file = MemoryFile(capacity, _SLOTS)
+            except OSError as error:
+                self._enabled = False
+                _logger.warning("no shared memory, large payloads go over the network: %s", error)
+                return None
+            self._files.append(file)
+            return file
+
+    def drop_file(self, file: MemoryFile) -> None:
+        """Let go of memory that was made."""
         with self._lock:
-            self._keep(placed)
-        return placed
+            if file in self._files:
+                self._files.remove(file)
+                file.close()
 
     def close(self) -> None:
-        """Give the pool back; everything goes over the network from now on."""
+        """Let go of everything; what is sent goes over the network from now on."""
         with self._lock:
-            self._wanted = False
-            self._kept.clear()
-            self._provider = None
-            while self._claims:
-                os.close(self._claims.pop())
+            self._enabled = False
+            while self._files:
+                self._files.pop().close()
+        self._maps.close()
 
-    # Whoever calls these holds the lock.
 
-    def _keep(self, placed: zenoh.ZBytes) -> None:
-        self._kept.append(placed)
-        self._kept_size += len(placed)
-        while self._kept_size > _KEPT and len(self._kept) > 1:
-            self._kept_size -= len(self._kept.popleft())
+class Lender:
+    """Memory for payloads that have one reader, who gives it back."""
 
-    def _allocate(self, size: int) -> shm.ZShmMut | None:
-        provider = self._provider or self._open()
-        if provider is None:
-            return None
-        provider.garbage_collect()  # before there is need: the processor's cache has what was used last
-        try:
-            return provider.alloc(size)
-        except zenoh.ZError:
-            self._kept.clear()
-            self._kept_size = 0
-        # A receiver that was killed gives nothing back: what is held by somebody who gave no sign of life for
-        # 100 ms is taken. One that was only held up finds that out by `read_payload`.
-        provider.garbage_collect_unsafe()
-        try:
-            return provider.alloc(size)
-        except zenoh.ZError as error:
-            _logger.debug("no shared memory is left for %d bytes, sent over the network: %s", size, error)
-            return None
+    def __init__(self, make_file: Callable[[int], MemoryFile | None]) -> None:
+        self._make_file: Final = make_file
+        self._lock: Final = threading.Lock()
+        self._files: dict[int, tuple[MemoryFile, list[float]]] = {}
+        """By capacity: the memory, and until when each slot is lent."""
 
-    def _open(self) -> shm.ShmProvider | None:
-        if not self._wanted:
-            return None
-        sweep()
-        with _opening:
-            before = mapped_segments()
+    def place(self, payload: Pieces) -> bytes | None:
+        """Write what is large in a payload, and return the reference to it; None where there is no room."""
+        with self._lock:
             try:
-                provider = shm.ShmProvider.default_backend(self._size)
-            except zenoh.ZError as error:
-                self._wanted = False
-                _logger.warning(
-                    "no shared memory, large payloads go over the network: %s", without_source(error)
-                )
+                taken = self._take(sum(map(len, payload.large)))
+            except ValueError:  # closed
                 return None
-            self._claims = [
-                file for name in mapped_segments() - before if (file := claim(name, self._size)) is not None
-            ]
-        self._provider = provider
-        return self._provider
+        return None if taken is None else _write(*taken, payload, lent=True)
+
+    def _take(self, size: int) -> tuple[MemoryFile, int] | None:
+        capacity = _capacity(size)
+        if capacity not in self._files:
+            made = self._make_file(capacity)
+            if made is None:
+                return None
+            self._files[capacity] = made, [-math.inf] * _SLOTS
+        file, lent = self._files[capacity]
+        now = time.monotonic()
+        # The first that is free: the processor's cache has what was used last.
+        for slot, until in enumerate(lent):
+            if until < now or file.returned(slot):
+                lent[slot] = now + LENT_FOR
+                file.begin(slot)
+                return file, slot
+        return None
 
 
-def read_payload(payload: zenoh.ZBytes, what: str) -> bytes:
-    """Return a payload that came, copied out of shared memory if it was there.
+class Ring:
+    """Memory for a stream: the newest payload takes the place of the oldest, read or not; for one thread."""
 
-    Raises ConnectionLostException when its memory was taken back before: its sender ended, or it was not read
-    for too long.
-    """
-    data = payload.to_bytes()
-    if len(data) >= LARGE and (shared := payload.as_shm()) is not None:
-        if not shared.is_valid() or data[0] == _NOTHING:
-            raise ConnectionLostException(
-                f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
-            )
-        sweep_now_and_then()
-    return data
+    def __init__(
+        self, make_file: Callable[[int], MemoryFile | None], drop_file: Callable[[MemoryFile], None]
+    ) -> None:
+        self._make_file: Final = make_file
+        self._drop_file: Final = drop_file
+        self._file: MemoryFile | None = None
+        self._next = 0
+
+    def place(self, payload: Pieces) -> bytes | None:
+        """Write what is large in a payload, and return the reference to it; None where there is no room."""
+        size = sum(map(len, payload.large))
+        file = self._file
+        if file is None or size > file.capacity:
+            self.close()
+            file = self._file = self._make_file(_capacity(size))
+            if file is None:
+                return None
+        slot, self._next = self._next, (self._next + 1) % _SLOTS
+        try:
+            file.begin(slot)
+        except ValueError:  # closed
+            return None
+        return _write(file, slot, payload, lent=False)
+
+    def close(self) -> None:
+        """Let go of the memory."""
+        file, self._file = self._file, None
+        if file is not None:
+            self._drop_file(file)
 
 
-def may_lock_enough() -> bool:
-    """Return whether this process may lock the memory that others share with it, for long."""
-    limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
-    return limit == resource.RLIM_INFINITY or limit >= _LOCKED_AT_LEAST or _may_lock_everything()
+def _capacity(size: int) -> int:
+    """Return the bytes of a slot for so many: images of one kind, compressed, say, differ in size."""
+    return max(LARGE, 1 << (size - 1).bit_length())
 
 
-def _may_lock_everything() -> bool:
+def _write(file: MemoryFile, slot: int, payload: Pieces, *, lent: bool) -> bytes | None:
     try:
-        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
-    except OSError:
-        return False
-    capabilities = int(status.partition("\nCapEff:")[2].split(maxsplit=1)[0], 16)
-    return bool(capabilities >> _CAP_IPC_LOCK & 1)
+        generation = file.write(slot, payload.large)
+    except ValueError:  # closed
+        return None
+    return encode_reference(
+        MemoryReference(
+            process=os.getpid(),
+            file=file.file,
+            token=file.token,
+            offset=file.offset(slot),
+            generation=generation,
+            lent=lent,
+            places=payload.places,
+            sizes=tuple(map(len, payload.large)),
+            rest=payload.without_large(),
+        )
+    )
+
+
+def _too_large(size: int, limit: int, what: str) -> MarshalException:
+    return MarshalException(f"{what}: {size} bytes where at most {limit} are taken")

@@ -1,0 +1,109 @@
+"""Memory of this process that others read: files without a name in any folder, divided into slots.
+
+The system takes such a file back with the last process that has it open, however that ends: nothing is left
+behind. It is sealed at its size, so that no reader can be struck by memory that is gone.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import mmap
+import os
+import secrets
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+__all__ = ["HEADER", "RETURNED", "SEALS", "SLOT_START", "MemoryFile", "link_name", "memory_space"]
+
+HEADER: Final = struct.Struct("=QQ")
+"""Of a slot: its generation, 0 while it is written, and the generation that its reader gave back."""
+RETURNED: Final = struct.Struct("=Q")
+"""The second of these."""
+SLOT_START: Final = 64
+"""Bytes from a slot's header to what it holds: a line of the processor's cache."""
+SEALS: Final = fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL
+
+_PAGE: Final = mmap.PAGESIZE
+
+
+class MemoryFile:
+    """Slots of equal size in one file; who writes takes care that no two threads use one slot.
+
+    Raises OSError when the system has no room for it.
+    """
+
+    def __init__(self, capacity: int, slots: int) -> None:
+        """Make a file of `slots` slots for `capacity` bytes each; memory is taken as they are written."""
+        self.capacity: Final = capacity
+        self.token: Final = secrets.token_hex(16)
+        self._stride: Final = -(-(capacity + SLOT_START) // _PAGE) * _PAGE
+        self._generations: Final = [0] * slots
+        self.file: Final = os.memfd_create(_name(self.token), os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        try:
+            os.ftruncate(self.file, self._stride * slots)
+            fcntl.fcntl(self.file, fcntl.F_ADD_SEALS, SEALS)
+            self._memory: Final = mmap.mmap(self.file, self._stride * slots)
+        except OSError:
+            os.close(self.file)
+            raise
+
+    def offset(self, slot: int) -> int:
+        """Return where a slot begins."""
+        return slot * self._stride
+
+    def begin(self, slot: int) -> None:
+        """Take a slot for something new; what it held cannot be read any more."""
+        self._generations[slot] += 1
+        HEADER.pack_into(self._memory, slot * self._stride, 0, 0)
+
+    def write(self, slot: int, parts: Sequence[bytes]) -> int:
+        """Write parts, one after the other, into a slot that was begun, and return its generation.
+
+        Raises ValueError when the file was closed.
+        """
+        memory, offset, generation = self._memory, slot * self._stride, self._generations[slot]
+        position = offset + SLOT_START
+        for part in parts:
+            end = position + len(part)
+            memory[position:end] = part
+            position = end
+        HEADER.pack_into(memory, offset, generation, 0)
+        return generation
+
+    def returned(self, slot: int) -> bool:
+        """Return whether a slot's reader gave it back, or there never was one."""
+        return bool(HEADER.unpack_from(self._memory, slot * self._stride)[1] == self._generations[slot])
+
+    def close(self) -> None:
+        """Let go of the memory; who has it mapped goes on reading."""
+        self._memory.close()
+        os.close(self.file)
+
+
+def link_name(token: str) -> str:
+    """Return what the link to such a file among the open files of its process says."""
+    return f"/memfd:{_name(token)} (deleted)"
+
+
+def memory_space() -> str:
+    """Return what is the same for all processes that can read each other's memory; empty where none can.
+
+    Those of one user on one machine, and in one container if in any.
+    """
+    try:
+        # Of a process that may not be looked into, one with capabilities of its own for instance, they are
+        # root's.
+        if Path("/proc/self/fd").stat().st_uid != os.geteuid():
+            return ""
+        machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
+        namespaces = [Path("/proc/self/ns", kind).stat().st_ino for kind in ("pid", "user")]
+    except (OSError, UnicodeDecodeError):  # no Linux, or no /proc
+        return ""
+    return hashlib.sha256(f"{machine} {namespaces} {os.geteuid()}".encode()).hexdigest()[:16]
+
+
+def _name(token: str) -> str:
+    return f"zenoh_ice-{token}"

@@ -1,0 +1,130 @@
+"""Memory of other processes, mapped into this one to read what they sent."""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import mmap
+import os
+import threading
+from pathlib import Path
+from typing import Final
+
+from ..exceptions import ConnectionLostException, MarshalException
+from .memory_file import HEADER, RETURNED, SEALS, SLOT_START, link_name
+from .memory_reference import MemoryReference
+
+__all__ = ["MemoryMaps"]
+
+_MOST: Final = 256  # maps at a time; a robot's cameras and servants are some ten
+
+_logger = logging.getLogger(__name__)
+
+
+class MemoryMaps:
+    """The maps of a communicator, kept as long as their makers live; may be used from any thread."""
+
+    def __init__(self) -> None:
+        self._lock: Final = threading.Lock()
+        self._maps: dict[str, _Map] = {}
+
+    def read(self, reference: MemoryReference, what: str) -> list[bytes]:
+        """Return a copy of the byte sequences that a reference is to, and give the memory back if it is lent.
+
+        Raises ConnectionLostException when they are no longer there, or cannot be read from here;
+        MarshalException when the reference makes no sense.
+        """
+        found = self._maps.get(reference.token) or self._open(reference, what)
+        memory, offset = found.memory, reference.offset
+        position = offset + SLOT_START
+        large = []
+        try:
+            if position + sum(reference.sizes) > len(memory):
+                raise MarshalException(f"{what}: a reference beyond the end of its shared memory")
+            for size in reference.sizes:
+                large.append(memory[position : position + size])
+                position += size
+            whole = HEADER.unpack_from(memory, offset)[0] == reference.generation
+            if whole and found.writable:
+                RETURNED.pack_into(memory, offset + HEADER.size - RETURNED.size, reference.generation)
+        except ValueError as error:  # closed by another thread, as its maker ended
+            raise _lost(what) from error
+        if not whole:
+            raise _lost(what)
+        return large
+
+    def close(self) -> None:
+        """Let go of all memory."""
+        with self._lock:
+            while self._maps:
+                self._maps.popitem()[1].memory.close()
+
+    def _open(self, reference: MemoryReference, what: str) -> _Map:
+        with self._lock:
+            found = self._maps.get(reference.token)
+            if found is None:
+                self._forget_ended()
+                try:
+                    found = _map(reference)
+                except (OSError, ValueError) as error:
+                    raise _unreadable(reference, what, error) from error
+                self._maps[reference.token] = found
+            return found
+
+    def _forget_ended(self) -> None:
+        """Let go of what its maker has let go of, and of the oldest maps if there are too many."""
+        for token, each in list(self._maps.items()):
+            if len(self._maps) >= _MOST or not _is_open(each.path, token):
+                del self._maps[token]
+                each.memory.close()
+
+
+class _Map:
+    """A file of another process's, mapped."""
+
+    __slots__ = ("memory", "path", "writable")
+
+    def __init__(self, path: Path, memory: mmap.mmap, *, writable: bool) -> None:
+        self.path: Final = path
+        self.memory: Final = memory
+        self.writable: Final = writable
+
+
+def _map(reference: MemoryReference) -> _Map:
+    """Map the memory that a reference is to; raises OSError or ValueError when that is none of ours."""
+    path = Path("/proc", str(reference.process), "fd", str(reference.file))
+    # Looked at before it is opened: to open a device or a pipe may do something.
+    if not _is_open(path, reference.token):
+        raise FileNotFoundError(str(path))
+    writable = reference.lent
+    file = os.open(path, (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NONBLOCK)
+    try:
+        if fcntl.fcntl(file, fcntl.F_GET_SEALS) & SEALS != SEALS:
+            raise ValueError("it is not sealed")  # its maker could take it away under our eyes
+        access = mmap.ACCESS_WRITE if writable else mmap.ACCESS_READ
+        return _Map(path, mmap.mmap(file, 0, access=access), writable=writable)
+    finally:
+        os.close(file)
+
+
+def _is_open(path: Path, token: str) -> bool:
+    """Return whether the process that made a memory still has it."""
+    try:
+        return str(path.readlink()) == link_name(token)
+    except OSError:
+        return False
+
+
+def _lost(what: str) -> ConnectionLostException:
+    return ConnectionLostException(
+        f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
+    )
+
+
+def _unreadable(reference: MemoryReference, what: str, error: Exception) -> ConnectionLostException:
+    if not Path("/proc", str(reference.process)).exists():
+        return _lost(what)
+    return ConnectionLostException(
+        f"{what}: the shared memory of process {reference.process} cannot be read from here ({error}); "
+        "shared_memory = false in the settings of either sends it over the network"
+    )
