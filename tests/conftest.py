@@ -5,19 +5,16 @@ from __future__ import annotations
 import logging
 import os
 import signal
-import threading
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import psutil
 import pytest
-import zenoh
 from hypothesis import HealthCheck, settings
 
 from tests.support.examples import examples, more_asked_for
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.leaks import Leaks, watched_leaks
+from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
@@ -77,65 +74,31 @@ def log_handlers() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def opened_sessions() -> Iterator[list[zenoh.Session]]:
-    """Every Zenoh session that this process opens, by whomever."""
-    sessions: list[zenoh.Session] = []
-    genuine = zenoh.open
+def leaks() -> Iterator[Leaks]:
+    """Look after what the tests start."""
+    with watched_leaks() as leaks:
+        yield leaks
 
-    def recording_open(*args: Any, **kwargs: Any) -> zenoh.Session:
-        session = genuine(*args, **kwargs)
-        sessions.append(session)
-        return session
 
-    zenoh.open = recording_open
-    yield sessions
-    zenoh.open = genuine
+@pytest.fixture(scope="session", autouse=True)
+def session_leak_check(leaks: Leaks) -> Iterator[None]:
+    """Fail when the fixtures of the whole run leave something behind."""
+    with leaks.check("the tests of this process"):
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail when the fixtures that the tests of a file share leave something behind."""
+    with leaks.check(request.path.name):
+        yield
 
 
 @pytest.fixture(autouse=True)
-def leak_check(opened_sessions: list[zenoh.Session]) -> Iterator[None]:
+def leak_check(leaks: Leaks) -> Iterator[None]:
     """Fail a test that leaves threads, Zenoh sessions or child processes behind."""
-    threads_before = set(threading.enumerate())
-    children_before = set(psutil.Process().children(recursive=True))
-    sessions_before = [session for session in opened_sessions if not session.is_closed()]
-    yield
-
-    def left() -> str:
-        threads = [
-            thread.name
-            for thread in threading.enumerate()
-            if thread not in threads_before and not isinstance(thread, threading._DummyThread)
-        ]
-        children = [
-            " ".join(child.cmdline()) or child.name()
-            for child in psutil.Process().children(recursive=True)
-            if child not in children_before
-            # What a process starts that was there before, such as a browser shared by tests, ends with that one.
-            and children_before.isdisjoint(child.parents())
-            and child.status() != psutil.STATUS_ZOMBIE
-        ]
-        sessions = [
-            str(session)
-            for session in opened_sessions
-            if not session.is_closed() and not any(session is old for old in sessions_before)
-        ]
-        named = {"threads": threads, "processes": children, "Zenoh sessions": sessions}
-        return "; ".join(f"{kind}: {', '.join(names)}" for kind, names in named.items() if names)
-
-    deadline = time.monotonic() + LIMIT
-    while (leaked := _unless_vanished(left)) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    opened_sessions[:] = [session for session in opened_sessions if not session.is_closed()]
-    assert not leaked, f"the test left behind {leaked}"
-
-
-def _unless_vanished(look: Callable[[], str]) -> str:
-    """Look again when a process ends while it is looked at."""
-    while True:
-        try:
-            return look()
-        except psutil.NoSuchProcess:
-            continue
+    with leaks.check("the test"):
+        yield
 
 
 @dataclass(frozen=True)

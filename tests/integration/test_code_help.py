@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -89,6 +90,8 @@ def typing() -> Iterator[Type]:
     """Run a coroutine function with someone who types; the processes beside are started once for all."""
     with asyncio.Runner() as runner, ThreadPoolExecutor(2) as threads:
         runner.get_loop().set_default_executor(threads)
+        together = threading.Barrier(2)  # both threads start now, not during some test
+        list(threads.map(lambda _: together.wait(LIMIT), range(2)))
         helper = CodeHelper(LIMIT)
 
         async def warm() -> None:

@@ -1,0 +1,196 @@
+"""The check that tests leave nothing running: it finds what is left, and tells it from what is older."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.support.limits import LIMIT
+from tests.support.processes import REPOSITORY
+
+CONFTEST = """
+from functools import partialmethod
+from tests.conftest import leak_check, leaks, module_leak_check, session_leak_check
+from tests.support.leaks import Leaks
+
+Leaks.check = partialmethod(Leaks.check, limit=LIMIT)
+"""
+STARTERS = """
+import asyncio, subprocess, sys, threading
+from concurrent.futures import ThreadPoolExecutor
+import pytest
+from zenoh_ice import initialize
+
+kept = []
+
+def start_thread():
+    threading.Thread(target=threading.Event().wait, name="idler", daemon=True).start()
+
+def start_process():
+    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    kept.append(process.stdin.close)
+    return process
+
+def start_communicator():
+    communicator = initialize(connect=[], clock="wall")
+    kept.append(communicator.destroy)
+    return communicator
+
+def end_all():
+    while kept:
+        kept.pop()()
+
+def run_on(communicator, job):
+    done = threading.Event()
+    communicator.dispatcher.submit(lambda: (job(), done.set()))
+    assert done.wait(20)
+
+@pytest.fixture(scope="module")
+def shared():
+    with initialize(connect=[], clock="wall") as shared:
+        yield shared
+"""
+Run = Callable[..., dict[str, str]]
+
+
+@pytest.fixture
+def errors(tmp_path: Path) -> Run:
+    """Run tests, none of which fails, and return what those are told that are in error when they have ended."""
+
+    def run(tests: str, limit: float = 0.2) -> dict[str, str]:
+        (tmp_path / "conftest.py").write_text(CONFTEST.replace("LIMIT", str(limit)))
+        (tmp_path / "starters.py").write_text(STARTERS)
+        (tmp_path / "test_it.py").write_text("from starters import *\n" + tests)
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(REPOSITORY), "COLUMNS": "1000"},
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+        )
+        assert re.search(rf"^{tests.count('def test_')} passed", done.stdout, re.MULTILINE), done.stdout
+        found = re.findall(r"^ERROR test_it.py::(\S+) - AssertionError: (.*)$", done.stdout, re.MULTILINE)
+        assert len(found) == done.stdout.count("\nERROR "), done.stdout
+        return dict(found)
+
+    return run
+
+
+def test_whatever_a_test_leaves_is_told(errors: Run) -> None:
+    told = errors("""
+def test_thread():
+    start_thread()
+
+def test_thread_of_a_thread():
+    starter = threading.Thread(target=start_thread)
+    starter.start()
+    starter.join()
+
+def test_process():
+    start_process()
+
+def test_communicator():
+    start_communicator()
+""")
+    assert list(told) == ["test_thread", "test_thread_of_a_thread", "test_process", "test_communicator"]
+    for name, kind in zip(
+        told, ("thread 'idler'", "thread 'idler'", "process '", "Zenoh session "), strict=True
+    ):
+        assert re.fullmatch(f"the test left behind the {kind}.* of test_it.py::{name}", told[name])
+    assert "the thread 'zenoh_ice nao-1' of" in told["test_communicator"]
+
+
+def test_what_ends_with_its_test_or_with_what_is_older_is_not_told(errors: Run) -> None:
+    assert not errors(
+        """
+def test_clean():
+    with initialize(connect=[], clock="wall") as own, ThreadPoolExecutor(1) as pool, start_process() as process:
+        run_on(own, lambda: pool.submit(str))
+        process.stdin.close()
+
+def test_pool_grows(shared):
+    before = threading.enumerate()
+    together = threading.Barrier(3)
+    for _ in range(2):
+        shared.dispatcher.submit(lambda: together.wait(20))
+    together.wait(20)
+    assert [thread.name for thread in threading.enumerate() if thread not in before][0] == "zenoh_ice nao-2"
+
+def test_first_use(shared):
+    before = threading.active_count()
+    shared.coroutines.run(asyncio.sleep(0)).result(20)
+    assert threading.active_count() > before
+
+@pytest.fixture(scope="module")
+def starting(shared):
+    ending = threading.Event()
+    yield lambda: threading.Thread(target=ending.wait).start()
+    ending.set()
+    end_all()
+
+def test_shared_starts(shared, starting):
+    run_on(shared, lambda: (starting(), start_process(), start_communicator()))
+""",
+        limit=LIMIT,
+    )
+
+
+def test_what_older_things_start_and_do_not_end_is_told_when_they_have_ended(errors: Run) -> None:
+    told = errors("""
+def test_thread(shared):
+    run_on(shared, start_thread)
+
+def test_process(shared):
+    run_on(shared, start_process)
+
+def test_communicator(shared):
+    run_on(shared, start_communicator)
+
+def test_last():
+    pass
+""")
+    assert told.keys() == {"test_last"}
+    for kind, name in (
+        ("thread 'idler'", "thread"),
+        ("process '.*'", "process"),
+        ("Zenoh session .*", "communicator"),
+    ):
+        assert re.search(f"the {kind} of test_it.py::test_{name}", told["test_last"])
+
+
+def test_what_a_test_leaves_is_told_beside_older_things(errors: Run) -> None:
+    told = errors("""
+def test_process(shared):
+    start_process()
+
+def test_communicator(shared):
+    start_communicator()
+
+def test_thread(shared):
+    start_thread()
+
+def test_last():
+    pass
+""")
+    assert list(told) == ["test_process", "test_communicator", "test_last"]
+    assert "test_it.py left behind the thread 'idler' of test_it.py::test_thread" in told["test_last"]
+
+
+def test_what_shared_fixtures_leave_is_told(errors: Run) -> None:
+    told = errors("""
+@pytest.fixture(scope="module")
+def forgetful():
+    start_thread()
+
+def test_it(forgetful):
+    pass
+""")
+    assert told == {"test_it": "test_it.py left behind the thread 'idler' of test_it.py::test_it"}

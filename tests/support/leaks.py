@@ -1,0 +1,166 @@
+"""What runs in the tests' process, who started it, and what tests leave behind."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+from weakref import WeakKeyDictionary
+
+import psutil
+import pytest
+import zenoh
+
+from tests.support.limits import LIMIT
+
+__all__ = ["Leaks", "watched_leaks"]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Who started a thread, a child process or a Zenoh session, and during which test."""
+
+    thread: threading.Thread
+    test: str
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A Zenoh session."""
+
+    session: zenoh.Session
+    origin: Origin
+
+
+Thing: TypeAlias = threading.Thread | psutil.Process | Opened
+
+
+class Leaks:
+    """Find what the tests within a scope leave behind: threads, child processes and Zenoh sessions.
+
+    What is older than a test may start more during it: a pool grows, a communicator's first call needs a thread
+    for its replies. That belongs to what is older, and the wider scope looks whether it ends with that.
+    """
+
+    def __init__(self) -> None:
+        self._tester: Final = threading.current_thread()
+        self._threads: Final[WeakKeyDictionary[threading.Thread, Origin]] = WeakKeyDictionary()
+        self._processes: Final[dict[int, Origin]] = {}
+        self._sessions: list[Opened] = []
+        self._told: Final[set[Thing]] = set()
+
+    def origin(self) -> Origin:
+        """Return the origin of what the current thread starts."""
+        return Origin(threading.current_thread(), os.environ.get("PYTEST_CURRENT_TEST", "").partition(" ")[0])
+
+    def thread_starts(self, thread: threading.Thread) -> None:
+        """Note who starts a thread."""
+        self._threads[thread] = self.origin()
+
+    def process_started(self, pid: int) -> None:
+        """Note who started a child process."""
+        self._processes[pid] = self.origin()
+
+    def session_opened(self, session: zenoh.Session) -> None:
+        """Note who opened a Zenoh session."""
+        self._sessions.append(Opened(session, self.origin()))
+
+    @contextmanager
+    def check(self, scope: str, limit: float = LIMIT) -> Iterator[None]:
+        """Fail when something that was started within the block has not ended `limit` s after it."""
+        before = self._running()
+        yield
+        deadline = time.monotonic() + limit
+        while (left := self._left_since(before)) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        self._told.update(left)
+        assert not left, f"{scope} left behind {', '.join(sorted(map(self._describe, left)))}"
+
+    def _left_since(self, before: set[Thing]) -> list[Thing]:
+        new = self._running() - before - self._told
+        return [thing for thing in new if not self._may_be_older(thing, before)]
+
+    def _running(self) -> set[Thing]:
+        self._sessions = [opened for opened in self._sessions if not opened.session.is_closed()]
+        threads = (
+            thread for thread in threading.enumerate() if not isinstance(thread, threading._DummyThread)
+        )
+        return {*threads, *_children(), *self._sessions}
+
+    def _may_be_older(self, thing: Thing, before: set[Thing]) -> bool:
+        """Return whether something that was there before may have started this, and is to end it."""
+        origin = self._origin_of(thing)
+        while origin is not None and origin.thread is not self._tester:
+            if origin.thread in before:
+                return True
+            origin = self._threads.get(origin.thread)
+        # Who calls a communicator starts threads for it: only those that it no longer has at its end tell.
+        return isinstance(thing, threading.Thread) and any(isinstance(older, Opened) for older in before - self._told)
+
+    def _origin_of(self, thing: Thing) -> Origin | None:
+        match thing:
+            case Opened():
+                return thing.origin
+            case psutil.Process():
+                return self._processes.get(thing.pid)
+            case _:
+                return self._threads.get(thing)
+
+    def _describe(self, thing: Thing) -> str:
+        match thing:
+            case Opened():
+                what = f"the Zenoh session {thing.session.zid()}"
+            case psutil.Process():
+                what = f"the process {_command(thing)!r}"
+            case _:
+                what = f"the thread {thing.name!r}"
+        origin = self._origin_of(thing)
+        return f"{what} of {origin.test}" if origin is not None else what
+
+
+def _children() -> Iterator[psutil.Process]:
+    with suppress(ChildProcessError):
+        # Raises when there are none, in no time.
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        for child in psutil.Process().children():
+            with suppress(psutil.NoSuchProcess):
+                if child.status() != psutil.STATUS_ZOMBIE:
+                    yield child
+
+
+def _command(process: psutil.Process) -> str:
+    try:
+        return " ".join(process.cmdline()) or str(process.name())
+    except psutil.NoSuchProcess:
+        return f"of number {process.pid}, which has ended now"
+
+
+@contextmanager
+def watched_leaks() -> Iterator[Leaks]:
+    """Watch who starts threads, child processes and Zenoh sessions."""
+    leaks = Leaks()
+    start, popen, opens = threading.Thread.start, subprocess.Popen.__init__, zenoh.open
+
+    def watched_start(thread: threading.Thread) -> None:
+        leaks.thread_starts(thread)
+        start(thread)
+
+    def watched_popen(process: subprocess.Popen[Any], *args: Any, **kwargs: Any) -> None:
+        popen(process, *args, **kwargs)
+        leaks.process_started(process.pid)
+
+    def watched_open(*args: Any, **kwargs: Any) -> zenoh.Session:
+        session = opens(*args, **kwargs)
+        leaks.session_opened(session)
+        return session
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threading.Thread, "start", watched_start)
+        patch.setattr(subprocess.Popen, "__init__", watched_popen)
+        patch.setattr(zenoh, "open", watched_open)
+        yield leaks
