@@ -39,6 +39,7 @@ from zenoh_ice import (
 )
 from zenoh_ice.generated import Operation, Struct
 from zenoh_ice.identity import Target
+from zenoh_ice.network.client_tokens import client_token
 from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error
 
 
@@ -252,8 +253,8 @@ class TestHostileTokens:
         pair.adapter.add(CalculatorI(), "Calculator")
         CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
         for client in ("\x1b[2J", "c0ffee"):
-            with pair.client.session.liveliness().declare_token(f"@client/nao/{client}"):
-                pair.client.session.liveliness().get(f"@client/nao/{client}")
+            with pair.client.session.liveliness().declare_token(client_token("nao", client)):
+                pair.client.session.liveliness().get(client_token("nao", client))
         assert told.wait(LIMIT)
         assert lost == ["c0ffee"]
 

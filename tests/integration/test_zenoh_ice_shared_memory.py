@@ -1,87 +1,184 @@
-"""Large payloads between two sessions, through shared memory and without."""
+"""Images between sessions: through shared memory where all can read it, over the network elsewhere."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from interfaces.jderobot import (
+    ImageData,
+    ImageDescription,
+    ImageFormat,
+    ImageProvider,
+    ImageProviderPrx,
+    Time,
+)
 from tests.conftest import Pair
-from tests.support.calculator import CalculatorPrx, Reading
-from tests.support.calculator_servant import CalculatorI
+from tests.support.calculator import CalculatorPrx
 from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
-from zenoh_ice import Communicator
-from zenoh_ice.wire import shared_memory, shared_segments
+from zenoh_ice import Communicator, Current
+from zenoh_ice.network.client_tokens import client_token
+from zenoh_ice.wire.memory_file import memory_space
+from zenoh_ice.wire.memory_reference import is_reference
 
-IMAGE = bytes(range(256)) * 4000
+PIXELS = bytes(range(256)) * 400
+WIRE_KEY = "nao/Camera/getImageData"
+
+pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
+
+
+def image(number: int = 0) -> ImageData:
+    pixels = bytes([number % 256]) + PIXELS[1:]
+    return ImageData(ImageDescription(320, 320, len(pixels), "GRAY8"), Time(number, 0), pixels)
+
+
+class CameraI(ImageProvider):
+    def getImageDescription(self, current: Current) -> ImageDescription:
+        return image().description
+
+    def getImageFormat(self, current: Current) -> ImageFormat:
+        return ["GRAY8"]
+
+    def getImageData(self, format: str, current: Current) -> ImageData:
+        return image()
 
 
 @pytest.fixture
-def small_pool(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shared_memory, "POOL_SIZE", 64 << 10)
+def servant(pair: Pair) -> CameraI:
+    servant = CameraI()
+    pair.adapter.add(servant, "Camera")
+    return servant
 
 
-@pytest.fixture(autouse=True)
-def server(request: pytest.FixtureRequest) -> Communicator:
-    """Serve a calculator, which can echo."""
-    if "small" in request.node.name:
-        request.getfixturevalue("small_pool")
-    pair: Pair = request.getfixturevalue("pair")
-    pair.adapter.add(CalculatorI(), "Calculator")
-    return pair.server
+def camera(client: Communicator) -> ImageProviderPrx:
+    return ImageProviderPrx.checkedCast(client.stringToProxy("Camera"))
 
 
-def echo(client: Communicator) -> bytes:
-    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-    return calculator.echo(IMAGE)
+class Wire:
+    """What a stream sends, as it travels."""
+
+    def __init__(self, client: Communicator, servant: CameraI) -> None:
+        self._servant = servant
+        self._subscriber: Any = client.session.declare_subscriber(WIRE_KEY)
+        assert servant.getImageDataPublisher.wait_for_listener(LIMIT)
+
+    def shares(self) -> bool:
+        """Publish an image, and return whether it went through shared memory."""
+        self._servant.getImageDataPublisher.publish(image())
+        return is_reference(self._subscriber.recv().payload.to_bytes())
 
 
-@pytest.mark.skipif(not shared_memory.may_lock_enough(), reason="this user may not lock enough memory")
-def test_answers_travel_through_shared_memory(pair: Pair) -> None:
-    for _ in range(100):  # more than fit into the pool at once
-        assert echo(pair.client) == IMAGE
-    assert pair.server.shared_memory.used
-    assert pair.client.shared_memory.used  # an echo is asked for with as much
+def test_answers_travel_through_shared_memory(pair: Pair, servant: CameraI) -> None:
+    proxy = camera(pair.client)
+    until(lambda: proxy.getImageData("GRAY8") == image() and pair.server.shared_memory.used)
+    for _ in range(100):  # more than there is room for at once
+        assert proxy.getImageData("GRAY8") == image()
+    calls = [proxy.getImageDataAsync("GRAY8") for _ in range(30)]
+    assert all(call.result(LIMIT) == image() for call in calls)
 
 
-def test_answers_beyond_a_small_pool_travel_over_the_network(pair: Pair) -> None:
-    assert echo(pair.client) == IMAGE
+def test_samples_travel_through_shared_memory(pair: Pair, servant: CameraI) -> None:
+    wire = Wire(pair.client, servant)
+    until(wire.shares)
+    proxy = camera(pair.client)
+    proxy.getImageData.latest()
+    images: list[ImageData] = []
+    with proxy.getImageData.subscribe(lambda sample: images.append(sample.value), queue=8):
+        for number in range(200):
+            servant.getImageDataPublisher.publish(image(number))
+            assert wire.shares()
+        until(lambda: image() == proxy.getImageData.wait(None, LIMIT).value)
+        until(lambda: len(images) >= 8)
+    assert all(each == image(each.timeStamp.seconds) for each in images)  # none torn
 
 
-def test_client_without_shared_memory_gets_the_same(
-    pair: Pair, make_communicator: Callable[..., Communicator]
+def test_a_client_without_shared_memory_sends_all_over_the_network(
+    pair: Pair, servant: CameraI, make_communicator: Callable[..., Communicator]
 ) -> None:
+    wire = Wire(pair.client, servant)
+    until(wire.shares)
     client = make_communicator(connect=[pair.endpoint], shared_memory=False, lease=CALL_LIMIT)
-    assert echo(client) == IMAGE
-    assert echo(pair.client) == IMAGE
+    assert camera(client).getImageData("GRAY8") == image()
+    until(lambda: not wire.shares())
+    camera(client).getImageData.latest()
+    servant.getImageDataPublisher.publish(image(7))
+    until(lambda: publish_and_read(servant, client) == image(7))
+    client.destroy()
+    until(wire.shares)
 
 
-@pytest.mark.skipif(not shared_memory.may_lock_enough(), reason="this user may not lock enough memory")
-def test_sample_whose_server_ended_before_it_was_read_is_skipped(pair: Pair) -> None:
-    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    assert calculator.getReading.latest() is None
-    servant = pair.adapter.find("Calculator")
-    assert isinstance(servant, CalculatorI)
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
-    servant.getReadingPublisher.publish(Reading(1, [0.5] * 20_000))
-    assert pair.server.shared_memory.used
+def publish_and_read(servant: CameraI, client: Communicator) -> ImageData | None:
+    servant.getImageDataPublisher.publish(image(7))
+    sample = camera(client).getImageData.latest()
+    return None if sample is None else sample.value
+
+
+def test_a_client_on_another_machine_sends_all_over_the_network(pair: Pair, servant: CameraI) -> None:
+    wire = Wire(pair.client, servant)
+    until(wire.shares)
+    with pair.client.session.liveliness().declare_token(client_token("nao", "fa", "0123456789abcdef")):
+        until(lambda: not wire.shares())
+    until(wire.shares)
+
+
+def test_a_client_of_another_realm_is_seen_by_the_servants_that_it_reads(
+    pair: Pair, servant: CameraI, make_communicator: Callable[..., Communicator]
+) -> None:
+    wire = Wire(pair.client, servant)
+    until(wire.shares)
+    stranger = make_communicator(
+        realm="other", connect=[pair.endpoint], shared_memory=False, lease=CALL_LIMIT
+    )
+    ImageProviderPrx.checkedCast(stranger.stringToProxy("Camera@nao")).getImageData.latest()
+    until(lambda: not wire.shares())
+
+
+def test_a_servant_without_shared_memory_sends_over_the_network(
+    endpoint: str, make_communicator: Callable[..., Communicator]
+) -> None:
+    server = make_communicator(listen=[endpoint], shared_memory=False, lease=CALL_LIMIT)
+    adapter = server.createObjectAdapter("Test")
+    adapter.activate()
+    adapter.add(CameraI(), "Camera")
+    proxy = camera(make_communicator(connect=[endpoint], lease=CALL_LIMIT))
+    assert [proxy.getImageData("GRAY8") for _ in range(3)] == [image()] * 3
+    assert not server.shared_memory.used
+
+
+def test_sample_whose_server_ended_before_it_was_read_is_skipped(pair: Pair, servant: CameraI) -> None:
+    proxy = camera(pair.client)
+    wire = Wire(pair.client, servant)
+    assert proxy.getImageData.latest() is None
+    until(wire.shares)
     pair.server.destroy()
     until(lambda: not pair.client.identities())
-    assert calculator.getReading.latest() is None
+    assert proxy.getImageData.latest() is None
 
 
-def test_collocated_call_gets_the_same(pair: Pair) -> None:
-    assert echo(pair.server) == IMAGE
+def test_collocated_call_gets_the_same(pair: Pair, servant: CameraI) -> None:
+    assert camera(pair.server).getImageData("GRAY8") == image()
     assert not pair.server.shared_memory.used
 
 
-@pytest.mark.skipif(not shared_memory.may_lock_enough(), reason="this user may not lock enough memory")
-def test_pool_is_claimed_while_its_communicator_lives(pair: Pair) -> None:
-    assert echo(pair.client) == IMAGE
-    sizes = {path.stat().st_size for path in Path("/dev/shm").glob("*.zenoh") if path.stat().st_mode & 0o1000}
-    assert shared_memory.POOL_SIZE in sizes
+def test_killed_servers_leave_nothing_in_their_clients(
+    endpoint: str, make_communicator: Callable[..., Communicator]
+) -> None:
+    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT, timeout=LIMIT)
+    proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
     for _ in range(3):
-        shared_segments.sweep(0.0)
-    assert echo(pair.client) == IMAGE
+        with ComponentProcess(module("tests.support.calculator_server", "--listen", endpoint)) as server:
+            server.wait_for("^ready")
+            until(lambda: bool(client.identities()))
+            until(lambda: proxy.echo(PIXELS) == PIXELS and shared_maps() == 1)
+            server.process.kill()
+        until(lambda: not client.identities())
+
+
+def shared_maps() -> int:
+    """Return how many memory files of others this process has mapped."""
+    return Path("/proc/self/maps").read_text().count("/memfd:zenoh_ice-")

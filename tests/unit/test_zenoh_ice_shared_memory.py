@@ -1,111 +1,292 @@
-"""The pool of shared memory from which large payloads are sent."""
+"""Large byte sequences through memory files: written by one, read by another, as two processes would."""
 
 from __future__ import annotations
 
-import resource
+import os
 from collections.abc import Iterator
-from types import SimpleNamespace
-from typing import Any, cast
+from pathlib import Path
+from typing import Any
 
+import msgspec
 import pytest
 import zenoh
 
-from zenoh_ice import ConnectionLostException
+from zenoh_ice import ConnectionLostException, MarshalException
 from zenoh_ice.wire import shared_memory
-from zenoh_ice.wire.pieces import LARGE, Pieces
-from zenoh_ice.wire.shared_memory import SharedMemory, may_lock_enough, read_payload
+from zenoh_ice.wire.codec import Codec
+from zenoh_ice.wire.memory_file import link_name
+from zenoh_ice.wire.memory_reference import MemoryReference, decode_reference, encode_reference
+from zenoh_ice.wire.pieces import LARGE, Parted, Pieces
+from zenoh_ice.wire.shared_memory import Lender, Ring, SharedMemory
+from zenoh_ice.wire.values import Struct
 
-POOL = 1 << 20
+LIMIT = 64 << 20
+SLOTS = 8
+
+pytestmark = pytest.mark.skipif(not SharedMemory(enabled=True).space, reason="no memory is shared here")
+
+
+class Image(Struct):
+    width: int
+    pixels: bytes
+    mask: bytes
+    comment: str
+
+
+CODEC = Codec(Image)
 
 
 @pytest.fixture
-def memory() -> Iterator[SharedMemory]:
-    memory = SharedMemory(enabled=True, size=POOL)
+def sender() -> Iterator[SharedMemory]:
+    memory = SharedMemory(enabled=True)
     yield memory
     memory.close()
 
 
-def is_shared(payload: bytes | zenoh.ZBytes) -> bool:
-    return isinstance(payload, zenoh.ZBytes) and payload.as_shm() is not None
+@pytest.fixture
+def reader() -> Iterator[SharedMemory]:
+    memory = SharedMemory(enabled=True)
+    yield memory
+    memory.close()
 
 
-def test_small_payloads_stay_what_they_are(memory: SharedMemory) -> None:
-    small = bytes(LARGE - 1)
-    assert memory.place(small) is small
-    assert not memory.used
+def image(fill: int, size: int = LARGE) -> tuple[int, bytes, bytes, str]:
+    return fill, bytes([fill]) * size, b"small", f"image {fill}"
 
 
-@pytest.mark.parametrize(
-    "payload", [bytes(range(1, 256)) * (LARGE // 128), Pieces([b"ab", b"c" * LARGE, b"d"])]
-)
-def test_large_payloads_are_placed_whole(memory: SharedMemory, payload: bytes | Pieces) -> None:
-    placed = memory.place(payload)
-    assert isinstance(placed, zenoh.ZBytes)
-    assert is_shared(placed)
-    assert read_payload(placed, "it") == bytes(payload)
-    assert memory.used
+def pieces(fill: int, size: int = LARGE) -> Pieces:
+    gathered = CODEC.gather(image(fill, size), "it")
+    assert isinstance(gathered, Pieces)
+    return gathered
 
 
-def test_what_does_not_fit_is_sent_as_it_is(memory: SharedMemory) -> None:
-    held = [memory.place(bytes(POOL // 4)) for _ in range(8)]
-    assert is_shared(held[0])
-    assert held[-1] == bytes(POOL // 4)
-    assert memory.place(bytes(2 * POOL)) == bytes(2 * POOL)
+def place(way: Lender | Ring, fill: int, size: int = LARGE) -> bytes:
+    reference = way.place(pieces(fill, size))
+    assert reference is not None
+    return reference
 
 
-def test_what_nobody_holds_is_used_again(memory: SharedMemory) -> None:
-    assert all(is_shared(memory.place(bytes(POOL // 4))) for _ in range(100))
+def read(memory: SharedMemory, payload: bytes) -> Image:
+    return CODEC.unpack(memory.read(zenoh.ZBytes(payload), LIMIT, "it"), "it")
 
 
-def test_what_was_sent_last_stays_valid(memory: SharedMemory) -> None:
-    placed = memory.place(b"x" * (POOL // 4))
-    assert isinstance(placed, zenoh.ZBytes)
-    descriptor = placed.as_shm()
-    del placed
-    memory.place(bytes(POOL // 4))
-    assert descriptor is not None
-    assert bytes(descriptor) == b"x" * (POOL // 4)
+def changed(reference: bytes, **members: Any) -> bytes:
+    return encode_reference(msgspec.structs.replace(decode_reference(reference, "it"), **members))
+
+
+def maps() -> int:
+    """Return how many maps of such memory this process has."""
+    return Path("/proc/self/maps").read_text().count(link_name("")[: len("/memfd:zenoh_ice-")])
+
+
+def test_what_is_lent_arrives_as_it_was(sender: SharedMemory, reader: SharedMemory) -> None:
+    for fill in range(3 * SLOTS):  # each is given back
+        assert read(reader, place(sender.lender, fill)) == Image(*image(fill))
+
+
+def test_several_large_sequences_arrive_at_their_places(sender: SharedMemory, reader: SharedMemory) -> None:
+    value = 3, b"p" * LARGE, b"m" * (2 * LARGE), "both"
+    gathered = CODEC.gather(value, "it")
+    assert isinstance(gathered, Pieces)
+    reference = sender.lender.place(gathered)
+    assert reference is not None
+    assert len(reference) < 400  # it is all that travels
+    assert read(reader, reference) == Image(*value)
+
+
+def test_what_travelled_whole_is_taken_as_it_is(reader: SharedMemory) -> None:
+    assert read(reader, CODEC.pack(image(1), "it")) == Image(*image(1))
+
+
+def test_lent_memory_is_used_again_when_it_was_given_back(sender: SharedMemory, reader: SharedMemory) -> None:
+    references = [place(sender.lender, fill) for fill in range(SLOTS)]
+    assert sender.lender.place(pieces(99)) is None  # all are lent
+    assert read(reader, references[5]) == Image(*image(5))
+    assert read(reader, place(sender.lender, 100)) == Image(*image(100))
+    assert read(reader, references[6]) == Image(*image(6))
+
+
+def test_lent_memory_is_used_again_after_a_while(
+    sender: SharedMemory, reader: SharedMemory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shared_memory, "LENT_FOR", -1.0)
+    late = place(sender.lender, 1)
+    assert read(reader, place(sender.lender, 2)) == Image(*image(2))
+    with pytest.raises(ConnectionLostException, match="not read in time"):
+        read(reader, late)
+
+
+def test_who_reads_too_late_does_not_give_back_what_is_another_s(
+    sender: SharedMemory, reader: SharedMemory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shared_memory, "LENT_FOR", -1.0)
+    late = place(sender.lender, 1)
+    monkeypatch.setattr(shared_memory, "LENT_FOR", 60.0)
+    references = [place(sender.lender, fill) for fill in range(SLOTS)]
+    with pytest.raises(ConnectionLostException):
+        read(reader, late)
+    assert sender.lender.place(pieces(99)) is None
+    assert [read(reader, reference).width for reference in references] == list(range(SLOTS))
+
+
+def test_the_newest_of_a_stream_takes_the_place_of_the_oldest(
+    sender: SharedMemory, reader: SharedMemory
+) -> None:
+    ring = sender.ring()
+    references = [place(ring, fill) for fill in range(SLOTS + 1)]
+    with pytest.raises(ConnectionLostException, match="not read in time"):
+        read(reader, references[0])
+    for _ in range(2):  # a stream has many readers
+        assert [read(reader, reference).width for reference in references[1:]] == list(range(1, SLOTS + 1))
+
+
+def test_a_stream_whose_images_grow_gets_larger_memory(sender: SharedMemory, reader: SharedMemory) -> None:
+    ring = sender.ring()
+    for size in (LARGE, 5 * LARGE, LARGE):
+        assert read(reader, place(ring, 1, size)) == Image(*image(1, size))
+    ring.close()
+    assert read(reader, place(ring, 2)) == Image(*image(2))
+
+
+def test_what_is_larger_than_all_memory_is_not_placed(
+    sender: SharedMemory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shared_memory, "_LARGEST", LARGE)
+    assert sender.lender.place(pieces(1, LARGE + 1)) is None
+    assert sender.ring().place(pieces(1, LARGE + 1)) is None
+    assert sender.ring().place(pieces(1)) is not None
 
 
 def test_without_shared_memory_nothing_is_placed() -> None:
     memory = SharedMemory(enabled=False)
-    assert memory.place(Pieces([bytes(LARGE), b"x"])) == bytes(LARGE) + b"x"
-
-
-def test_closed_pool_places_nothing(memory: SharedMemory) -> None:
-    memory.place(bytes(LARGE))
-    memory.close()
-    assert memory.place(bytes(LARGE)) == bytes(LARGE)
+    assert (memory.space, memory.lender.place(pieces(1)), memory.ring().place(pieces(1))) == ("", None, None)
     assert not memory.used
 
 
-def test_pool_that_cannot_be_had_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
-    memory = SharedMemory(enabled=True, size=1 << 60)
-    assert [memory.place(bytes(LARGE)) for _ in range(2)] == [bytes(LARGE)] * 2
-    (record,) = caplog.records
-    assert "no shared memory" in record.message
+def test_who_is_closed_places_nothing(sender: SharedMemory) -> None:
+    ring = sender.ring()
+    place(ring, 1)
+    place(sender.lender, 1)
+    sender.close()
+    assert sender.lender.place(pieces(1)) is None
+    assert ring.place(pieces(1)) is None
 
 
-def test_payload_whose_memory_was_taken_back_before_it_was_read_is_lost() -> None:
-    payload = SimpleNamespace(
-        to_bytes=lambda: bytes(LARGE), as_shm=lambda: SimpleNamespace(is_valid=lambda: False)
-    )
-    with pytest.raises(ConnectionLostException, match="image was lost with its shared memory"):
-        read_payload(cast("Any", payload), "image")
-
-
-@pytest.mark.parametrize(
-    ("limit", "capable", "enough"),
-    [
-        (resource.RLIM_INFINITY, False, True),
-        (1 << 30, False, True),
-        (8 << 20, False, False),
-        (8 << 20, True, True),
-    ],
-)
-def test_shared_memory_needs_the_right_to_lock_it(
-    monkeypatch: pytest.MonkeyPatch, limit: int, capable: bool, enough: bool
+def test_a_system_without_room_is_told_of_once(
+    sender: SharedMemory, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(resource, "getrlimit", lambda _: (limit, limit))
-    monkeypatch.setattr(shared_memory, "_may_lock_everything", lambda: capable)
-    assert may_lock_enough() is enough
+    def full(*_: object) -> int:
+        raise OSError("no room")
+
+    monkeypatch.setattr(os, "ftruncate", full)
+    files = len(list(Path("/proc/self/fd").iterdir()))
+    assert [sender.lender.place(pieces(1)) for _ in range(3)] == [None] * 3
+    assert caplog.text.count("no shared memory") == 1
+    assert len(list(Path("/proc/self/fd").iterdir())) == files
+
+
+def test_what_was_mapped_is_let_go_when_its_maker_has_ended(reader: SharedMemory) -> None:
+    for fill in range(5):
+        sender = SharedMemory(enabled=True)
+        before = place(sender.lender, fill)
+        assert read(reader, before) == Image(*image(fill))
+        unread = place(sender.ring(), fill)
+        sender.close()
+        with pytest.raises(ConnectionLostException, match="cannot be read"):
+            read(reader, unread)
+    assert maps() == 0
+    sender = SharedMemory(enabled=True)
+    assert read(reader, place(sender.lender, 1)).width == 1
+    assert maps() == 2  # the sender's own, too
+    sender.close()
+    reader.close()
+    assert maps() == 0
+
+
+def test_a_process_that_ended_is_named_as_the_reason(sender: SharedMemory, reader: SharedMemory) -> None:
+    ended = (1 << 31) - 1
+    with pytest.raises(ConnectionLostException, match="its sender ended"):
+        read(reader, changed(place(sender.lender, 1), process=ended))
+
+
+class TestForgedReferences:
+    @pytest.mark.parametrize(
+        "members",
+        [
+            {"token": "0" * 32},
+            {"file": 0},
+            {"file": (1 << 31) - 1},
+            {"process": 1},
+            {"generation": 2},
+            {"generation": 0},
+            {"offset": 8},
+        ],
+    )
+    def test_to_something_else_is_lost(
+        self, sender: SharedMemory, reader: SharedMemory, members: dict[str, Any]
+    ) -> None:
+        with pytest.raises(ConnectionLostException):
+            read(reader, changed(place(sender.ring(), 1), **members))
+
+    @pytest.mark.parametrize(
+        "members",
+        [
+            {"offset": 1 << 40},
+            {"offset": SLOTS * (LARGE + 4096) - 100},
+            {"sizes": (LARGE * 32,)},
+            {"sizes": (1 << 60,)},
+            {"sizes": (1, 2), "places": (0, 0), "offset": 1 << 61},
+            {"sizes": ()},
+            {"places": (2,)},
+            {"places": (1 << 40,)},
+            {"rest": b"\x80"},
+            {"rest": b"\xc1"},
+        ],
+    )
+    def test_that_makes_no_sense_is_refused(
+        self, sender: SharedMemory, reader: SharedMemory, members: dict[str, Any]
+    ) -> None:
+        with pytest.raises(MarshalException):
+            read(reader, changed(place(sender.ring(), 1), **members))
+
+    def test_to_a_pipe_does_not_open_it(self, sender: SharedMemory, reader: SharedMemory) -> None:
+        receiving, sending = os.pipe()
+        try:
+            with pytest.raises(ConnectionLostException):
+                read(reader, changed(place(sender.ring(), 1), file=receiving))
+        finally:
+            os.close(receiving)
+            os.close(sending)
+
+    def test_to_memory_that_its_maker_could_take_away_is_not_read(self, reader: SharedMemory) -> None:
+        token = "ab" * 16
+        file = os.memfd_create(f"zenoh_ice-{token}", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        try:
+            os.ftruncate(file, LARGE * 2)
+            reference = MemoryReference(os.getpid(), file, token, 0, 0, False, (0,), (LARGE,), b"\x80")
+            with pytest.raises(ConnectionLostException, match="not sealed"):
+                read(reader, encode_reference(reference))
+        finally:
+            os.close(file)
+
+    @pytest.mark.parametrize("payload", [b"\x90", b"\x99" + b"\xc0" * 9, b"\x9f" + b"\x01" * 15, b"\x93\x01"])
+    def test_malformed_is_refused(self, reader: SharedMemory, payload: bytes) -> None:
+        with pytest.raises(MarshalException, match="reference to shared memory"):
+            read(reader, payload)
+
+    def test_more_than_the_limit_is_refused_before_it_is_copied(self, sender: SharedMemory) -> None:
+        reference = place(sender.ring(), 1)
+        maps_nothing = SharedMemory(enabled=True)
+        with pytest.raises(MarshalException, match=f"at most {LARGE} are taken"):
+            maps_nothing.read(zenoh.ZBytes(reference), LARGE, "it")
+        with pytest.raises(MarshalException, match="at most 10 are taken"):
+            maps_nothing.read(zenoh.ZBytes(reference), 10, "it")
+        assert maps() == 1  # the sender's own
+
+
+def test_large_bytes_that_belong_nowhere_are_refused() -> None:
+    class Nothing(Struct):
+        pass
+
+    with pytest.raises(MarshalException, match="where there are none"):
+        Codec(Nothing).unpack(Parted(b"\x80", (0,), [b"x"]), "it")

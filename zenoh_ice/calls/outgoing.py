@@ -55,6 +55,7 @@ class OutgoingCall:
         self._timeout: Final = manner.timeout
         self._hurried: Final = requests.hurried
         self._local: Final = communicator.local_servants
+        self._reply: Final = f"reply of {requests.what}"
         self._reply_limit: Final = communicator.size_limit(operation.result)
         self._read: Final = communicator.shared_memory.read
         self._unpack: Final = operation.result.unpack_result
@@ -111,7 +112,7 @@ class OutgoingCall:
             return self._without_answer(request, started, again=again)
         sample = reply.ok
         if sample is not None:
-            payload = self._read(sample.payload, self._reply_limit, f"reply of {self.what}")
+            payload = self._read(sample.payload, self._reply_limit, self._reply)
             return self._unpack(payload, self.what, self._communicator)
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out

@@ -141,7 +141,7 @@ class ProcessStatusServer:
             zenoh=_version("eclipse-zenoh"),
             version=_version(_DISTRIBUTION),
             since=self._since,
-            shared_memory=communicator.settings.shared_memory,
+            shared_memory=bool(communicator.shared_memory.space),
             servants={
                 str(incoming.target): incoming.status() for incoming in communicator.local_servants.all()
             },

@@ -55,32 +55,39 @@ class MemoryFile:
         return slot * self._stride
 
     def begin(self, slot: int) -> None:
-        """Take a slot for something new; what it held cannot be read any more."""
+        """Take a slot for something new; what it held cannot be read any more.
+
+        Raises ValueError when the file was closed, as all that write or read here do.
+        """
         self._generations[slot] += 1
-        HEADER.pack_into(self._memory, slot * self._stride, 0, 0)
+        self._set_header(slot, 0)
 
     def write(self, slot: int, parts: Sequence[bytes]) -> int:
-        """Write parts, one after the other, into a slot that was begun, and return its generation.
-
-        Raises ValueError when the file was closed.
-        """
-        memory, offset, generation = self._memory, slot * self._stride, self._generations[slot]
-        position = offset + SLOT_START
+        """Write parts, one after the other, into a slot that was begun, and return its generation."""
+        memory, generation = self._memory, self._generations[slot]
+        position = slot * self._stride + SLOT_START
         for part in parts:
             end = position + len(part)
             memory[position:end] = part
             position = end
-        HEADER.pack_into(memory, offset, generation, 0)
+        self._set_header(slot, generation)
         return generation
 
     def returned(self, slot: int) -> bool:
         """Return whether a slot's reader gave it back, or there never was one."""
-        return bool(HEADER.unpack_from(self._memory, slot * self._stride)[1] == self._generations[slot])
+        offset = slot * self._stride
+        _, given_back = HEADER.unpack(self._memory[offset : offset + HEADER.size])
+        return bool(given_back == self._generations[slot])
 
     def close(self) -> None:
         """Let go of the memory; who has it mapped goes on reading."""
         self._memory.close()
         os.close(self.file)
+
+    def _set_header(self, slot: int, generation: int) -> None:
+        # By slices, which raise ValueError when the map was closed; the functions of struct raise TypeError.
+        offset = slot * self._stride
+        self._memory[offset : offset + HEADER.size] = HEADER.pack(generation, 0)
 
 
 def link_name(token: str) -> str:

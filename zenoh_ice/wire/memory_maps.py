@@ -44,9 +44,11 @@ class MemoryMaps:
             for size in reference.sizes:
                 large.append(memory[position : position + size])
                 position += size
-            whole = HEADER.unpack_from(memory, offset)[0] == reference.generation
+            generation, _ = HEADER.unpack(memory[offset : offset + HEADER.size])
+            whole = generation == reference.generation
             if whole and found.writable:
-                RETURNED.pack_into(memory, offset + HEADER.size - RETURNED.size, reference.generation)
+                end = offset + HEADER.size
+                memory[end - RETURNED.size : end] = RETURNED.pack(generation)
         except ValueError as error:  # closed by another thread, as its maker ended
             raise _lost(what) from error
         if not whole:
