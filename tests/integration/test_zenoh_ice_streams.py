@@ -471,6 +471,28 @@ def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
     assert len(outcome) == 1
 
 
+def test_destroy_ends_the_rest_between_the_samples_of_a_slow_loop(pair: Pair, servant: CalculatorI) -> None:
+    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+    first = threading.Event()
+    outcome: list[BaseException] = []
+
+    def follow() -> None:
+        try:
+            for _ in calculator.getReading.samples(LIMIT, rate=0.001):
+                first.set()
+        except CommunicatorDestroyedException as error:
+            outcome.append(error)
+
+    follower = threading.Thread(target=follow)
+    follower.start()
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    assert first.wait(LIMIT)
+    pair.client.destroy()
+    follower.join(LIMIT)
+    assert len(outcome) == 1
+
+
 class TestSampleAsText:
     def test_short_value_is_shown(self) -> None:
         sample = Sample(Reading(3, [0.5]), 7, 1.25, 0.0)

@@ -46,7 +46,7 @@ class Samples(Generic[V]):
 
     def __next__(self) -> Sample[V]:
         if delay := self._pacer.delay():
-            time.sleep(delay)
+            self._reader.rest(delay)
         self._sample = self._reader.wait(self._sample, self._timeout)
         self._pacer.count()
         return self._sample

@@ -74,6 +74,7 @@ class StreamReader(Generic[V]):
         self._asked = False  # since `let_go_if_unwanted` last looked
         self._asked_at = -math.inf
         self._closed = False
+        self._end: Final = threading.Event()
         self._listening: Final = listening
         communicator.presence.watch(target.realm)
 
@@ -144,6 +145,10 @@ class StreamReader(Generic[V]):
     def _is_refused(self) -> bool:
         return is_refused(self._communicator, self._target, self.source.name)
 
+    def rest(self, seconds: float) -> None:
+        """Wait for some time, or until no sample will come any more."""
+        self._end.wait(seconds)
+
     def add_watcher(self, watcher: Callable[[], object]) -> None:
         """Call a function of ours, which does not wait, whenever servants come or go or this closes."""
         with self._changed:
@@ -167,6 +172,7 @@ class StreamReader(Generic[V]):
         """Stop listening for ever; whoever waits is told."""
         with self._changed:
             self._closed = True
+            self._end.set()
             self._changed.notify_all()
             pump = self._pump
             self._stop_listening()
