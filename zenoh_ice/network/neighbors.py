@@ -52,7 +52,7 @@ class Neighbors:
     def includes(self, client: str) -> bool:
         """Return whether a client is known to be one that can read this process's memory."""
         self.watch()
-        return client in self._near
+        return client in self._near and client not in self._far  # anybody can say so of others
 
     def are_all(self) -> bool:
         """Return whether all clients of the realm can read this process's memory."""

@@ -10,6 +10,7 @@ import fcntl
 import hashlib
 import mmap
 import os
+import re
 import secrets
 import struct
 from collections.abc import Sequence
@@ -27,6 +28,7 @@ SLOT_START: Final = 64
 SEALS: Final = fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL
 
 _PAGE: Final = mmap.PAGESIZE
+_CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
 
 
 class MemoryFile:
@@ -98,18 +100,23 @@ def link_name(token: str) -> str:
 def memory_space() -> str:
     """Return what is the same for all processes that can read each other's memory; empty where none can.
 
-    Those of one user on one machine, and in one container if in any.
+    Those of one user and group with the same capabilities, on one machine, and in one container if in any: what
+    ptrace(2) says of "Ptrace access mode checking".
     """
     try:
-        # Of a process that may not be looked into, one with capabilities of its own for instance, they are
+        # Of a process that nobody of its user may look into, for its program has capabilities, say, they are
         # root's.
         if Path("/proc/self/fd").stat().st_uid != os.geteuid():
             return ""
         machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
         namespaces = [Path("/proc/self/ns", kind).stat().st_ino for kind in ("pid", "user")]
-    except (OSError, UnicodeDecodeError):  # no Linux, or no /proc
+        permitted, effective = _CAPABILITIES.findall(Path("/proc/self/status").read_text("utf-8", "replace"))
+    except (OSError, ValueError):  # no Linux, or no /proc
         return ""
-    return hashlib.sha256(f"{machine} {namespaces} {os.geteuid()}".encode()).hexdigest()[:16]
+    if permitted != effective:  # not even another such process
+        return ""
+    rights = f"{os.geteuid()} {os.getegid()} {permitted}"
+    return hashlib.sha256(f"{machine} {namespaces} {rights}".encode()).hexdigest()[:16]
 
 
 def _name(token: str) -> str:
