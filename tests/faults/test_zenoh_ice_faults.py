@@ -504,9 +504,9 @@ class TestEndOfTheProgram:
             with initialize(connect=[sys.argv[1]], clock="wall", timeout=60.0) as communicator:
                 calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
                 calculator.add(1.0, 2.0)
-                threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
                 started = time.monotonic()
                 try:
+                    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
                     calculator.sleep(60.0)
                 except KeyboardInterrupt:
                     print("interrupted", time.monotonic() - started < 30.0)

@@ -20,7 +20,7 @@ from naoserver.fake import FakeRobot
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from tests.support.robot_server import ServedRobot, served
+from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.terminal import read_until
 from visualhfsm.watch.telemetry import Telemetry
 from zenoh_ice import Current, initialize
@@ -101,8 +101,8 @@ def test_the_report_shows_both_cameras(robot: ServedRobot, tmp_path: Path) -> No
     with component(robot.endpoint, robot.realm):
         command = watch(robot, "dance_and_follow", "--wait", "60", "--report", str(path))
         with ComponentProcess(command) as watcher:
-            watcher.wait_for("images/s")
-            time.sleep(1.0)  # for a picture of the other camera too
+            # A second line comes 1 s after the first: by then there is a picture of the other camera too.
+            eventually(lambda: watcher.output.count("images/s") >= 2)
             watcher.process.send_signal(signal.SIGINT)
             code, output = watcher.wait(), watcher.output
 

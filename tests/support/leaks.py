@@ -100,7 +100,9 @@ class Leaks:
                 return True
             origin = self._threads.get(origin.thread)
         # Who calls a communicator starts threads for it: only those that it no longer has at its end tell.
-        return isinstance(thing, threading.Thread) and any(isinstance(older, Opened) for older in before - self._told)
+        return isinstance(thing, threading.Thread) and any(
+            isinstance(older, Opened) for older in before - self._told
+        )
 
     def _origin_of(self, thing: Thing) -> Origin | None:
         match thing:
