@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mmap
 import os
+import resource
 import socket
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from deploy.nao.doctor.machine import check_machine
 from deploy.nao.doctor.network import check_network
 from deploy.nao.ports import holder_of, listens
 from zenoh_ice.settings import load_settings
+from zenoh_ice.wire.memory_file import memory_space
 
 SHARED_MEMORY = Path("/dev/shm")
 
@@ -77,16 +79,43 @@ def test_a_segment_is_left_behind_once_no_process_has_it() -> None:
         path.unlink()
 
 
-@pytest.mark.skipif(not SHARED_MEMORY.is_dir(), reason="there is no /dev/shm")
-@pytest.mark.usefixtures("without_gl")
-def test_who_may_not_lock_memory_is_told_why_it_is_not_shared(monkeypatch: pytest.MonkeyPatch) -> None:
-    def told_of_locking() -> bool:
-        return any("memlock unlimited" in text for text in told(check_machine(), Level.NOTE))
+def about_shared_memory() -> list[Finding]:
+    return [each for each in check_machine() if each.text.startswith("shared memory")]
 
-    monkeypatch.setattr(machine, "may_lock_enough", lambda: True)
-    assert not told_of_locking()
-    monkeypatch.setattr(machine, "may_lock_enough", lambda: False)
-    assert told_of_locking()
+
+@pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
+@pytest.mark.usefixtures("without_gl")
+class TestSharedMemory:
+    def test_that_works_is_told(self) -> None:
+        assert about_shared_memory() == [Finding(Level.OK, "shared memory works")]
+
+    def test_of_a_process_with_capabilities_is_not_used(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(machine, "memory_space", lambda: "")
+        (found,) = about_shared_memory()
+        assert (found.level, "go over the network" in found.text) == (Level.NOTE, True)
+        assert str(Path(sys.executable).resolve()) in found.mend
+
+    def test_without_proc_is_not_used(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        is_dir = Path.is_dir
+        monkeypatch.setattr(Path, "is_dir", lambda path: not path.is_relative_to("/proc") and is_dir(path))
+        (found,) = about_shared_memory()
+        assert (found.level, "no /proc" in found.text) == (Level.NOTE, True)
+
+    def test_without_room_is_told_with_where_to_look(self) -> None:
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, limits[1]))
+        try:
+            (found,) = about_shared_memory()
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert (found.level, "no room" in found.text) == (Level.WARNING, True)
+        assert "ulimit -f" in found.mend
+
+    def test_that_another_process_cannot_read_is_told_with_why(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(os, "getpid", lambda: 1)  # whose memory is another
+        (found,) = about_shared_memory()
+        assert (found.level, "ConnectionLostException" in found.text) == (Level.WARNING, True)
+        assert "shared_memory = false" in found.mend
 
 
 def test_a_process_that_cannot_render_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

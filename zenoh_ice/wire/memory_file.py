@@ -100,8 +100,8 @@ def link_name(token: str) -> str:
 def memory_space() -> str:
     """Return what is the same for all processes that can read each other's memory; empty where none can.
 
-    Those of one user and group with the same capabilities, on one machine, and in one container if in any: what
-    ptrace(2) says of "Ptrace access mode checking".
+    Those of one user and group with the same capabilities, on one machine, and in one container if in any, as
+    ptrace(2) tells under "Ptrace access mode checking".
     """
     try:
         # Of a process that nobody of its user may look into, for its program has capabilities, say, they are

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import resource
-import shutil
 import subprocess
 import sys
 import time
@@ -15,11 +14,13 @@ from typing import Final
 
 from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
 from deploy.nao.quantities import bytes_text, count_text
-from zenoh_ice.wire.shared_memory import may_lock_enough
+from zenoh_ice.wire.memory_file import memory_space
+from zenoh_ice.wire.pieces import Pieces
+from zenoh_ice.wire.shared_memory import SharedMemory
 
 __all__ = ["check_machine"]
 
-_GL_LIMIT: Final = 30.0  # s; software rendering takes some to start
+_LIMIT: Final = 30.0  # s that a process may take; software rendering takes some to start
 _GL_PROGRAM: Final = """\
 import sys
 try:
@@ -35,10 +36,17 @@ context.free()
 """
 """Renders in a process of its own: a broken driver may end the process that loads it."""
 _GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0"
-_SHARED_MEMORY: Final = Path("/dev/shm")  # noqa: S108 - where the system has it
+_READER_PROGRAM: Final = """\
+import sys
+import zenoh
+from zenoh_ice.wire.shared_memory import SharedMemory
+came = SharedMemory(enabled=True).read(zenoh.ZBytes(sys.stdin.buffer.read()), 1 << 30, "it")
+sys.stdout.buffer.write(came.large[0])
+"""
+_IMAGE_SIZE: Final = 640 * 480 * 3  # bytes
+_SEGMENT_FOLDER: Final = Path("/dev/shm")  # noqa: S108 - where the system has it
 _SEGMENTS: Final = "*.zenoh"
-_SMALL: Final = 128 << 20  # bytes of shared memory that a camera, its readers and their pools need
-_MUCH_LEFT: Final = 1 << 20  # bytes of it; every process leaves some kilobytes, which the next takes away
+_MUCH_LEFT: Final = 1 << 20  # bytes
 _FEW_FILES: Final = 1024
 _OLDEST_TIME: Final = 1_704_067_200.0  # 2024-01-01: a clock before that was never set
 
@@ -53,21 +61,13 @@ def check_machine() -> Iterator[Finding]:
 
 def _check_rendering() -> Iterator[Finding]:
     """Yield whether the simulated cameras can render."""
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", _GL_PROGRAM],
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=_GL_LIMIT,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        yield fail(f"GL: no picture within {_GL_LIMIT:g} s", "try software rendering: MUJOCO_GL=osmesa")
+    done = _run(_GL_PROGRAM)
+    if done is None:
+        yield fail(f"GL: no picture within {_LIMIT:g} s", "try software rendering: MUJOCO_GL=osmesa")
         return
-    last = (done.stderr.strip() or done.stdout.strip()).rpartition("\n")[2][:300]
+    last = _last_line(done.stderr.strip() or done.stdout)
     if done.returncode == 0:
-        yield ok(f"GL renders: {done.stdout.strip()}")
+        yield ok(f"GL renders: {_last_line(done.stdout)}")
     elif last.startswith("missing "):
         yield note(f"GL: not looked at, {last.removeprefix('missing ')} is not installed")
     elif done.returncode < 0:
@@ -80,42 +80,54 @@ def _check_rendering() -> Iterator[Finding]:
 
 
 def _check_shared_memory() -> Iterator[Finding]:
-    """Yield how much shared memory there is, and what processes that are gone left in it."""
-    if not _SHARED_MEMORY.is_dir():
-        yield note("shared memory: there is no /dev/shm; images are copied instead")
-        return
+    """Yield whether images can be shared, and what processes of Zenoh that are gone left in /dev/shm."""
     left = _left_behind()
     size = sum(size for _, size in left)
     if size >= _MUCH_LEFT:
+        segments = f"{_SEGMENT_FOLDER}/{left[0][0]}" + (" ..." if len(left) > 1 else "")
         yield note(
-            f"shared memory: {count_text(len(left), 'segment')} of {bytes_text(size)} left behind",
-            f"the next process of ours that starts takes them away; or now: rm {_SHARED_MEMORY}/{left[0][0]}"
-            + (" ..." if len(left) > 1 else ""),
+            f"{_SEGMENT_FOLDER}: {count_text(len(left), 'segment')} of {bytes_text(size)} left behind",
+            f"no process has them open: rm {segments}",
         )
-    if not may_lock_enough():
-        limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+    if not Path("/proc/self/fd").is_dir():
+        yield note("shared memory: there is no /proc to find it by; images go over the network")
+        return
+    if not memory_space():
         yield note(
-            f"shared memory: not used, as a process may lock only {bytes_text(limit)}; images are copied",
-            "if they are large: LimitMEMLOCK=infinity in systemd, ulimits: {memlock: -1} in compose, or a"
-            " line 'USER - memlock unlimited' in /etc/security/limits.conf, and a new login",
+            "shared memory: others may not look into this process, which has capabilities of its own; images"
+            " go over the network",
+            f"sudo setcap -r {Path(sys.executable).resolve()}, and AmbientCapabilities= in systemd instead,"
+            " for all that share images",
         )
         return
-    usage = shutil.disk_usage(_SHARED_MEMORY)
-    if usage.free < _SMALL:
-        yield warn(
-            f"shared memory: only {bytes_text(usage.free)} of {bytes_text(usage.total)} are free,"
-            " images will be copied instead",
-            "close what fills it; in a container start that with --shm-size=1g",
+    with contextlib.closing(SharedMemory(enabled=True)) as memory:
+        yield _share_image(memory)
+
+
+def _share_image(memory: SharedMemory) -> Finding:
+    """Write an image into memory, have another process read it, and return how that went."""
+    image = os.urandom(_IMAGE_SIZE)
+    reference = memory.lender.place(Pieces((b"", b""), (image,), (0,)))
+    if reference is None:
+        return warn(
+            "shared memory: there is no room for it; images go over the network",
+            "see what limits it: free -m, ulimit -f, ulimit -n, the limits of the container",
         )
-    else:
-        yield ok(f"shared memory: {bytes_text(usage.free)} of {bytes_text(usage.total)} are free")
+    done = _run(_READER_PROGRAM, reference)
+    if done is not None and done.stdout == image:
+        return ok("shared memory works")
+    why = f"not within {_LIMIT:g} s" if done is None else _last_line(done.stderr)
+    return warn(
+        f"shared memory: another process cannot read an image: {why}",
+        "shared_memory = false in the settings sends images over the network",
+    )
 
 
 def _left_behind() -> list[tuple[str, int]]:
     """Return name and size of our user's segments that no process has."""
     # Before the processes: a segment that is made meanwhile does not count.
     mine = {}
-    for path in _SHARED_MEMORY.glob(_SEGMENTS):
+    for path in _SEGMENT_FOLDER.glob(_SEGMENTS):
         with contextlib.suppress(OSError):
             found = path.stat()
             if found.st_uid == os.getuid():
@@ -127,6 +139,20 @@ def _left_behind() -> list[tuple[str, int]]:
             continue
         mine = {name: size for name, size in mine.items() if f"/{name}" not in text}
     return sorted(mine.items())
+
+
+def _run(program: str, given: bytes = b"") -> subprocess.CompletedProcess[bytes] | None:
+    """Run a program in Python in a process of its own; return None if it takes too long."""
+    try:
+        return subprocess.run(
+            [sys.executable, "-c", program], input=given, capture_output=True, timeout=_LIMIT, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def _last_line(output: bytes) -> str:
+    return output.decode(errors="replace").strip().rpartition("\n")[2][:300]
 
 
 def _check_limits() -> Iterator[Finding]:
