@@ -36,6 +36,7 @@ from zenoh_ice import (
     TimeoutException,
     initialize,
 )
+from zenoh_ice.wire.memory_file import memory_space
 
 SERVER = "tests.support.calculator_server"
 
@@ -541,26 +542,30 @@ class TestEndOfTheProgram:
         assert result.stdout.strip() == "7 3.0", result.stderr
 
 
-@pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no shared memory file system")
+@pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
 @pytest.mark.parametrize("turned_on", [False, True])
 def test_shared_memory_is_used_unless_it_is_turned_off(
     endpoint: str, make_communicator: MakeCommunicator, turned_on: bool
 ) -> None:
-    before = shared_memory_of_zenoh()
+    mapped = maps("/dev/shm/")
     server = make_communicator(listen=[endpoint], shared_memory=turned_on)
     adapter = server.createObjectAdapter("Test")
     adapter.add(CalculatorI(), "Calculator")
     adapter.activate()
-    client = make_communicator(connect=[endpoint], shared_memory=turned_on)
+    client = make_communicator(connect=[endpoint])
+    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     data = bytes(1 << 20)
-    assert CalculatorPrx.checkedCast(client.stringToProxy("Calculator")).echo(data) == data
-    assert bool(shared_memory_of_zenoh() - before) == turned_on
+    if turned_on:
+        until(lambda: calculator.echo(data) == data and maps("/memfd:zenoh_ice-"))
+    else:
+        assert [calculator.echo(data) for _ in range(3)] == [data] * 3
+        assert not maps("/memfd:zenoh_ice-")
+    assert maps("/dev/shm/") <= mapped  # Zenoh's own is never used: it stays when its process is killed
 
 
-def shared_memory_of_zenoh() -> set[str]:
-    """Return the segments of shared memory that this process has mapped."""
-    maps = Path("/proc/self/maps").read_text()
-    return {line.split()[-1] for line in maps.splitlines() if "/dev/shm/" in line and "zenoh" in line}
+def maps(name: str) -> set[str]:
+    """Return the files that begin so and that this process has mapped."""
+    return {line for line in Path("/proc/self/maps").read_text().splitlines() if f" {name}" in line}
 
 
 def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:
