@@ -27,6 +27,7 @@ class MemoryMaps:
     def __init__(self) -> None:
         self._lock: Final = threading.Lock()
         self._maps: dict[str, _Map] = {}
+        self._told = False
 
     def read(self, reference: MemoryReference, what: str) -> list[bytes]:
         """Return a copy of the byte sequences that a reference is to, and give the memory back if it is lent.
@@ -67,10 +68,12 @@ class MemoryMaps:
             if found is None:
                 self._forget_ended()
                 try:
-                    found = _map(reference)
-                except (OSError, ValueError) as error:
-                    raise _unreadable(reference, what, error) from error
-                self._maps[reference.token] = found
+                    found = self._maps[reference.token] = _map(reference, what)
+                except _UnreadableException as error:
+                    # Of samples nobody else tells: those that are lost are skipped.
+                    _logger.log(logging.DEBUG if self._told else logging.WARNING, "%s", error)
+                    self._told = True
+                    raise
             return found
 
     def _forget_ended(self) -> None:
@@ -79,6 +82,10 @@ class MemoryMaps:
             if len(self._maps) >= _MOST or not _is_open(each.path, token):
                 del self._maps[token]
                 each.memory.close()
+
+
+class _UnreadableException(ConnectionLostException):
+    """Memory that is there, and that this process may not read."""
 
 
 class _Map:
@@ -92,21 +99,29 @@ class _Map:
         self.writable: Final = writable
 
 
-def _map(reference: MemoryReference) -> _Map:
-    """Map the memory that a reference is to; raises OSError or ValueError when that is none of ours."""
+def _map(reference: MemoryReference, what: str) -> _Map:
+    """Map the memory that a reference is to; raises ConnectionLostException when that cannot be."""
     path = Path("/proc", str(reference.process), "fd", str(reference.file))
-    # Looked at before it is opened: to open a device or a pipe may do something.
-    if not _is_open(path, reference.token):
-        raise FileNotFoundError(str(path))
-    writable = reference.lent
-    file = os.open(path, (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NONBLOCK)
     try:
-        if fcntl.fcntl(file, fcntl.F_GET_SEALS) & SEALS != SEALS:
-            raise ValueError("it is not sealed")  # its maker could take it away under our eyes
-        access = mmap.ACCESS_WRITE if writable else mmap.ACCESS_READ
-        return _Map(path, mmap.mmap(file, 0, access=access), writable=writable)
-    finally:
-        os.close(file)
+        # Looked at before it is opened: to open a device or a pipe may do something.
+        if str(path.readlink()) != link_name(reference.token):
+            raise _lost(what)
+        writable = reference.lent
+        file = os.open(path, (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NONBLOCK)
+        try:
+            if fcntl.fcntl(file, fcntl.F_GET_SEALS) & SEALS != SEALS:
+                raise PermissionError("it is not sealed")  # its maker could take it away under our eyes
+            access = mmap.ACCESS_WRITE if writable else mmap.ACCESS_READ
+            return _Map(path, mmap.mmap(file, 0, access=access), writable=writable)
+        finally:
+            os.close(file)
+    except (PermissionError, ValueError) as error:
+        raise _UnreadableException(
+            f"{what}: the shared memory of process {reference.process} cannot be read from here ({error}); "
+            "shared_memory = false in the settings of either sends it over the network"
+        ) from error
+    except OSError as error:  # it has ended, or closed the file
+        raise _lost(what) from error
 
 
 def _is_open(path: Path, token: str) -> bool:
@@ -120,13 +135,4 @@ def _is_open(path: Path, token: str) -> bool:
 def _lost(what: str) -> ConnectionLostException:
     return ConnectionLostException(
         f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
-    )
-
-
-def _unreadable(reference: MemoryReference, what: str, error: Exception) -> ConnectionLostException:
-    if not Path("/proc", str(reference.process)).exists():
-        return _lost(what)
-    return ConnectionLostException(
-        f"{what}: the shared memory of process {reference.process} cannot be read from here ({error}); "
-        "shared_memory = false in the settings of either sends it over the network"
     )
