@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
+from contextlib import closing
 from typing import Any
 
 import msgpack
@@ -37,6 +39,9 @@ from zenoh_ice.network.servant_tokens import servant_token
 from zenoh_ice.streams import stream_source
 from zenoh_ice.wire.attachment import encode_call_attachment, encode_sample_attachment
 from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error, encode_error
+from zenoh_ice.wire.memory_reference import MemoryReference, encode_reference
+from zenoh_ice.wire.pieces import Pieces
+from zenoh_ice.wire.shared_memory import SharedMemory
 
 TARGET = Target("nao", "Calculator")
 INPUTS = 300
@@ -59,6 +64,7 @@ RESULTS = [
     encode_error(CalculatorError("why")),
     encode_error(MarshalException("bad", "$.a")),
     encode_error(InterfaceMismatchException("other", "aa", "bb")),
+    encode_reference(MemoryReference(os.getpid(), 0, "ab" * 16, 0, 1, True, (0,), (1 << 16,), b"\x80")),
 ]
 SELECTORS = [
     *(
@@ -133,6 +139,17 @@ class TestServer:
                 (reply,) = intruder.ask(TARGET.prefix + "total", payload, attachment)
                 assert isinstance(error_of(reply), MarshalException)
         a_call_works(pair)
+
+    def test_arguments_are_no_reference_to_memory(
+        self, pair: Pair, servant: CalculatorI, intruder: Stranger
+    ) -> None:
+        a_call_works(pair)
+        with closing(SharedMemory(enabled=True)) as memory:
+            data = CALCULATOR.all_operations["echo"].arguments.gather((bytes(1 << 16),), "it")
+            assert isinstance(data, Pieces)
+            reference = memory.lender.place(data)
+            (reply,) = intruder.ask(TARGET.prefix + "echo", reference or b"\x90", ATTACHMENTS[0])
+        assert isinstance(error_of(reply), MarshalException)
 
     def test_what_asks_for_several_operations_executes_none(
         self, pair: Pair, servant: CalculatorI, intruder: Stranger

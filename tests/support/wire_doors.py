@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import math
+import mmap
+import os
 import tempfile
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 
 import msgpack
 import msgspec
@@ -26,6 +29,7 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
 from zenoh_ice import (
     ConfigurationException,
+    ConnectionLostException,
     MarshalException,
     ObjectPrx,
     Settings,
@@ -35,6 +39,8 @@ from zenoh_ice import (
 from zenoh_ice.clocks.estimated_clock import EstimatedClock
 from zenoh_ice.generated import Int, Long, Struct, Value
 from zenoh_ice.identity import Target
+from zenoh_ice.network.client_tokens import client_token, parse_client_token
+from zenoh_ice.network.neighbors import Neighbors
 from zenoh_ice.network.presence import Presence
 from zenoh_ice.network.process_status import ProcessStatus, ServantStatus, decode_process_status
 from zenoh_ice.network.servant_tokens import servant_token
@@ -48,6 +54,10 @@ from zenoh_ice.wire.attachment import (
 )
 from zenoh_ice.wire.codec import Codec
 from zenoh_ice.wire.errors import decode_error, encode_error
+from zenoh_ice.wire.memory_file import HEADER, RETURNED, MemoryFile, memory_space
+from zenoh_ice.wire.memory_reference import MemoryReference, encode_reference
+from zenoh_ice.wire.pieces import LARGE
+from zenoh_ice.wire.shared_memory import SharedMemory
 from zenoh_ice.wire.text import LONGEST_TEXT
 
 from .calculator import CALCULATOR, CalculatorError, DivisionByZero
@@ -200,6 +210,69 @@ def _errors() -> Door:
     return Door("error", [encode_error(error) for error in raised], take)
 
 
+class _Photo(Struct):
+    width: Int
+    pixels: bytes
+    mask: bytes
+
+
+_PHOTO = 640, b"p" * LARGE, b"m" * LARGE
+_SENT = MemoryReference(
+    process=os.getpid(),
+    file=900,  # which nothing else has here
+    token="ab" * 16,
+    offset=0,
+    generation=1,
+    lent=True,
+    places=(0, 1),
+    sizes=(LARGE, LARGE),
+    rest=Codec(_Photo).pack((640, b"", b""), "it"),
+)
+
+
+@contextmanager
+def _memory_sent() -> Iterator[MemoryFile]:
+    """Have the memory that `_SENT` is to for as long as the block lasts."""
+    with patch("secrets.token_hex", return_value=_SENT.token):
+        memory = MemoryFile(2 * LARGE, 2)
+    os.dup2(memory.file, _SENT.file, inheritable=False)
+    try:
+        for slot in range(2):
+            memory.begin(slot)
+            memory.write(slot, _PHOTO[1:])
+        yield memory
+    finally:
+        os.close(_SENT.file)
+        memory.close()
+
+
+def _references() -> Door:
+    codec = Codec(_Photo)
+
+    def take(data: bytes) -> bool:
+        with _memory_sent() as memory, closing(SharedMemory(enabled=True)) as reader:
+            size = os.fstat(memory.file).st_size
+            before = os.pread(memory.file, size, 0)
+            try:
+                came = codec.unpack(reader.read(zenoh.ZBytes(data), 4 * LARGE, "it"), "it")
+            except ConnectionLostException as error:
+                check_error(error)
+                return False
+            finally:
+                after = bytearray(os.pread(memory.file, size, 0))
+                for slot in range(2):  # of which either may have been given back, and nothing else written
+                    if memory.returned(slot):
+                        RETURNED.pack_into(after, memory.offset(slot) + HEADER.size - RETURNED.size, 0)
+                assert after == before
+        assert type(came) is _Photo
+        return True
+
+    other = msgspec.structs.replace(
+        _SENT, lent=False, offset=len(_PHOTO[1]) * 2 + mmap.PAGESIZE, places=(1,), sizes=(LARGE,)
+    )
+    return Door("reference", [encode_reference(_SENT), encode_reference(other)], _refusable(take))
+
+
 # What is known of others.
 
 
@@ -213,6 +286,12 @@ class SilentSession:
         return "abcdef"
 
     def declare_transport_events_listener(self, *_: object, **__: object) -> None:
+        return None
+
+    def liveliness(self) -> SilentSession:
+        return self
+
+    def declare_subscriber(self, *_: object, **__: object) -> None:
         return None
 
 
@@ -241,6 +320,29 @@ def _tokens() -> Door:
         servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, replicated=True),
     ]
     return Door("token", [key.encode() for key in sound], take)
+
+
+def _client_tokens() -> Door:
+    here, there = "0123456789abcdef", "fedcba9876543210"
+
+    def take(data: bytes) -> bool:
+        key = data.decode("utf-8", "replace")
+        neighbors = Neighbors(SilentSession(), "nao", here)  # type: ignore[arg-type]
+        told: Any = partial(SimpleNamespace, key_expr=key)
+        neighbors._on_token(told(kind=zenoh.SampleKind.PUT))
+        neighbors._on_token(told(kind=zenoh.SampleKind.PUT))
+        known = parse_client_token(key)
+        if known is not None:
+            client, space = known
+            assert client.isalnum()
+            assert neighbors.includes(client) == (space == here)
+        assert neighbors._near | neighbors._far == ({known[0]} if known else set())
+        neighbors._on_token(told(kind=zenoh.SampleKind.DELETE))
+        assert not neighbors._near | neighbors._far
+        return known is not None
+
+    sound = [client_token("nao", "c0ffee", space) for space in (here, there, "")]
+    return Door("client token", [key.encode() for key in sound], take)
 
 
 class _Clockwork(Struct):
@@ -370,7 +472,9 @@ DOORS: tuple[Door, ...] = (
     _payloads_of_interfaces(),
     _attachments(),
     _errors(),
+    *((_references(),) if memory_space() else ()),
     _tokens(),
+    _client_tokens(),
     _clock_readings(),
     _proxies(),
     _definitions(),
