@@ -46,7 +46,8 @@ class MemoryMaps:
                 large.append(memory[position : position + size])
                 position += size
             generation, _ = HEADER.unpack(memory[offset : offset + HEADER.size])
-            whole = generation == reference.generation
+            # Elsewhere than at the beginning of a slot it is a picture that is looked at, and written into.
+            whole = generation == reference.generation and offset % mmap.PAGESIZE == 0
             if whole and found.writable:
                 end = offset + HEADER.size
                 memory[end - RETURNED.size : end] = RETURNED.pack(generation)
