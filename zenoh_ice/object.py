@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
 import msgspec
@@ -21,8 +20,7 @@ __all__ = ["OBJECT_INTERFACE", "Current", "InterfaceDescription", "Object"]
 V = TypeVar("V")
 
 
-@dataclass(slots=True)  # not frozen: that would make it four times as slow to make
-class Current:
+class Current(msgspec.Struct):  # which is made in a third of the time that a dataclass takes
     """The call that a servant serves."""
 
     identity: str
@@ -31,8 +29,6 @@ class Current:
     """Facet under which it was called; empty for the identity itself."""
     operation: str
     """Name of the operation."""
-    client: str
-    """Id of the calling session, as `Communicator.onClientLost` tells it; empty when the caller gave none."""
     call_id: str
     """Id of the call, for logs."""
     ctx: Mapping[str, str]
@@ -43,6 +39,11 @@ class Current:
     """Communicator of the servant."""
     adapter: ObjectAdapter | None
     """Adapter of the servant; None in a test without Zenoh."""
+
+    @property
+    def client(self) -> str:
+        """Id of the calling session, as `onClientLost` tells it; empty when the caller gave none."""
+        return self.call_id.partition("/")[0]
 
 
 class InterfaceDescription(msgspec.Struct):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
+from collections import OrderedDict
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import Final
 
 from ..exceptions import BusyException, ConnectionLostException
 from ..wire.errors import encode_error
@@ -22,16 +23,12 @@ _LONGEST_ANSWER: Final = 4096  # bytes
 _MOST_ASKING: Final = 4  # for the answer of one call, while it runs
 
 
-class CallKey(NamedTuple):
-    """By what a call is known again.
+CallKey = tuple[str, str, int]
+"""By what a call is known again: its id, what it calls, and the hash of its arguments.
 
-    Not by its id alone: who foresees that could have another call take its place.
-    """
-
-    call_id: str
-    what: str
-    arguments: int
-    """Their hash, which nobody else can compute."""
+Not by its id alone: who foresees that could have another call take its place. Nobody else can compute the
+hash.
+"""
 
 
 class AnswerMemory:
@@ -42,7 +39,7 @@ class AnswerMemory:
 
     def __init__(self) -> None:
         self._lock: Final = threading.Lock()
-        self._answers: Final[dict[CallKey, Answer]] = {}  # in the order in which they were given
+        self._answers: Final[OrderedDict[CallKey, Answer]] = OrderedDict()  # as they were given
         self._running: Final[
             dict[CallKey, tuple[AnswerLater, ...]]
         ] = {}  # with those who asked again meanwhile
@@ -72,7 +69,7 @@ class AnswerMemory:
         with self._lock:
             waiting = self._running.pop(call)
             if len(self._answers) >= _MOST_CALLS:
-                del self._answers[next(iter(self._answers))]
+                self._answers.popitem(last=False)
             self._answers[call] = answer if len(payload) <= _LONGEST_ANSWER else (False, _forgotten())
         for later in waiting:
             later(*answer)
@@ -83,6 +80,4 @@ def _forgotten() -> bytes:
 
 
 def _busy(call: CallKey) -> bytes:
-    return encode_error(
-        BusyException(f"{call.what}: it runs, and {_MOST_ASKING} wait for its answer already")
-    )
+    return encode_error(BusyException(f"{call[1]}: it runs, and {_MOST_ASKING} wait for its answer already"))

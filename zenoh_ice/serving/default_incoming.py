@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import re
-from abc import abstractmethod
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -15,7 +14,6 @@ from ..dispatch import Dispatcher
 from ..exceptions import (
     BusyException,
     ObjectNotExistException,
-    ZenohIceError,
 )
 from ..identity import ANY_NAME, NAME, Identity, Target
 from ..object import Object
@@ -23,8 +21,9 @@ from ..operation import Interface
 from ..wire.errors import encode_error, unknown_exception
 from .answer_memory import Answer, AnswerLater
 from .query_inbox import QueryInbox
-from .registration import Arrived, Registration, nobody, reply, take_request
+from .registration import Registration, nobody, reply
 from .skeleton import Skeleton
+from .upcalls import Arrived
 
 if TYPE_CHECKING:
     from ..adapter import ObjectAdapter
@@ -141,10 +140,7 @@ class DefaultIncoming(Registration):
         self, query: zenoh.Query, target: Target, name: str, since: float, later: AnswerLater
     ) -> None:
         try:
-            payload, attachment = take_request(query, *self._limit_of(target, name))
-            answer = self._execute(target, name, Arrived(payload, attachment, since, later))
-        except ZenohIceError as error:
-            answer = self.upcalls.refuse(error)
+            answer = self._take(target, name, query.payload, query.attachment, since=since, later=later)
         except BaseException as error:
             _logger.exception("internal error in %s.%s", target.object, name)
             answer = False, encode_error(unknown_exception(error))
@@ -155,12 +151,7 @@ class DefaultIncoming(Registration):
         found = self._parse(key)
         if found is None:
             return None
-        target, name = found
-        try:
-            payload, attachment = take_request(sample, *self._limit_of(target, name))
-        except ZenohIceError as error:
-            return self.upcalls.refuse(error)
-        return self._execute(target, name, Arrived(payload, attachment, since, nobody))
+        return self._take(*found, sample.payload, sample.attachment, since=since, later=nobody)
 
     def _parse(self, key: str) -> tuple[Target, str] | None:
         """Return who is called for what, or None when somebody else serves that."""
@@ -170,10 +161,6 @@ class DefaultIncoming(Registration):
         realm, category, name, facet, operation = match.groups()
         target = Target(realm, str(Identity(name, category or "")), facet or "")
         return (target, operation) if self.serves(target) else None
-
-    @abstractmethod
-    def _limit_of(self, target: Target, name: str) -> tuple[int, str]:
-        """Return how many bytes the arguments of an operation may have, and how it is called in errors."""
 
 
 class DefaultServantIncoming(DefaultIncoming):
@@ -189,9 +176,8 @@ class DefaultServantIncoming(DefaultIncoming):
     def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
         return self._execute_method(self._skeleton, target, name, call)
 
-    def _limit_of(self, target: Target, name: str) -> tuple[int, str]:
-        owner = target.object
-        return self._skeleton.method(name, owner)[2], f"{owner}.{name}"
+    def _limit_of(self, target: Target, name: str) -> int:
+        return self._skeleton.method(name, target.object).limit
 
     def _runs_here(self) -> bool:
         return self._skeleton.runs_here

@@ -14,10 +14,11 @@ from ..object import Object
 from ..streams.publisher import Channel, Publisher
 from ..streams.stream_source import HISTORY_PARAMETER
 from ..wire.errors import encode_error, unknown_exception
-from .answer_memory import Answer, AnswerLater
+from .answer_memory import Answer
 from .query_inbox import QueryInbox
-from .registration import Arrived, Registration, nobody, reply, take_request
-from .skeleton import Skeleton
+from .registration import Registration, nobody, reply
+from .skeleton import Method, Skeleton
+from .upcalls import Arrived
 
 if TYPE_CHECKING:
     from ..adapter import ObjectAdapter
@@ -57,6 +58,8 @@ class Incoming(Registration):
         self._skeleton: Final = skeleton
         self._owner: Final = target.object
         self._own_prefix: Final = f"{target.prefix}~{communicator.client_id}/" if replica else target.prefix
+        self._known: Final[dict[str, tuple[Method, str]]] = {}
+        """By key what was called; see `_know`."""
         self._channels: Final[dict[str, tuple[Publisher[Any], Channel]]] = {}
 
     @property
@@ -76,9 +79,7 @@ class Incoming(Registration):
                 publisher.attach(channel)
         own = self._own_prefix
         for prefix in dict.fromkeys((target.prefix, own)):
-            inbox = QueryInbox(
-                f"servant {target.object}", partial(self._answer, prefix), width=self._skeleton.width
-            )
+            inbox = QueryInbox(f"servant {target.object}", self._answer, width=self._skeleton.width)
             self._inboxes.append(inbox)
             inbox.open(session, prefix + "*", complete=True)
         # By its own key alone: one that is sent to all replicas would be executed by all.
@@ -102,49 +103,53 @@ class Incoming(Registration):
         """Execute a call from this process; see `Registration`."""
         return self._call_here(self.target, name, payload, attachment, timeout)
 
-    def _answer(self, prefix: str, query: zenoh.Query, since: float) -> None:
+    def _answer(self, query: zenoh.Query, since: float) -> None:
         key = query.key_expr
-        name = str(key).removeprefix(prefix)
-        if name in self._channels and (history := query.parameters.get(HISTORY_PARAMETER)) is not None:
-            _, channel = self._channels[name]
-            channel.answer(query, history)
-            return
         later = partial(reply, self._communicator, query, key)
+        skeleton, upcalls = self._skeleton, self.upcalls
         try:
-            answer = self._execute_query(query, name, since, later)
+            text = str(key)
+            method, what = self._known.get(text) or self._know(text)
+            name = method.operation.name
+            if method.operation.streamed and (history := query.parameters.get(HISTORY_PARAMETER)) is not None:
+                _, channel = self._channels[name]
+                channel.answer(query, history)
+                return
+            call = upcalls.receive(
+                self.target,
+                name,
+                query.payload,
+                query.attachment,
+                limit=method.limit,
+                since=since,
+                later=later,
+            )
+            with skeleton.turn:
+                answer = upcalls.execute(method, call, what)
+        except ZenohIceError as error:
+            answer = upcalls.refuse(error)
         except BaseException as error:
             _logger.exception("internal error at %s", key)
             answer = False, encode_error(unknown_exception(error))
         if answer is not None:
             later(*answer)
 
-    def _execute_query(
-        self, query: zenoh.Query, name: str, since: float, later: AnswerLater
-    ) -> Answer | None:
-        skeleton, upcalls = self._skeleton, self.upcalls
-        what = f"{self._owner}.{name}"
-        try:
-            method = skeleton.method(name, self._owner)
-            payload, attachment = take_request(query, method[2], what)
-            about, current = upcalls.current(self.target, name, attachment)
-        except ZenohIceError as error:
-            return upcalls.refuse(error)
-        with skeleton.turn:
-            return upcalls.execute(
-                skeleton, method, about, current, payload, what=what, since=since, later=later
-            )
+    def _know(self, key: str) -> tuple[Method, str]:
+        """Return what a key stands for, from now on known: the method, and how it is called in errors."""
+        name = key.removeprefix(self._own_prefix).removeprefix(self.target.prefix)
+        method = self._skeleton.method(name, self._owner)
+        known = self._known[key] = method, f"{self._owner}.{name}"
+        return known
 
     def _execute_oneway(self, key: str, sample: zenoh.Sample, since: float) -> Answer | None:
-        try:
-            name = key.removeprefix(self._own_prefix)
-            limit = self._skeleton.method(name, self._owner)[2]
-            payload, attachment = take_request(sample, limit, f"{self._owner}.{name}")
-        except ZenohIceError as error:
-            return self.upcalls.refuse(error)
-        return self._execute(self.target, name, Arrived(payload, attachment, since, nobody))
+        name = key.removeprefix(self._own_prefix)
+        return self._take(self.target, name, sample.payload, sample.attachment, since=since, later=nobody)
 
     def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
         return self._execute_method(self._skeleton, target, name, call)
+
+    def _limit_of(self, target: Target, name: str) -> int:
+        return self._skeleton.method(name, target.object).limit
 
     def _runs_here(self) -> bool:
         return self._skeleton.runs_here

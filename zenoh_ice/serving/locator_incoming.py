@@ -5,10 +5,11 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING, Any, Final
 
+import msgspec
+
 from ..exceptions import (
     ObjectNotExistException,
     UserException,
-    ZenohIceError,
 )
 from ..identity import Target
 from ..object import OBJECT_INTERFACE, Current, Object
@@ -16,8 +17,8 @@ from ..wire.errors import unknown_exception
 from ..wire.pieces import Pieces
 from .answer_memory import Answer
 from .default_incoming import DefaultIncoming
-from .registration import Arrived
 from .skeleton import Skeleton, runs_a_call
+from .upcalls import Arrived
 
 if TYPE_CHECKING:
     from ..adapter import ObjectAdapter
@@ -56,12 +57,8 @@ class LocatorIncoming(DefaultIncoming):
         return ended
 
     def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
-        try:
-            told = self.upcalls.current(target, name, call.attachment)
-            current = told[1]
-            servant, cookie = self._locate(current)
-        except ZenohIceError as error:
-            return self.upcalls.refuse(error)
+        current = call.current
+        servant, cookie = self._locate(current)
 
         def finish() -> None:
             try:
@@ -77,8 +74,8 @@ class LocatorIncoming(DefaultIncoming):
 
         try:
             skeleton = Skeleton(self._communicator, servant)
-            call_located = call._replace(later=finish_later)
-            answer = self._execute_method(skeleton, target, name, call_located, told)
+            call_located = msgspec.structs.replace(call, later=finish_later)
+            answer = self._execute_method(skeleton, target, name, call_located)
         except BaseException:
             finish()
             raise
@@ -102,9 +99,9 @@ class LocatorIncoming(DefaultIncoming):
             )
         return found if isinstance(found, tuple) else (found, None)
 
-    def _limit_of(self, target: Target, name: str) -> tuple[int, str]:
+    def _limit_of(self, target: Target, name: str) -> int:  # noqa: ARG002
         # More than the servant may take: that is known when it was located.
-        return self._communicator.settings.max_bulk_size, f"{target.object}.{name}"
+        return self._communicator.settings.max_bulk_size
 
     def _runs_here(self) -> bool:
         return runs_a_call()  # perhaps of a servant that it would locate

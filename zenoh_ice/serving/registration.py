@@ -9,12 +9,12 @@ from abc import ABC, abstractmethod
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import zenoh
 
 from ..dispatch import Lane
-from ..exceptions import MarshalException, ObjectNotExistException, TimeoutException, ZenohIceError
+from ..exceptions import ObjectNotExistException, TimeoutException, ZenohIceError
 from ..identity import Target
 from ..network.process_status import ServantStatus
 from ..network.servant_tokens import servant_token
@@ -24,33 +24,18 @@ from ..wire.pieces import Pieces
 from .answer_memory import Answer, AnswerLater
 from .oneway_inbox import OnewayInbox
 from .query_inbox import MAX_WAITING, QueryInbox
-from .upcalls import Upcalls
+from .upcalls import Arrived, Upcalls, too_large
 
 if TYPE_CHECKING:
     from ..adapter import ObjectAdapter
     from ..communicator import Communicator
     from ..dispatch import Dispatcher
-    from ..object import Current
     from ..operation import Interface
-    from ..wire.attachment import Attachment
     from .skeleton import Skeleton
 
-__all__ = ["Arrived", "Registration", "nobody", "reply", "take_request"]
-
-_NO_ARGUMENTS: Final = b"\x80"  # an empty map
+__all__ = ["Registration", "nobody", "reply"]
 
 _logger = logging.getLogger(__name__)
-
-
-class Arrived(NamedTuple):
-    """A call as it came, but for what is called."""
-
-    payload: bytes
-    attachment: bytes | None
-    since: float
-    """A moment of the monotonic clock before which it had not come."""
-    later: AnswerLater
-    """Takes the answer of a call that is answered later."""
 
 
 class Registration(ABC):
@@ -93,6 +78,13 @@ class Registration(ABC):
         """Return whether the current thread runs a call of it: it must not wait for its own turn."""
 
     @abstractmethod
+    def _limit_of(self, target: Target, name: str) -> int:
+        """Return how many bytes the arguments of an operation may have.
+
+        Raises OperationNotExistException.
+        """
+
+    @abstractmethod
     def _execute(self, target: Target, name: str, call: Arrived) -> Answer | None:
         """Execute a call on a thread of a pool, or of a call that made it; see `Upcalls.execute`."""
 
@@ -100,36 +92,34 @@ class Registration(ABC):
     def _execute_oneway(self, key: str, sample: zenoh.Sample, since: float) -> Answer | None:
         """Execute a oneway call on a thread of a pool."""
 
-    def _execute_method(
+    def _take(
         self,
-        skeleton: Skeleton,
         target: Target,
         name: str,
-        call: Arrived,
-        told: tuple[Attachment, Current] | None = None,
+        payload: bytes | zenoh.ZBytes | None,
+        attachment: bytes | zenoh.ZBytes | None,
+        *,
+        since: float,
+        later: AnswerLater,
     ) -> Answer | None:
-        """Execute a call of a servant that is known, as `_execute` does.
-
-        `told` is what it says about itself, if that was read already.
-        """
-        upcalls, owner = self.upcalls, target.object
+        """Execute a call on a thread of a pool, or of a call that made it."""
+        upcalls = self.upcalls
         try:
-            method = skeleton.method(name, owner)
-            check_size(len(call.payload), method[2], f"{owner}.{name}")
-            about, current = told or upcalls.current(target, name, call.attachment)
+            limit = self._limit_of(target, name)
+            call = upcalls.receive(target, name, payload, attachment, limit=limit, since=since, later=later)
+            return self._execute(target, name, call)
         except ZenohIceError as error:
             return upcalls.refuse(error)
+
+    def _execute_method(self, skeleton: Skeleton, target: Target, name: str, call: Arrived) -> Answer | None:
+        """Execute a call of a servant that is known, as `_execute` does."""
+        owner = target.object
+        method = skeleton.method(name, owner)
+        what = f"{owner}.{name}"
+        if len(call.payload) > method.limit:
+            raise too_large(len(call.payload), method.limit, what)
         with skeleton.turn_in_pool(self._dispatcher):
-            return upcalls.execute(
-                skeleton,
-                method,
-                about,
-                current,
-                call.payload,
-                what=f"{owner}.{name}",
-                since=call.since,
-                later=call.later,
-            )
+            return self.upcalls.execute(method, call, what)
 
     @property
     @abstractmethod
@@ -229,11 +219,9 @@ class Registration(ABC):
             with suppress(InvalidStateError):
                 future.set_result((ok, answer))
 
-        arrived = Arrived(payload, attachment, since, later)
-
         def call() -> None:
             try:
-                answer = self._execute(target, name, arrived)
+                answer = self._take(target, name, payload, attachment, since=since, later=later)
             except BaseException as error:
                 _logger.exception("internal error in %s.%s", target.object, name)
                 answer = False, encode_error(unknown_exception(error))
@@ -260,22 +248,6 @@ class Registration(ABC):
 
 def nobody(ok: bool, answer: bytes | Pieces) -> None:
     """Take the answer of a oneway call."""
-
-
-def check_size(size: int, limit: int, what: str) -> None:
-    """Raise MarshalException for arguments of more than `limit` bytes."""
-    if size > limit:
-        raise MarshalException(f"{what}: a request of {size} bytes where at most {limit} are taken")
-
-
-def take_request(call: zenoh.Query | zenoh.Sample, limit: int, what: str) -> tuple[bytes, bytes | None]:
-    """Return payload and attachment of a call; raises MarshalException for a payload above `limit` bytes."""
-    payload, attachment = call.payload, call.attachment
-    check_size(0 if payload is None else len(payload), limit, what)  # before it is so much as copied
-    return (
-        _NO_ARGUMENTS if payload is None else payload.to_bytes(),
-        None if attachment is None else attachment.to_bytes(),
-    )
 
 
 def reply(

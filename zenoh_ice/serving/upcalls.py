@@ -10,6 +10,9 @@ from concurrent.futures import Future
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
+import msgspec
+import zenoh
+
 from ..exceptions import (
     BusyException,
     ConnectionLostException,
@@ -24,24 +27,39 @@ from ..identity import Target
 from ..object import Current
 from ..operation import Operation
 from ..wire.attachment import NO_ATTACHMENT, Attachment, decode_attachment
+from ..wire.codec import DECODE_ERRORS, misfit
 from ..wire.errors import encode_error, unknown_exception
 from .answer_memory import Answer, AnswerLater, AnswerMemory, CallKey
+from .skeleton import running
 
 if TYPE_CHECKING:
     from ..adapter import ObjectAdapter
     from ..communicator import Communicator
-    from .skeleton import Method, Skeleton
+    from .skeleton import Method
 
-__all__ = ["Upcalls"]
+__all__ = ["Arrived", "Upcalls", "too_large"]
 
 _MOST_UNANSWERED: Final = 1024  # calls that servants answer later
 
 # What a servant may say itself, as in Ice: a default servant that knows no such object, for instance.
 _OF_SERVANTS: Final = (ObjectNotExistException, OperationNotExistException)
 
+_NO_ARGUMENTS: Final = b"\x80"  # an empty map
 _NO_CONTEXT: Final = MappingProxyType[str, str]({})
 
 _logger = logging.getLogger(__name__)
+
+
+class Arrived(msgspec.Struct):
+    """A call as it came, but for what is called."""
+
+    payload: bytes
+    about: Attachment
+    current: Current
+    since: float
+    """A moment of the monotonic clock before which it had not come."""
+    later: AnswerLater
+    """Takes the answer of a call that is answered later."""
 
 
 class Upcalls:
@@ -50,6 +68,7 @@ class Upcalls:
     def __init__(self, communicator: Communicator, adapter: ObjectAdapter | None) -> None:
         self._communicator: Final = communicator
         self._adapter: Final = adapter
+        self._pulse: Final = communicator.pulse
         self._memory: Final = AnswerMemory()
         self._lock: Final = threading.Lock()
         self._ended: Final = threading.Condition(self._lock)
@@ -65,82 +84,83 @@ class Upcalls:
         self.running = 0
         """How many are executed now, those that will be answered later included."""
 
-    def current(self, target: Target, name: str, attachment: bytes | None) -> tuple[Attachment, Current]:
-        """Return what a call says about itself; raises MarshalException."""
-        about = NO_ATTACHMENT if attachment is None else decode_attachment(attachment)
-        return about, Current(
+    def receive(
+        self,
+        target: Target,
+        name: str,
+        payload: bytes | zenoh.ZBytes | None,
+        attachment: bytes | zenoh.ZBytes | None,
+        *,
+        limit: int,
+        since: float,
+        later: AnswerLater,
+    ) -> Arrived:
+        """Return a call that came; raises MarshalException for arguments of more than `limit` bytes."""
+        size = 0 if payload is None else len(payload)
+        if size > limit:  # before it is so much as copied
+            raise too_large(size, limit, f"{target.object}.{name}")
+        about = NO_ATTACHMENT if attachment is None else decode_attachment(bytes(attachment))
+        current = Current(
             target.identity,
             target.facet,
             name,
-            about.client,
             about.call_id,
             about.context or _NO_CONTEXT,
             about.timeout,
             self._communicator,
             self._adapter,
         )
+        return Arrived(_NO_ARGUMENTS if payload is None else bytes(payload), about, current, since, later)
 
-    def execute(
-        self,
-        skeleton: Skeleton,
-        method: Method,
-        about: Attachment,
-        current: Current,
-        payload: bytes,
-        *,
-        what: str,
-        since: float,
-        later: AnswerLater,
-    ) -> Answer | None:
-        """Execute a call of a method that came after a moment of the monotonic clock and return the answer.
+    def execute(self, method: Method, call: Arrived, what: str) -> Answer | None:
+        """Execute a call and return the answer; without one yet, None, and `call.later` is given it.
 
-        Without one yet, None, and `later` is given it. It is the servant's turn already.
-
-        `what` names the call in errors.
+        It is the servant's turn already. `what` names the call in errors. Raises ZenohIceError for a call
+        that is refused.
         """
-        operation, function, _ = method
+        # One flat way: each step into another function costs a small call more than what is done there.
+        operation, about, payload = method.operation, call.about, call.payload
+        if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
+            raise method.mismatch(about.fingerprint, what)
+        if about.timeout > 0:
+            given_up = time.monotonic() - about.timeout  # by whoever called before this
+            if call.since <= given_up or self._pulse.running_since <= given_up:
+                _check_patience(about, what)
         try:
-            skeleton.check_fingerprint(about.fingerprint, operation, what)
-            _check_patience(about, min(since, self._communicator.pulse.running_since), what)
-            arguments = operation.arguments.unpack_arguments(payload, what, self._communicator)
-            if operation.amd:
-                self._check_unanswered(len(payload), what)
-        except ZenohIceError as error:
-            return self.refuse(error)
-        once = None  # by which it is remembered
+            arguments = msgspec.structs.astuple(method.decode(payload))
+        except DECODE_ERRORS as error:
+            raise misfit(error, what) from error
+        if operation.amd:
+            self._check_unanswered(len(payload), what)
+        once: CallKey | None = None  # by which it is remembered
         if about.call_id and not operation.idempotent:
-            once = CallKey(about.call_id, what, hash(payload))
-        if once and not self._memory.begin(once):
-            return self._memory.answer(once, later)
+            once = about.call_id, what, hash(payload)
+            if not self._memory.begin(once):
+                return self._memory.answer(once, call.later)
         with self._lock:
             self.calls += 1
             self.running += 1
-        servants = skeleton.running_here
-        servants.append(skeleton.servant)
+        servants = running.servants
+        servants.append(method.servant)
         try:
-            result = function(*arguments, current)
+            result = method.function(*arguments, call.current)
             if operation.amd and (future := self._future_of(result)) is not None:
-                size = len(payload)  # of what Zenoh's query holds until it is answered
-                with self._lock:
-                    self._unanswered += 1
-                    self._unanswered_bytes += size
-                future.add_done_callback(
-                    lambda future: self._answer_later(
-                        future, operation, what, once=once, later=later, size=size
-                    )
-                )
+                self._answer_by(future, operation, what, once=once, later=call.later, size=len(payload))
                 return None
         except BaseException as error:  # noqa: BLE001 - logged; not even CancelledError may end the thread
             answer = self._failure(error, operation, what, about.client)
         else:
-            answer = self._success(result, operation, what)
+            try:
+                answer = True, operation.result.gather_result(result, what)
+            except MarshalException as error:
+                answer = self._unfit(result, error, what)
         finally:
             servants.pop()
         with self._lock:
             self.running -= 1
             if self._watched:
                 self._ended.notify_all()
-        if once:
+        if once is not None:
             self._memory.end(once, *answer)
         return answer
 
@@ -176,6 +196,24 @@ class Upcalls:
             return self._communicator.coroutines.run(result)
         return None
 
+    def _answer_by(
+        self,
+        future: Future[Any],
+        operation: Operation[..., Any],
+        what: str,
+        *,
+        once: CallKey | None,
+        later: AnswerLater,
+        size: int,
+    ) -> None:
+        """Answer with the outcome of a future; `size` is that of what Zenoh's query holds until then."""
+        with self._lock:
+            self._unanswered += 1
+            self._unanswered_bytes += size
+        future.add_done_callback(
+            lambda future: self._answer_later(future, operation, what, once=once, later=later, size=size)
+        )
+
     def _answer_later(
         self,
         future: Future[Any],
@@ -195,7 +233,7 @@ class Upcalls:
                 answer = self._failure(failure, operation, what)
             else:
                 answer = self._success(future.result(), operation, what)
-            if once:
+            if once is not None:
                 self._memory.end(once, *answer)
             later(*answer)
         finally:
@@ -207,18 +245,19 @@ class Upcalls:
 
     def _success(self, result: object, operation: Operation[..., Any], what: str) -> Answer:
         try:
-            return True, operation.result.gather_result(result, f"result of {what}")
+            return True, operation.result.gather_result(result, what)
         except MarshalException as error:
-            refusal = error
+            return self._unfit(result, error, what)
+
+    def _unfit(self, result: object, error: MarshalException, what: str) -> Answer:
+        refusal = f"result of {error}"
         if inspect.iscoroutine(result):
             result.close()  # or Python warns that nobody waited for it
-            refusal = MarshalException(
-                f'result of {what}: only an operation marked ["amd"] may be a coroutine'
-            )
+            refusal = f'result of {what}: only an operation marked ["amd"] may be a coroutine'
         with self._lock:
             self.failed += 1
         _logger.error("%s", refusal)
-        return False, encode_error(refusal)
+        return False, encode_error(MarshalException(refusal, error.path))
 
     def _failure(
         self, error: BaseException, operation: Operation[..., Any], what: str, client: str = ""
@@ -233,14 +272,17 @@ class Upcalls:
         return False, encode_error(unknown_exception(error))
 
 
-def _check_patience(about: Attachment, waiting_since: float, what: str) -> None:
+def too_large(size: int, limit: int, what: str) -> MarshalException:
+    """Return what tells of arguments of more than `limit` bytes."""
+    return MarshalException(f"{what}: a request of {size} bytes where at most {limit} are taken")
+
+
+def _check_patience(about: Attachment, what: str) -> None:
     """Refuse a call whose caller gave up while it waited: what it commands is no longer wanted.
 
-    When it came is not known, only that it was after `waiting_since`. The caller's wall clock, which may be
-    wrong on another machine, is believed only where that leaves room for doubt.
+    When it came is not known, only that it may be so long ago. The caller's wall clock, which may be wrong on
+    another machine, is believed only where there is such doubt.
     """
-    if about.timeout <= 0 or time.monotonic() - waiting_since < about.timeout:
-        return
     waited = time.time() - about.wall_time
     if waited >= about.timeout:
         raise TimeoutException(f"{what} waited {waited:.3g} s for its turn and was not executed")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
@@ -20,17 +20,22 @@ from .values import TYPE_FIELD, Reference, Value, derived_classes
 if TYPE_CHECKING:
     from ..communicator import Communicator
 
-__all__ = ["Codec", "encode"]
+__all__ = ["DECODE_ERRORS", "Codec", "encode", "misfit"]
 
 S = TypeVar("S", bound=msgspec.Struct)
 
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
 _INVALID: Final = "Invalid value "
-# What msgspec raises for values that it cannot encode and for payloads that it cannot decode; TypeError for
-# types that it cannot decode at all: the interfaces that a servant tells of at run time may have such.
+# What msgspec raises for values that it cannot encode.
 _ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
-_DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
+
+DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
+"""What msgspec raises for payloads that it cannot decode.
+
+TypeError for types that it cannot decode at all: the interfaces that a servant tells of at run time may have
+such.
+"""
 
 
 def _encode_foreign(value: object) -> object:
@@ -138,7 +143,12 @@ class Codec(Generic[S]):
         """Do as `pack_result` does, but leave large byte sequences where they are, as pieces."""
         count = len(self.fields)
         if count == 1:
-            return self.gather((value,), what)
+            if self._byte_sequences:
+                return self.gather((value,), what)
+            try:  # here: the way through `gather` costs a small call more
+                return _encoder.encode(self._make(value))
+            except _ENCODE_ERRORS as error:
+                raise MarshalException(f"{what}: {_why_not_encoded(error)}") from error
         if count == 0:
             values: tuple[object, ...] = ()
             fits = value is None
@@ -163,9 +173,8 @@ class Codec(Generic[S]):
             if self._arrival is None:
                 return self._decoder.decode(payload)
             return self._arrival.decode(payload, communicator)
-        except _DECODE_ERRORS as error:
-            message, path = _explain(error)
-            raise MarshalException(f"{what}: {message}" + (f" at {path}" if path else ""), path) from error
+        except DECODE_ERRORS as error:
+            raise misfit(error, what) from error
 
     def unpack_result(
         self, payload: bytes | Parted, what: str, communicator: Communicator | None = None
@@ -178,20 +187,22 @@ class Codec(Generic[S]):
         result: object = self._values(struct) if self.fields else None
         return result
 
-    def unpack_arguments(
-        self, payload: bytes, what: str, communicator: Communicator | None = None
-    ) -> tuple[Any, ...]:
-        """Return the field values of the struct that a payload holds.
-
-        Raises MarshalException with the path of the first field that does not fit.
-        """
-        return msgspec.structs.astuple(self.unpack(payload, what, communicator))
+    def decoder(self, communicator: Communicator | None) -> Callable[[bytes], S]:
+        """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
+        arrival = self._arrival
+        return self._decoder.decode if arrival is None else partial(arrival.decode, communicator=communicator)
 
 
 def _why_not_encoded(error: BaseException) -> str:
     if isinstance(error, RecursionError):
         return "nested too deeply, or in a cycle: a value that holds itself cannot travel"
     return str(error)
+
+
+def misfit(error: BaseException, what: str) -> MarshalException:
+    """Return what tells of one of DECODE_ERRORS, with the path of the first field that does not fit."""
+    message, path = _explain(error)
+    return MarshalException(f"{what}: {message}" + (f" at {path}" if path else ""), path)
 
 
 def _explain(error: BaseException) -> tuple[str, str]:
