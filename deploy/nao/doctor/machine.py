@@ -39,8 +39,13 @@ _GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-m
 _READER_PROGRAM: Final = """\
 import sys
 import zenoh
+from zenoh_ice import ZenohIceError
 from zenoh_ice.wire.shared_memory import SharedMemory
-came = SharedMemory(enabled=True).read(zenoh.ZBytes(sys.stdin.buffer.read()), 1 << 30, "it")
+memory = SharedMemory(enabled=True)
+try:
+    came = memory.read(zenoh.ZBytes(sys.stdin.buffer.read()), 1 << 30, "an image")
+except ZenohIceError as error:
+    sys.exit(str(error))
 sys.stdout.buffer.write(came.large[0])
 """
 _IMAGE_SIZE: Final = 640 * 480 * 3  # bytes
@@ -118,7 +123,7 @@ def _share_image(memory: SharedMemory) -> Finding:
         return ok("shared memory works")
     why = f"not within {_LIMIT:g} s" if done is None else _last_line(done.stderr)
     return warn(
-        f"shared memory: another process cannot read an image: {why}",
+        f"shared memory: another process cannot read it: {why}",
         "shared_memory = false in the settings sends images over the network",
     )
 
