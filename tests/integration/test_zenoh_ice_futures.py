@@ -14,7 +14,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.waiting import until
 from zenoh_ice import CommunicatorDestroyedException, InvocationFuture, TimeoutException
-from zenoh_ice.calls import unattended
+from zenoh_ice.calls import receiver, unattended
 
 
 @pytest.fixture
@@ -30,6 +30,11 @@ def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI)
     proxy = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
     proxy.add(0.0, 0.0)  # whoever calls for the first time waits until the servant was found
     return proxy
+
+
+def receiving_threads() -> int:
+    """Return how many threads receive for futures which nobody waits for in person."""
+    return sum(" replies " in thread.name for thread in threading.enumerate())
 
 
 class TestWaiting:
@@ -98,6 +103,23 @@ class TestWaiting:
         assert told == []
         slow.leave.set()
         assert not wait(sleeping, LIMIT).not_done
+
+    def test_threads_that_slow_calls_needed_end_afterwards(
+        self, pair: Pair, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(receiver, "_SPARE_FOR", 0.05)
+        slow = CalculatorI()
+        slow.ice_concurrent = True
+        pair.adapter.add(slow, "Slow")
+        calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Slow"))
+        sleeping = [calculator.sleepAsync(LIMIT) for _ in range(12)]
+        for future in sleeping:
+            future.add_done_callback(lambda _: None)
+        until(lambda: receiving_threads() >= 4)
+        slow.leave.set()
+        assert not wait(sleeping, LIMIT).not_done
+        until(lambda: receiving_threads() <= 1)
+        assert calculator.addAsync(1.0, 2.0).result(LIMIT) == 3.0
 
     def test_exception_is_that_of_the_call(self, calculator: CalculatorPrx) -> None:
         future = calculator.divideAsync(1.0, 0.0)

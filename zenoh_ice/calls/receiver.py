@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import threading
 import time
@@ -20,6 +21,7 @@ __all__ = ["Receiver"]
 
 _THREADS: Final = 8  # of a communicator that receive for futures which nobody waits for
 _PATIENCE: Final = 0.001  # s after which a thread that receives nothing is held up
+_SPARE_FOR: Final = 5.0  # s after which a thread that nobody needs ends, unless it is the last that is free
 
 _logger = logging.getLogger(__name__)
 
@@ -30,7 +32,8 @@ class Receiver:
     One thread receives them in the order in which they were sent, which is that in which most come, and
     settles the futures. When it is held up, by a call that takes long or by a callback of a user, another
     thread goes on in its place. Once all but one are held up, the last looks after all calls by turns.
-    A receiver ends when its session is closed, which ends all calls.
+    Threads that are needed no longer end after a while. A receiver ends when its session is closed, which
+    ends all calls.
     """
 
     def __init__(self, name: str, dispatcher: Dispatcher) -> None:
@@ -42,6 +45,7 @@ class Receiver:
         self._waiting: deque[tuple[InvocationFuture[Any], Exchange]] = deque()
         self._futures: set[InvocationFuture[Any]] = set()
         self._threads: list[threading.Thread] = []
+        self._numbers: Final = itertools.count(1)
         self._busy = 0
         self._active: threading.Thread | None = None
         """Who receives; not those who are held up."""
@@ -68,14 +72,14 @@ class Receiver:
             self._changed.notify_all()
         deadline = time.monotonic() + timeout
         self.unattended.close(timeout)
-        for thread in self._threads:
+        for thread in tuple(self._threads):
             if thread is not threading.current_thread():
                 thread.join(max(0.0, deadline - time.monotonic()))
         for future in tuple(self._futures):
             fail(future, _destroyed())
 
     def _start(self) -> None:
-        name = f"{self._name} replies {len(self._threads) + 1}"
+        name = f"{self._name} replies {next(self._numbers)}"
         thread = threading.Thread(target=self._work, name=name, daemon=True)
         thread.start()  # first: if Ctrl-C strikes here, what was not started must not be waited for
         self._threads.append(thread)
@@ -95,7 +99,9 @@ class Receiver:
                 if not self._waiting:
                     if self._closed:
                         return False
-                    self._changed.wait()
+                    if not self._changed.wait(_SPARE_FOR) and len(self._threads) - self._busy > 1:
+                        self._threads.remove(threading.current_thread())
+                        return False
                 else:
                     received = self._received
                     self._changed.wait(_PATIENCE)
