@@ -172,6 +172,13 @@ def test_who_is_closed_places_nothing(sender: SharedMemory) -> None:
     assert ring.place(pieces(1)) is None
 
 
+def test_who_is_closed_reads_nothing(sender: SharedMemory, reader: SharedMemory) -> None:
+    reader.close()
+    with pytest.raises(ConnectionLostException):
+        read(reader, place(sender.lender, 1))
+    assert maps() == 1  # the sender's own
+
+
 def test_a_system_without_room_is_told_of_once(
     sender: SharedMemory, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -254,4 +254,4 @@ class StreamReader(Generic[V]):
                     return
                 self._pending = raw
                 self._changed.notify_all()
-            del raw  # it may be shared memory, which its sender waits for
+            del raw  # it may be large, and the next may be long in coming

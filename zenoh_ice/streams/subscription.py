@@ -144,7 +144,7 @@ class Subscription(Generic[V]):
                 self._deliver(raw, newest)
             except CommunicatorDestroyedException:
                 return
-            del raw  # it may be shared memory, which its sender waits for
+            del raw  # it may be large, and the next may be long in coming
 
     def _history(self) -> Iterator[zenoh.Sample]:
         if self._delivery.history:

@@ -28,6 +28,7 @@ class MemoryMaps:
         self._lock: Final = threading.Lock()
         self._maps: dict[str, _Map] = {}
         self._told = False
+        self._closed = False
 
     def read(self, reference: MemoryReference, what: str) -> list[bytes]:
         """Return a copy of the byte sequences that a reference is to, and give the memory back if it is lent.
@@ -58,13 +59,16 @@ class MemoryMaps:
         return large
 
     def close(self) -> None:
-        """Let go of all memory."""
+        """Let go of all memory; nothing can be read any more."""
         with self._lock:
+            self._closed = True
             while self._maps:
                 self._maps.popitem()[1].memory.close()
 
     def _open(self, reference: MemoryReference, what: str) -> _Map:
         with self._lock:
+            if self._closed:
+                raise _lost(what)
             found = self._maps.get(reference.token)
             if found is None:
                 self._forget_ended()
@@ -104,25 +108,29 @@ def _map(reference: MemoryReference, what: str) -> _Map:
     """Map the memory that a reference is to; raises ConnectionLostException when that cannot be."""
     path = Path("/proc", str(reference.process), "fd", str(reference.file))
     try:
-        # Looked at before it is opened: to open a device or a pipe may do something.
-        if str(path.readlink()) != link_name(reference.token):
-            raise _lost(what)
-        writable = reference.lent
-        file = os.open(path, (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NONBLOCK)
+        # Only as a place at first: to open a device or a pipe may do something.
+        handle = os.open(path, os.O_PATH | os.O_CLOEXEC)
+        try:
+            found = Path("/proc/self/fd", str(handle))
+            if not _is_open(found, reference.token):
+                raise _lost(what)
+            file = os.open(found, (os.O_RDWR if reference.lent else os.O_RDONLY) | os.O_CLOEXEC)
+        finally:
+            os.close(handle)
         try:
             if fcntl.fcntl(file, fcntl.F_GET_SEALS) & SEALS != SEALS:
                 raise PermissionError("it is not sealed")  # its maker could take it away under our eyes
-            access = mmap.ACCESS_WRITE if writable else mmap.ACCESS_READ
-            return _Map(path, mmap.mmap(file, 0, access=access), writable=writable)
+            access = mmap.ACCESS_WRITE if reference.lent else mmap.ACCESS_READ
+            return _Map(path, mmap.mmap(file, 0, access=access), writable=reference.lent)
         finally:
             os.close(file)
-    except (PermissionError, ValueError) as error:
+    except (FileNotFoundError, ProcessLookupError) as error:  # its maker has ended, or closed it
+        raise _lost(what) from error
+    except (OSError, ValueError) as error:
         raise _UnreadableException(
             f"{what}: the shared memory of process {reference.process} cannot be read from here ({error}); "
             "shared_memory = false in the settings of either sends it over the network"
         ) from error
-    except OSError as error:  # it has ended, or closed the file
-        raise _lost(what) from error
 
 
 def _is_open(path: Path, token: str) -> bool:
