@@ -45,7 +45,10 @@ class Exchange(Protocol):
         """Seconds within which the outcome is known in any case."""
 
     def interpret(self, reply: zenoh.Reply | None) -> object:
-        """Return what the operation returns, or raise what it raises; None is the end without a reply."""
+        """Let go of the replies, and return what the operation returns, or raise what it raises.
+
+        None is the end without a reply.
+        """
 
     def cancel(self) -> None:
         """Forget the request; no reply is received any more."""
@@ -62,12 +65,19 @@ class InvocationFuture(Future[V]):
     """
 
     def __init__(self, receiver: Receiver | None = None) -> None:
+        # As the base class does it, but for the condition: to make one for each call in flight costs a tenth
+        # of what such a call takes of its caller's thread, and hardly any is waited for.
+        self._state = _PENDING
+        self._result = self._exception = None
+        self._waiters = []
+        self._done_callbacks: list[Callable[[Future[V]], object]] = []
+        self._lock: Final = threading.RLock()
+        self._made_condition: threading.Condition | None = None
         self._receiver = receiver
         self._watched = False
         self._unreceived: list[Exchange] = []
         """The exchange; who takes it out receives its reply, and nobody else does."""
         self._exchange: Exchange | None = None
-        super().__init__()
 
     def __await__(self) -> Generator[Any, None, V]:
         import asyncio  # here: it takes long to load, and who awaits has it
@@ -87,7 +97,7 @@ class InvocationFuture(Future[V]):
             self._watch()
         elif self._receiver is not None:
             self._receiver.unattended.add(self)
-        if self.given_up:
+        if self._state in _CANCELLED:
             exchange.cancel()
 
     def attend(self) -> None:
@@ -157,8 +167,8 @@ class InvocationFuture(Future[V]):
     def received(self, exchange: Exchange, reply: zenoh.Reply | None) -> None:
         """Let the future have the outcome that a reply is, or that there was none."""
         self._exchange = None
-        exchange.close()
-        if self.given_up:
+        if self._state in _CANCELLED:
+            exchange.close()
             return
         try:
             result = cast("V", exchange.interpret(reply))
@@ -166,7 +176,7 @@ class InvocationFuture(Future[V]):
             fail(self, error)
             return
         with self._lock:
-            # As long as nobody has taken the lock from `_condition`, there is nobody to wake or to call back.
+            # As long as nobody has taken `_condition`, there is nobody to wake or to call back.
             alone = not self._watched and self._state == _PENDING
             if alone:
                 self._result = result
@@ -175,17 +185,19 @@ class InvocationFuture(Future[V]):
             with suppress(InvalidStateError):
                 self.set_result(result)
 
-    # The standard library takes this lock wherever it needs to be woken when the outcome is known: by then
-    # somebody must receive the reply who does not wait for it in person.
-
     @property
-    def _condition(self) -> threading.Condition:
-        self.attend()
-        return self._lock
+    def _condition(self) -> threading.Condition:  # type: ignore[override] # nobody sets it
+        """The condition of the base class.
 
-    @_condition.setter
-    def _condition(self, condition: threading.Condition) -> None:
-        self._lock = condition
+        It is taken wherever somebody wants to be woken when the outcome is known: from then on the reply is
+        received by somebody who does not wait for it in person.
+        """
+        self.attend()
+        made = self._made_condition
+        if made is None:
+            with self._lock:
+                made = self._made_condition = self._made_condition or threading.Condition(self._lock)
+        return made
 
     def _watch(self) -> None:
         if self._receiver is not None:

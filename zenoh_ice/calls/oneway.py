@@ -88,11 +88,12 @@ class OnewayCall(_SentCall):
         key = self._key()
         if self._is_ping:  # a servant hears of it only if somebody waits for the answer
             return
+        payload, attachment = requests.make(payload, context)
         put = partial(
             self._communicator.session.put,
             key,
             payload,
-            attachment=requests.attachment(context),
+            attachment=attachment,
             congestion_control=zenoh.CongestionControl.BLOCK,
             priority=requests.priority,
         )

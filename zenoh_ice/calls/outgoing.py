@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Callable, Mapping
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
+import msgspec
 import zenoh
 
 from ..exceptions import InterfaceMismatchException, TimeoutException
 from ..identity import Target
 from ..operation import Interface, Operation
+from ..wire.codec import DECODE_ERRORS, misfit
 from ..wire.errors import ERROR_ENCODING, decode_error
+from ..wire.pieces import Parted
 from .invocation import InvocationFuture, Replies, fail, first_reply
 from .manner import Manner
 from .mismatch import with_difference
@@ -59,13 +62,19 @@ class OutgoingCall:
         self._reply_limit: Final = communicator.size_limit(operation.result)
         self._read: Final = communicator.shared_memory.read
         self._unpack: Final = operation.result.unpack_result
+        self._value_of: Final = operation.result.value_of
         self._route: Final = route_for(communicator, target, operation, manner, requests.priority)
         self._send: Final = self._route.send
+
+    @cached_property
+    def _decode(self) -> Callable[[bytes], msgspec.Struct]:
+        """Returns a result that came; raises DECODE_ERRORS, also when it is made for what cannot come."""
+        return self._operation.result.decoder(self._communicator)
 
     def invoke(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None = None) -> object:
         """Call, wait for the answer, and return what the operation returns."""
         requests = self._requests
-        request = requests.make(arguments, context)
+        request = requests.make(requests.encode(arguments), context)
         started = time.monotonic()
         servant = self._local.get(self._target)
         if servant is not None:
@@ -92,9 +101,11 @@ class OutgoingCall:
         """Call, and let the future tell the outcome; does not wait for that."""
         # A servant of this process is called by way of the session, too: its timer ends the call in time.
         try:
-            exchange = _Exchange(self, self._requests.make(arguments, context), self._timeout)
+            requests = self._requests
+            request = requests.make(requests.encode(arguments), context)
+            exchange = _Exchange(self, request, self._timeout)
             if self._hurried:
-                self._requests.submit(partial(self._begin_in_time, exchange, future))
+                requests.submit(partial(self._begin_in_time, exchange, future))
             else:
                 self._begin(exchange, future)
         except Exception as error:  # noqa: BLE001 - it is told by the future
@@ -113,7 +124,12 @@ class OutgoingCall:
         sample = reply.ok
         if sample is not None:
             payload = self._read(sample.payload, self._reply_limit, self._reply)
-            return self._unpack(payload, self.what, self._communicator)
+            if isinstance(payload, Parted):
+                return self._unpack(payload, self.what, self._communicator)
+            try:
+                return self._value_of(self._decode(payload))
+            except DECODE_ERRORS as unfit:
+                raise misfit(unfit, self.what) from unfit
         error = reply.err
         if error is None or str(error.encoding) != ERROR_ENCODING:  # Zenoh's own: its timer ran out
             raise TimeoutException(f"{self.what} did not answer within {self._timeout:g} s")
@@ -200,6 +216,7 @@ class _Exchange:
         return self._started + self._timeout - time.monotonic()
 
     def interpret(self, reply: zenoh.Reply | None) -> object:
+        del self.replies
         return self._call.interpret(reply, self.request, self._started)
 
     def cancel(self) -> None:

@@ -74,19 +74,15 @@ class Requests:
             )
         return payload
 
-    def attachment(self, context: Mapping[str, str] | None) -> bytes:
-        """Return what travels beside the arguments of a new call."""
-        if self._implicit.context:
-            context = self._implicit.merged(context)
-        return encode_call_attachment(
-            self._fingerprint, next(self._numbers), self._client, self._timeout, context
-        )
-
-    def make(self, arguments: tuple[Any, ...], context: Mapping[str, str] | None) -> Request:
-        """Return the request of a new call; raises MarshalException."""
+    def make(self, payload: bytes, context: Mapping[str, str] | None) -> Request:
+        """Return the request of a new call, whose arguments are encoded."""
         if self._communicator.destroyed:
             raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
-        return self.encode(arguments), self.attachment(context)
+        if self._implicit.context:
+            context = self._implicit.merged(context)
+        return payload, encode_call_attachment(
+            self._fingerprint, next(self._numbers), self._client, self._timeout, context
+        )
 
     def submit(self, send: Callable[[], object]) -> None:
         """Send from another thread, after what this target was sent before; raises BusyException."""

@@ -95,7 +95,10 @@ class QueryInbox:
             try:
                 query = handler.try_recv()
                 if query is None:
-                    self._note_pause()
+                    if self._taken >= MAX_WAITING:
+                        # After a call fell out of the full queue, those in it are taken out without a pause.
+                        self._crowded = (self._empty_at, time.monotonic())
+                    self._taken = 0
                     resting[number] = True
                     query = handler.recv()
                     resting[number] = False
@@ -109,9 +112,3 @@ class QueryInbox:
             except BaseException:
                 _logger.exception("internal error in %s", threading.current_thread().name)
             del query  # not held while the next is waited for: its client would hang
-
-    def _note_pause(self) -> None:
-        # After a call fell out of the full queue, those in it are taken out without a pause.
-        if self._taken >= MAX_WAITING:
-            self._crowded = (self._empty_at, time.monotonic())
-        self._taken = 0

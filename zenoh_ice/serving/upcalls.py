@@ -99,7 +99,14 @@ class Upcalls:
         size = 0 if payload is None else len(payload)
         if size > limit:  # before it is so much as copied
             raise too_large(size, limit, f"{target.object}.{name}")
-        about = NO_ATTACHMENT if attachment is None else decode_attachment(bytes(attachment))
+        if payload is None:
+            payload = _NO_ARGUMENTS
+        elif not isinstance(payload, bytes):
+            payload = payload.to_bytes()
+        if attachment is None:
+            about = NO_ATTACHMENT
+        else:
+            about = decode_attachment(attachment if isinstance(attachment, bytes) else attachment.to_bytes())
         current = Current(
             target.identity,
             target.facet,
@@ -110,7 +117,7 @@ class Upcalls:
             self._communicator,
             self._adapter,
         )
-        return Arrived(_NO_ARGUMENTS if payload is None else bytes(payload), about, current, since, later)
+        return Arrived(payload, about, current, since, later)
 
     def execute(self, method: Method, call: Arrived, what: str) -> Answer | None:
         """Execute a call and return the answer; without one yet, None, and `call.later` is given it.

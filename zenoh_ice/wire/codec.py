@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from functools import cached_property, partial
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 import msgspec
 from msgspec import inspect
@@ -101,8 +101,9 @@ class Codec(Generic[S]):
         return byte_sequences(self.struct) if self.holds_bytes else ()
 
     @cached_property
-    def _values(self) -> attrgetter[Any]:
-        return attrgetter(*self.fields)
+    def value_of(self) -> Callable[[S], object]:
+        """Returns what stands for a struct: None, a value or a tuple."""
+        return attrgetter(*self.fields) if self.fields else _nothing
 
     def _make_by_name(self, *values: object) -> S:
         if len(values) != len(self.fields):
@@ -183,9 +184,7 @@ class Codec(Generic[S]):
 
         Raises MarshalException with the path of the first field that does not fit.
         """
-        struct = self.unpack(payload, what, communicator)
-        result: object = self._values(struct) if self.fields else None
-        return result
+        return self.value_of(self.unpack(payload, what, communicator))
 
     def decoder(self, communicator: Communicator | None) -> Callable[[bytes], S]:
         """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
@@ -197,6 +196,10 @@ def _why_not_encoded(error: BaseException) -> str:
     if isinstance(error, RecursionError):
         return "nested too deeply, or in a cycle: a value that holds itself cannot travel"
     return str(error)
+
+
+def _nothing(_: object) -> None:
+    """Stand for a struct without members."""
 
 
 def misfit(error: BaseException, what: str) -> MarshalException:
