@@ -82,7 +82,9 @@ class Communicator(CommunicatorServices):
         self._shutdown: Final = Shutdown()
         self.pulse: Final = Pulse()
         self._destroyed = threading.Event()
-        self.shared_memory: Final = SharedMemory(enabled=settings.shared_memory)
+        self.shared_memory: Final = SharedMemory(
+            enabled=settings.shared_memory, on_unreadable=self._ask_for_the_network
+        )
         self.session: Final = open_session(settings)
         with ExitStack() as on_failure:
             on_failure.callback(self.session.close)
@@ -94,6 +96,7 @@ class Communicator(CommunicatorServices):
             )
             on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
+            self.presence.add_listener(self.shared_memory.forget_ended)
             self.coroutines: Final = Coroutines(f"zenoh_ice {settings.realm} coroutines")
             self.process_status_server: Final = ProcessStatusServer(self)
             self._calls = OutgoingCalls(self)
@@ -102,7 +105,9 @@ class Communicator(CommunicatorServices):
             self._rivals: Final = Rivals(self)
             self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
             self.neighbors: Final = Neighbors(self.session, self.realm, self.shared_memory.space)
+            self._memory_space = self.shared_memory.space
             self._tokens: dict[str, object] = {}
+            self._more_tokens: list[object] = []
             self.appear_in(self.realm)
             on_failure.pop_all()
         _live.add(self)
@@ -203,9 +208,19 @@ class Communicator(CommunicatorServices):
         """Let the servants of a realm know that this communicator is there, and whose memory it can read."""
         with self._lock:
             if realm not in self._tokens:
-                self._tokens[realm] = self.session.liveliness().declare_token(
-                    client_token(realm, self.client_id, self.shared_memory.space)
-                )
+                self._tokens[realm] = self._declare(realm, self._memory_space)
+
+    def _ask_for_the_network(self) -> None:
+        """Let servants know that this communicator cannot read their memory after all."""
+        with self._lock:
+            self._memory_space = ""
+            # Beside the others, as the end of those would say that this client is gone.
+            if not self.destroyed:
+                self._more_tokens = [self._declare(realm, "") for realm in self._tokens]
+
+    def _declare(self, realm: str, memory_space: str) -> object:
+        token = client_token(realm, self.client_id, memory_space)
+        return self.session.liveliness().declare_token(token)
 
     # Time.
 

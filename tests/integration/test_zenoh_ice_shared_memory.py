@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,10 +20,12 @@ from interfaces.jderobot import (
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.memory_files import open_memory_files, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
-from zenoh_ice import Communicator, Current
+from zenoh_ice import Communicator, ConnectionLostException, Current, Sample
 from zenoh_ice.network.client_tokens import client_token
+from zenoh_ice.wire import memory_maps
 from zenoh_ice.wire.memory_file import memory_space
 from zenoh_ice.wire.memory_reference import is_reference
 
@@ -173,6 +175,96 @@ def test_collocated_call_gets_the_same(pair: Pair, servant: CameraI) -> None:
     assert not pair.server.shared_memory.used
 
 
+def test_a_servant_that_is_withdrawn_lets_go_of_its_streams_memory(pair: Pair, servant: CameraI) -> None:
+    wire = Wire(pair.client, servant)
+    until(wire.shares)
+    assert open_memory_files() > 0
+    pair.adapter.remove("Camera")
+    assert open_memory_files() == 0
+
+
+def test_destroy_lets_go_of_all_memory(pair: Pair, servant: CameraI) -> None:
+    proxy = camera(pair.client)
+    until(lambda: proxy.getImageData("GRAY8") == image() and pair.server.shared_memory.used)
+    assert open_memory_files() > 0
+    pair.client.destroy()
+    pair.server.destroy()
+    assert open_memory_files() == 0
+
+
+def test_answer_of_a_server_that_ends_then_is_received(pair: Pair, servant: CameraI) -> None:
+    proxy = camera(pair.client)
+    until(lambda: proxy.getImageData("GRAY8") == image() and pair.server.shared_memory.used)
+    answer = proxy.getImageDataAsync("GRAY8")
+    answer.add_done_callback(lambda _: None)
+    pair.adapter.remove("Camera")  # waits for the calls that run
+    pair.server.destroy()
+    assert answer.result(LIMIT) == image()
+
+
+def test_a_client_that_may_not_read_memory_after_all_gets_the_next_over_the_network(
+    pair: Pair, servant: CameraI, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: object) -> object:
+        raise PermissionError("not you")
+
+    monkeypatch.setattr(memory_maps, "_map", refuse)
+    lost: list[str] = []
+    pair.server.onClientLost(lost.append)
+    wire = Wire(pair.client, servant)
+    until(wire.shares)
+    proxy = camera(pair.client)
+    with pytest.raises(ConnectionLostException, match="the next comes over the network"):
+        proxy.getImageData("GRAY8")
+    until(lambda: not wire.shares())
+    for _ in range(20):
+        assert proxy.getImageData("GRAY8") == image()
+    assert lost == []
+
+
+PUBLISHER = """
+import sys, time
+from tests.integration.test_zenoh_ice_shared_memory import CameraI, uniform
+from zenoh_ice import initialize
+with initialize(listen=[sys.argv[1]], connect=[], clock="wall") as communicator:
+    servant = CameraI()
+    adapter = communicator.createObjectAdapter("Test")
+    adapter.add(servant, "Camera")
+    adapter.activate()
+    print("ready", flush=True)
+    number = 0
+    while True:
+        number += 1
+        servant.getImageDataPublisher.wait_for_listener(1.0)
+        servant.getImageDataPublisher.publish(uniform(number))
+"""
+
+
+def uniform(number: int) -> ImageData:
+    pixels = bytes([number % 256]) * (1 << 20)
+    return ImageData(ImageDescription(1024, 1024, len(pixels), "GRAY8"), Time(number, 0), pixels)
+
+
+def test_images_that_come_faster_than_they_are_read_are_not_torn(
+    endpoint: str, make_communicator: Callable[..., Communicator]
+) -> None:
+    with ComponentProcess([sys.executable, "-c", PUBLISHER, endpoint]) as publisher:
+        publisher.wait_for("^ready")
+        client = make_communicator(connect=[endpoint], lease=CALL_LIMIT, timeout=LIMIT)
+        until(lambda: bool(client.identities()))
+        whole: list[bool] = []
+
+        def look(sample: Sample[ImageData]) -> None:
+            image = sample.value
+            whole.append(image.pixelData.count(image.timeStamp.seconds % 256) == len(image.pixelData))
+
+        with camera(client).getImageData.subscribe(look, queue=30) as reader:
+            until(lambda: len(whole) >= 300 and shared_maps() == 1)
+        assert all(whole)
+        assert reader.lost > 0
+        publisher.process.kill()
+
+
 def test_killed_servers_leave_nothing_in_their_clients(
     endpoint: str, make_communicator: Callable[..., Communicator]
 ) -> None:
@@ -185,8 +277,3 @@ def test_killed_servers_leave_nothing_in_their_clients(
             until(lambda: proxy.echo(PIXELS) == PIXELS and shared_maps() == 1)
             server.process.kill()
         until(lambda: not client.identities())
-
-
-def shared_maps() -> int:
-    """Return how many memory files of others this process has mapped."""
-    return Path("/proc/self/maps").read_text().count("/memfd:zenoh_ice-")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import mmap
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
@@ -54,7 +53,7 @@ from zenoh_ice.wire.attachment import (
 )
 from zenoh_ice.wire.codec import Codec
 from zenoh_ice.wire.errors import decode_error, encode_error
-from zenoh_ice.wire.memory_file import HEADER, RETURNED, MemoryFile, memory_space
+from zenoh_ice.wire.memory_file import HEADER, RETURNED, SLOTS, MemoryFile, memory_space
 from zenoh_ice.wire.memory_reference import MemoryReference, encode_reference
 from zenoh_ice.wire.pieces import LARGE
 from zenoh_ice.wire.shared_memory import SharedMemory
@@ -222,7 +221,7 @@ _SENT = MemoryReference(
     process=os.getpid(),
     file=900,  # which nothing else has here
     token="ab" * 16,
-    offset=0,
+    slot=0,
     generation=1,
     lent=True,
     places=(0, 1),
@@ -235,7 +234,7 @@ _SENT = MemoryReference(
 def _memory_sent() -> Iterator[MemoryFile]:
     """Have the memory that `_SENT` is to for as long as the block lasts."""
     with patch("secrets.token_hex", return_value=_SENT.token):
-        memory = MemoryFile(2 * LARGE, 2)
+        memory = MemoryFile(2 * LARGE)
     os.dup2(memory.file, _SENT.file, inheritable=False)
     try:
         for slot in range(2):
@@ -263,14 +262,12 @@ def _references() -> Door:
                 after = bytearray(os.pread(memory.file, size, 0))
                 for slot in range(2):  # of which either may have been given back, and nothing else written
                     if memory.returned(slot):
-                        RETURNED.pack_into(after, memory.offset(slot) + HEADER.size - RETURNED.size, 0)
+                        RETURNED.pack_into(after, slot * size // SLOTS + HEADER.size - RETURNED.size, 0)
                 assert after == before
         assert type(came) is _Photo
         return True
 
-    other = msgspec.structs.replace(
-        _SENT, lent=False, offset=len(_PHOTO[1]) * 2 + mmap.PAGESIZE, places=(1,), sizes=(LARGE,)
-    )
+    other = msgspec.structs.replace(_SENT, lent=False, slot=1, places=(1,), sizes=(LARGE,))
     return Door("reference", [encode_reference(_SENT), encode_reference(other)], take)
 
 

@@ -1,32 +1,168 @@
-"""What a reader writes into another's memory: that it has read, and only where slots begin."""
+"""Memory files from both sides: what their slots tell, what a reader writes into them, what is let go when."""
 
 from __future__ import annotations
 
-from contextlib import closing
+import threading
+from collections.abc import Callable, Iterator
 
 import msgspec
 import pytest
 import zenoh
 
+from tests.support.memory_files import open_memory_files
 from zenoh_ice import ConnectionLostException
-from zenoh_ice.wire.memory_file import HEADER, SLOT_START, memory_space
+from zenoh_ice.wire import memory_maps
+from zenoh_ice.wire.memory_file import HEADER, MemoryFile, memory_space
+from zenoh_ice.wire.memory_maps import MemoryMaps
 from zenoh_ice.wire.memory_reference import decode_reference, encode_reference
 from zenoh_ice.wire.pieces import LARGE, Parted, Pieces
-from zenoh_ice.wire.shared_memory import SharedMemory
+from zenoh_ice.wire.shared_memory import Lender, SharedMemory
+
+pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
+
+# It looks like the header of a slot.
+PICTURE = HEADER.pack(1, 0) * (LARGE // HEADER.size)
 
 
-@pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
-def test_a_picture_that_looks_like_the_beginning_of_a_slot_is_not_written_into() -> None:
-    picture = HEADER.pack(1, 0) * (LARGE // HEADER.size)
-    with closing(SharedMemory(enabled=True)) as sender, closing(SharedMemory(enabled=True)) as reader:
-        sound = sender.lender.place(Pieces((b"", b""), (picture,), (0,)))
-        assert sound is not None
-        reference = decode_reference(sound, "it")
-        forged = msgspec.structs.replace(
-            reference, offset=reference.offset + SLOT_START, sizes=(HEADER.size,)
-        )
-        with pytest.raises(ConnectionLostException):
-            reader.read(zenoh.ZBytes(encode_reference(forged)), LARGE, "it")
-        came = reader.read(zenoh.ZBytes(sound), 2 * LARGE, "it")
-        assert isinstance(came, Parted)
-        assert came.large == [picture]
+@pytest.fixture
+def make_memory() -> Iterator[Callable[[], SharedMemory]]:
+    """Make what processes share, closed after the test."""
+    made: list[SharedMemory] = []
+
+    def make() -> SharedMemory:
+        made.append(SharedMemory(enabled=True))
+        return made[-1]
+
+    yield make
+    for memory in made:
+        memory.close()
+
+
+def pieces() -> Pieces:
+    return Pieces((b"", b""), (PICTURE,), (0,))
+
+
+def read(reader: SharedMemory, reference: bytes) -> bytes:
+    came = reader.read(zenoh.ZBytes(reference), 2 * LARGE, "it")
+    assert isinstance(came, Parted)
+    return came.large[0]
+
+
+def test_what_is_written_anew_cannot_be_read_before_it_is_whole(
+    make_memory: Callable[[], SharedMemory], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sender, reader = make_memory(), make_memory()
+    files: list[MemoryFile] = []
+    genuine = sender.make_file
+
+    def make_file(capacity: int) -> MemoryFile | None:
+        file = genuine(capacity)
+        assert file is not None
+        files.append(file)
+        return file
+
+    reference = Lender(make_file).place(pieces())
+    assert reference is not None
+    files[0].begin(0)
+    with pytest.raises(ConnectionLostException):
+        read(reader, reference)
+
+
+def test_a_reference_into_a_picture_writes_nothing_into_it(make_memory: Callable[[], SharedMemory]) -> None:
+    sender, reader = make_memory(), make_memory()
+    sound = sender.ring().place(pieces())
+    assert sound is not None
+    for slot in range(8):
+        forged = msgspec.structs.replace(decode_reference(sound, "it"), lent=True, slot=slot, sizes=(16,))
+        try:
+            read(reader, encode_reference(forged))
+        except ConnectionLostException:
+            continue
+    assert read(make_memory(), sound) == PICTURE
+
+
+def test_more_than_a_process_needs_is_not_kept_mapped(
+    make_memory: Callable[[], SharedMemory], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory_maps, "_MOST", 2)
+    reader = make_memory()
+    senders = [make_memory() for _ in range(4)]
+    for sender in senders * 2:
+        reference = sender.lender.place(pieces())
+        assert reference is not None
+        assert read(reader, reference) == PICTURE
+    assert open_memory_files() == 4 * 2 + 2  # each sender's file and its map, and the reader's maps
+
+
+def test_a_stream_that_needs_larger_memory_lets_go_of_the_smaller(
+    make_memory: Callable[[], SharedMemory],
+) -> None:
+    ring = make_memory().ring()
+    for size in (LARGE, 2 * LARGE, 8 * LARGE):
+        assert ring.place(Pieces((b"", b""), (bytes(size),), (0,))) is not None
+        assert open_memory_files() == 2  # the file and its map
+    ring.close()
+    assert open_memory_files() == 0
+
+
+def test_memory_of_those_who_ended_is_let_go_when_somebody_says_so(
+    make_memory: Callable[[], SharedMemory],
+) -> None:
+    sender, reader = make_memory(), make_memory()
+    reference = sender.lender.place(pieces())
+    assert reference is not None
+    assert read(reader, reference) == PICTURE
+    reader.forget_ended()
+    assert open_memory_files() == 3
+    sender.close()
+    reader.forget_ended()
+    assert open_memory_files() == 0
+
+
+def test_who_ends_waits_for_those_who_have_not_read_yet(make_memory: Callable[[], SharedMemory]) -> None:
+    sender, reader = make_memory(), make_memory()
+    reference = sender.lender.place(pieces())
+    assert reference is not None
+    came: list[bytes] = []
+    reading = threading.Timer(0.05, lambda: came.append(read(reader, reference)))
+    reading.start()
+    sender.close()
+    reading.join()
+    assert came == [PICTURE]
+
+
+def test_a_thread_that_stood_still_before_it_wrote_keeps_its_slot(
+    make_memory: Callable[[], SharedMemory], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sender, reader = make_memory(), make_memory()
+    other: list[bytes | None] = []
+    genuine = MemoryFile.write
+
+    def write_late(file: MemoryFile, slot: int, parts: object) -> int:
+        monkeypatch.setattr(MemoryFile, "write", genuine)
+        monkeypatch.setattr("time.monotonic", lambda: 1e9)  # long after it was taken
+        other.append(sender.lender.place(Pieces((b"", b""), (b"o" * LARGE,), (0,))))
+        return genuine(file, slot, parts)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(MemoryFile, "write", write_late)
+    first = sender.lender.place(pieces())
+    assert first is not None
+    assert other[0] is not None
+    assert (read(reader, first), read(reader, other[0])) == (PICTURE, b"o" * LARGE)
+
+
+def test_memory_that_may_not_be_read_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> int:
+        raise PermissionError("not you")
+
+    told: list[str] = []
+    maps = MemoryMaps(lambda: told.append("told"))
+    sender = SharedMemory(enabled=True)
+    reference = sender.lender.place(pieces())
+    assert reference is not None
+    monkeypatch.setattr("os.open", refuse)
+    with pytest.raises(ConnectionLostException, match=r"cannot be read from here \(not you\)"):
+        maps.read(decode_reference(reference, "it"), "it")
+    monkeypatch.undo()
+    assert told == ["told"]
+    sender.close()

@@ -16,7 +16,7 @@ MAKER = """
 import os
 import sys
 from zenoh_ice.wire.memory_file import MemoryFile, memory_space
-print(os.getpid(), MemoryFile(1 << 16, 1).file, memory_space(), flush=True)
+print(os.getpid(), MemoryFile(1 << 16).file, memory_space(), flush=True)
 sys.stdin.read()
 """
 READER = """
@@ -39,6 +39,11 @@ as_root = pytest.mark.skipif(
     os.geteuid() != 0 or shutil.which("setpriv") is None,
     reason="only root can start processes of less rights",
 )
+
+
+def test_a_python_that_makes_no_memory_files_shares_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(os, "memfd_create")
+    assert memory_space() == ""
 
 
 @pytest.mark.parametrize(

@@ -63,6 +63,7 @@ class Neighbors:
         """Follow nobody any longer."""
         with self._lock:
             self._closed = True
+            self._known_at = math.inf
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
             subscriber.undeclare()

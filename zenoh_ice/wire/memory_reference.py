@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Meta
 
 from ..exceptions import MarshalException
+from .memory_file import SLOTS
 from .text import printable
 
 __all__ = ["MemoryReference", "decode_reference", "encode_reference", "is_reference"]
@@ -29,9 +30,9 @@ class MemoryReference(msgspec.Struct, array_like=True, frozen=True):
     """The open file of that process that is the memory."""
     token: Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
     """Which nobody can guess: part of the memory's name."""
-    offset: _Number
-    generation: _Number
-    """What the header at the offset tells as long as nothing else was written there."""
+    slot: Annotated[int, Meta(ge=0, lt=SLOTS)]
+    generation: Annotated[int, Meta(ge=1, lt=1 << 62)]
+    """What the slot's header tells as long as nothing else was written there."""
     lent: bool
     """Whether it is for one reader, who gives it back."""
     places: Annotated[tuple[_Number, ...], Meta(max_length=_MOST_PARTS)]

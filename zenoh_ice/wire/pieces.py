@@ -109,7 +109,7 @@ def _without(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, by
     if not isinstance(struct, msgspec.Struct):
         return struct
     name, *rest = path
-    value = getattr(struct, name)
+    value = getattr(struct, name, None)  # it may be another struct, which the receiver refuses
     if rest:
         changed = _without(value, tuple(rest), place, taken)
     elif isinstance(value, bytes) and LARGE <= len(value) <= _LONGEST:

@@ -19,7 +19,7 @@ from typing import Final
 import zenoh
 
 from ..exceptions import MarshalException
-from .memory_file import MemoryFile, memory_space
+from .memory_file import SLOTS, MemoryFile, memory_space
 from .memory_maps import MemoryMaps
 from .memory_reference import MemoryReference, decode_reference, encode_reference, is_reference
 from .pieces import LARGE, Parted, Pieces
@@ -29,7 +29,8 @@ __all__ = ["LENT_FOR", "Lender", "Ring", "SharedMemory"]
 LENT_FOR: Final = 5.0
 """Seconds after which what was lent is used again though nobody gave it back: its reader was killed."""
 
-_SLOTS: Final = 8
+_LAST_READS: Final = 0.5  # s
+_LOOK_AGAIN: Final = 0.002  # s
 _LARGEST: Final = 32 << 20  # bytes of a slot; what is larger goes over the network
 
 _logger = logging.getLogger(__name__)
@@ -38,15 +39,18 @@ _logger = logging.getLogger(__name__)
 class SharedMemory:
     """What a communicator shares: memory that it sends from, and that of others; for any thread."""
 
-    def __init__(self, *, enabled: bool) -> None:
+    def __init__(self, *, enabled: bool, on_unreadable: Callable[[], object] = lambda: None) -> None:
+        """Call a function, once, when the memory of others is there and may not be read."""
         self.space: Final = memory_space() if enabled else ""
         """The same in all processes that can read each other's memory; empty when this one takes no part."""
         self.lender: Final = Lender(self.make_file)
         """For answers."""
-        self._maps: Final = MemoryMaps()
+        self._maps: Final = MemoryMaps(self._give_up)
+        self._on_unreadable: Final = on_unreadable
         self._lock: Final = threading.Lock()
         self._files: list[MemoryFile] = []
         self._enabled = bool(self.space)
+        self._gave_up = False
 
     @property
     def used(self) -> bool:
@@ -80,7 +84,7 @@ class SharedMemory:
             if not self._enabled or capacity > _LARGEST:
                 return None
             try:
-                file = MemoryFile(capacity, _SLOTS)
+                file = MemoryFile(capacity)
             except OSError as error:
                 self._enabled = False
                 _logger.warning("no shared memory, large payloads go over the network: %s", error)
@@ -95,13 +99,32 @@ class SharedMemory:
                 self._files.remove(file)
                 file.close()
 
+    def forget_ended(self) -> None:
+        """Let go of the memory of processes that have ended."""
+        self._maps.forget_ended()
+
     def close(self) -> None:
-        """Let go of everything; what is sent goes over the network from now on."""
+        """Let go of everything; what is sent goes over the network from now on.
+
+        Waits for at most half a second for those who have not read yet what was lent to them.
+        """
         with self._lock:
             self._enabled = False
+        self.lender.close(_LAST_READS)
+        with self._lock:
             while self._files:
                 self._files.pop().close()
         self._maps.close()
+
+    def _give_up(self) -> None:
+        with self._lock:
+            first, self._gave_up = not self._gave_up, True
+        if first:
+            _logger.warning(
+                "this process may not read the memory of others, though it looks as if: large payloads come "
+                "over the network; shared_memory = false in the settings says so from the beginning"
+            )
+            self._on_unreadable()
 
 
 class Lender:
@@ -120,23 +143,47 @@ class Lender:
                 taken = self._take(sum(map(len, payload.large)))
             except ValueError:  # closed
                 return None
-        return None if taken is None else _write(*taken, payload, lent=True)
+        if taken is None:
+            return None
+        lent, file, slot = taken
+        try:
+            return _write(file, slot, payload, lent=True)
+        finally:
+            # From now on, not from before: a thread that stood still in between must not share its slot.
+            lent[slot] = time.monotonic() + LENT_FOR
 
-    def _take(self, size: int) -> tuple[MemoryFile, int] | None:
+    def close(self, timeout: float) -> None:
+        """Wait for at most `timeout` s until nobody has anything that is lent, and lend nothing any more."""
+        deadline = time.monotonic() + timeout
+        while self._is_lent() and time.monotonic() < deadline:
+            time.sleep(_LOOK_AGAIN)
+        with self._lock:
+            self._files.clear()
+
+    def _is_lent(self) -> bool:
+        with self._lock:
+            now = time.monotonic()
+            return any(
+                until >= now and not file.returned(slot)
+                for file, lent in self._files.values()
+                for slot, until in enumerate(lent)
+            )
+
+    def _take(self, size: int) -> tuple[list[float], MemoryFile, int] | None:
         capacity = _capacity(size)
         if capacity not in self._files:
             made = self._make_file(capacity)
             if made is None:
                 return None
-            self._files[capacity] = made, [-math.inf] * _SLOTS
+            self._files[capacity] = made, [-math.inf] * SLOTS
         file, lent = self._files[capacity]
         now = time.monotonic()
         # The first that is free: the processor's cache has what was used last.
         for slot, until in enumerate(lent):
             if until < now or file.returned(slot):
-                lent[slot] = now + LENT_FOR
+                lent[slot] = math.inf
                 file.begin(slot)
-                return file, slot
+                return lent, file, slot
         return None
 
 
@@ -160,7 +207,7 @@ class Ring:
             file = self._file = self._make_file(_capacity(size))
             if file is None:
                 return None
-        slot, self._next = self._next, (self._next + 1) % _SLOTS
+        slot, self._next = self._next, (self._next + 1) % SLOTS
         try:
             file.begin(slot)
         except ValueError:  # closed
@@ -189,7 +236,7 @@ def _write(file: MemoryFile, slot: int, payload: Pieces, *, lent: bool) -> bytes
             process=os.getpid(),
             file=file.file,
             token=file.token,
-            offset=file.offset(slot),
+            slot=slot,
             generation=generation,
             lent=lent,
             places=payload.places,
