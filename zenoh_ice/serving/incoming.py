@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import zenoh
 
@@ -27,6 +27,16 @@ if TYPE_CHECKING:
 __all__ = ["Incoming"]
 
 _logger = logging.getLogger(__name__)
+
+
+class _Known(NamedTuple):
+    """What a key stands for."""
+
+    method: Method
+    what: str
+    """How it is called in errors."""
+    key: zenoh.KeyExpr
+    """The key, declared: with a reply its number travels in its place, which both ends are quicker with."""
 
 
 class Incoming(Registration):
@@ -58,8 +68,8 @@ class Incoming(Registration):
         self._skeleton: Final = skeleton
         self._owner: Final = target.object
         self._own_prefix: Final = f"{target.prefix}~{communicator.client_id}/" if replica else target.prefix
-        self._known: Final[dict[str, tuple[Method, str]]] = {}
-        """By key what was called; see `_know`."""
+        self._known: Final[dict[str, _Known]] = {}
+        """By key what was called."""
         self._channels: Final[dict[str, tuple[Publisher[Any], Channel]]] = {}
 
     @property
@@ -94,6 +104,9 @@ class Incoming(Registration):
             _, (publisher, channel) = self._channels.popitem()
             publisher.detach(channel)
             channel.close()
+        while self._known:
+            # What is answered later travels with the text of the key again.
+            self._communicator.session.undeclare(self._known.popitem()[1].key)
 
     def _listened(self) -> tuple[str, ...]:
         channels = dict(self._channels)  # it may be withdrawn meanwhile
@@ -105,11 +118,12 @@ class Incoming(Registration):
 
     def _answer(self, query: zenoh.Query, since: float) -> None:
         key = query.key_expr
-        later = partial(reply, self._communicator, query, key)
+        text = str(key)
+        known = self._known.get(text)
+        later = partial(reply, self._communicator, query, key if known is None else known.key)
         skeleton, upcalls = self._skeleton, self.upcalls
         try:
-            text = str(key)
-            method, what = self._known.get(text) or self._know(text)
+            method, what, _ = known or self._know(text)
             name = method.operation.name
             if method.operation.streamed and (history := query.parameters.get(HISTORY_PARAMETER)) is not None:
                 _, channel = self._channels[name]
@@ -134,12 +148,12 @@ class Incoming(Registration):
         if answer is not None:
             later(*answer)
 
-    def _know(self, key: str) -> tuple[Method, str]:
-        """Return what a key stands for, from now on known: the method, and how it is called in errors."""
+    def _know(self, key: str) -> _Known:
+        """Return what a key stands for, and remember it; raises OperationNotExistException."""
         name = key.removeprefix(self._own_prefix).removeprefix(self.target.prefix)
         method = self._skeleton.method(name, self._owner)
-        known = self._known[key] = method, f"{self._owner}.{name}"
-        return known
+        known = _Known(method, f"{self._owner}.{name}", self._communicator.session.declare_keyexpr(key))
+        return self._known.setdefault(key, known)
 
     def _execute_oneway(self, key: str, sample: zenoh.Sample, since: float) -> Answer | None:
         name = key.removeprefix(self._own_prefix)
