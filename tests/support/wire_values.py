@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import types
 from enum import IntEnum
+from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
 import msgpack
@@ -65,6 +66,7 @@ def values(kind: Any, desk: Desk, depth: int = 3) -> st.SearchStrategy[Any]:
     }[kind]
 
 
+@cache
 def struct_values(struct: type[msgspec.Struct], desk: Desk, depth: int = 3) -> st.SearchStrategy[Any]:
     """Return a strategy of values of a struct."""
     members = {field.name: values(field.type, desk, depth) for field in msgspec.structs.fields(struct)}
