@@ -9,6 +9,7 @@ from functools import partial
 
 import pytest
 
+from tests.support.limits import LIMIT
 from visualhfsm.web.outbox import Outbox
 from visualhfsm.web.protocol import Output, OutputLine
 
@@ -17,7 +18,7 @@ def waiting(fill: Callable[[Outbox], None], lines: int = 5) -> list[bytes]:
     async def take() -> list[bytes]:
         outbox = Outbox(lines)
         fill(outbox)
-        return await asyncio.wait_for(outbox.next(), 1)
+        return await asyncio.wait_for(outbox.next(), LIMIT)
 
     return asyncio.run(take())
 
