@@ -7,14 +7,15 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 SECONDS ?=
 
-.PHONY: help demo test lint format bench bench-transport oracle codegen constraints vendor system browser clean
+.PHONY: help demo test lint format bench bench-transport oracle codegen constraints vendor packages system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by itself and writes demo/report.html
 	@$(BIN)/python -m deploy deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
 
-test: $(VENV)/dev.stamp system browser ## Run the linters and every test
+test: ## Run the linters and every test
+	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/dev.stamp packages
 	@$(MAKE) --no-print-directory lint
 	@$(BIN)/python -m pytest -n 3 --dist loadgroup -q
 
@@ -49,6 +50,9 @@ constraints: ## Resolve the newest versions anew into constraints.txt
 
 vendor: ## Bundle the libraries of the editor's page anew (needs Node.js and npm)
 	cd deploy/vendor && npm ci --silent && npm run --silent build
+
+packages: $(VENV)/python.stamp
+	@sh deploy/setup/system_packages.sh $(BIN)/python gl chromium
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
 	@sh deploy/setup/system_packages.sh $(BIN)/python gl
