@@ -65,8 +65,8 @@ class InvocationFuture(Future[V]):
     """
 
     def __init__(self, receiver: Receiver | None = None) -> None:
-        # As the base class does it, but for the condition: to make one for each call in flight costs a tenth
-        # of what such a call takes of its caller's thread, and hardly any is waited for.
+        # As the base class does it, but for the condition, which takes longer to make than all the rest:
+        # hardly any call in flight needs one.
         self._state = _PENDING
         self._result = self._exception = None
         self._waiters = []

@@ -125,7 +125,7 @@ class Incoming(Registration):
         try:
             method, what, _ = known or self._know(text)
             name = method.operation.name
-            if method.operation.streamed and (history := query.parameters.get(HISTORY_PARAMETER)) is not None:
+            if name in self._channels and (history := query.parameters.get(HISTORY_PARAMETER)) is not None:
                 _, channel = self._channels[name]
                 channel.answer(query, history)
                 return
