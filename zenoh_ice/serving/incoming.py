@@ -36,7 +36,7 @@ class _Known(NamedTuple):
     what: str
     """How it is called in errors."""
     key: zenoh.KeyExpr
-    """The key, declared: with a reply its number travels in its place, which both ends are quicker with."""
+    """The key, declared: Zenoh finds the way of calls and replies quicker where it knows their key."""
 
 
 class Incoming(Registration):
@@ -105,7 +105,6 @@ class Incoming(Registration):
             publisher.detach(channel)
             channel.close()
         while self._known:
-            # What is answered later travels with the text of the key again.
             self._communicator.session.undeclare(self._known.popitem()[1].key)
 
     def _listened(self) -> tuple[str, ...]:
@@ -119,11 +118,10 @@ class Incoming(Registration):
     def _answer(self, query: zenoh.Query, since: float) -> None:
         key = query.key_expr
         text = str(key)
-        known = self._known.get(text)
-        later = partial(reply, self._communicator, query, key if known is None else known.key)
+        later = partial(reply, self._communicator, query, key)
         skeleton, upcalls = self._skeleton, self.upcalls
         try:
-            method, what, _ = known or self._know(text)
+            method, what, _ = self._known.get(text) or self._know(text)
             name = method.operation.name
             if name in self._channels and (history := query.parameters.get(HISTORY_PARAMETER)) is not None:
                 _, channel = self._channels[name]
