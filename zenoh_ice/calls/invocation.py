@@ -186,7 +186,7 @@ class InvocationFuture(Future[V]):
                 self.set_result(result)
 
     @property
-    def _condition(self) -> threading.Condition:  # type: ignore[override] # nobody sets it
+    def _condition(self) -> threading.Condition:
         """The condition of the base class.
 
         It is taken wherever somebody wants to be woken when the outcome is known: from then on the reply is
@@ -198,6 +198,11 @@ class InvocationFuture(Future[V]):
             with self._lock:
                 made = self._made_condition = self._made_condition or threading.Condition(self._lock)
         return made
+
+    @_condition.setter
+    def _condition(self, condition: threading.Condition) -> None:
+        # Nobody does; without it this were no future for what declares one that `as_completed` takes.
+        self._made_condition = condition
 
     def _watch(self) -> None:
         if self._receiver is not None:
