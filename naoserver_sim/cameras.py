@@ -67,11 +67,15 @@ class CameraRenderer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start the thread, which sets GL up in the background; the first `capture` does it otherwise."""
+        """Start the thread, which sets GL up; the first `capture` does it otherwise."""
         with self._lock:
             if self._thread is None and not self._closed:
                 self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
                 self._thread.start()
+
+    def wait(self) -> None:
+        """Wait until GL is set up or has failed, 10 s at most; MuJoCo lets nothing else run meanwhile."""
+        self._ready.wait(_SETUP_TIMEOUT)
 
     def close(self) -> None:
         """Fail what is waiting, free GL, and wait until the thread has ended."""

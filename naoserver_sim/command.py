@@ -116,30 +116,30 @@ def naoserver_sim(
     if viewer:
         check_display()
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    with (
-        initialize(settings) as communicator,
-        closing(SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed)) as robot,
-    ):
+    with closing(
+        SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed)
+    ) as robot:
         check_cameras(requested, robot.cameras)
-        robot.start()
-        adapter = communicator.createObjectAdapter("NaoServer")
-        with serve(robot, adapter, ServerOptions(cameras=requested)) as server, ExitStack() as also:
-            if qi is not None:
-                url = also.enter_context(serve_as_naoqi(robot, server.assembly, qi)).url
-                typer.echo(f"NAOqi: {url}")
-            adapter.activate()
-            endpoints = ", ".join(settings.reached_at)
-            typer.echo(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
+        robot.start()  # first: whoever finds the server looks for its servants, and not for long
+        with initialize(settings) as communicator:
+            adapter = communicator.createObjectAdapter("NaoServer")
+            with serve(robot, adapter, ServerOptions(cameras=requested)) as server, ExitStack() as also:
+                if qi is not None:
+                    url = also.enter_context(serve_as_naoqi(robot, server.assembly, qi)).url
+                    typer.echo(f"NAOqi: {url}")
+                adapter.activate()
+                endpoints = ", ".join(settings.reached_at)
+                typer.echo(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
 
-            def ended(seconds: float) -> bool:
-                robot.check()
-                return communicator.waitForShutdown(seconds)
+                def ended(seconds: float) -> bool:
+                    robot.check()
+                    return communicator.waitForShutdown(seconds)
 
-            if viewer:
-                robot.show(ended)
-                return
-            while not ended(_CHECK_INTERVAL):
-                pass
+                if viewer:
+                    robot.show(ended)
+                    return
+                while not ended(_CHECK_INTERVAL):
+                    pass
 
 
 def parse_speed(text: str) -> float:

@@ -257,10 +257,11 @@ class SimulatedRobot(SimulatedDevice):
         return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
     def start(self) -> None:
-        """Start the threads of physics and cameras; under a virtual clock there are none."""
-        self._physics.start()
+        """Start the threads of cameras and physics; under a virtual clock there are none."""
         if isinstance(self._physics, PacedSimulator):
             self._renderer.start()
+            self._renderer.wait()
+        self._physics.start()
 
     def check(self) -> None:
         """Raise RobotError when the physics has stopped by an error."""
