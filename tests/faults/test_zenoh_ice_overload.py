@@ -6,6 +6,7 @@ import itertools
 import threading
 from collections.abc import Callable
 from concurrent.futures import wait
+from functools import partial
 
 import msgpack
 import psutil
@@ -183,7 +184,7 @@ class TestSharedMemory:
             assert entered.wait(LIMIT)
             for number in range(3, 23):
                 publish(image(number))
-            until(lambda: came(22))
+                until(partial(came, number))  # a stream may drop what a busy machine does not take in time
             leave.set()
             until(lambda: received[-1][0] == 22)
         # There is room for 8.
