@@ -259,9 +259,9 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
             whole.append(image.pixelData.count(image.timeStamp.seconds % 256) == len(image.pixelData))
 
         with camera(client).getImageData.subscribe(look, queue=30) as reader:
-            until(lambda: len(whole) >= 300 and shared_maps() == 1)
+            # On a busy machine it may take a while until the reader is the slower one.
+            until(lambda: len(whole) >= 300 and shared_maps() == 1 and reader.lost > 0)
         assert all(whole)
-        assert reader.lost > 0
         publisher.process.kill()
 
 
