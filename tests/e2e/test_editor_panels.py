@@ -221,7 +221,7 @@ def test_an_argument_is_handed_to_an_input(shown: EditorPage, path: Path) -> Non
 
 def test_a_condition_becomes_a_time_and_keeps_its_expression_as_guard(shown: EditorPage, path: Path) -> None:
     choose(shown, "enough")
-    shown.page.get_by_role("radio", name="Time").check(force=True)
+    shown.choose("Time")
     shown.page.get_by_label("After", exact=True).fill("1500")
     expect(shown.page.get_by_text("ms = 1.5 s")).to_be_visible()
     expect(shown.page.get_by_role("textbox", name="Guard of enough")).to_have_text("count > 5")
@@ -233,7 +233,7 @@ def test_events_that_the_code_sends_are_offered(shown: EditorPage, path: Path) -
     edit(shown, "wait")
     shown.type("\nself.send('ball lost')")
     choose(shown, "late")
-    shown.page.get_by_role("radio", name="Event").check(force=True)
+    shown.choose("Event")
     field = shown.page.get_by_label("Event", exact=True).and_(shown.page.locator("input[type=text]"))
     offered = field.evaluate("input => [...input.list.options].map(each => each.value)")
     assert offered == ["ball lost"]

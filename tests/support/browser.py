@@ -111,6 +111,13 @@ class EditorPage:
         """The button with a name."""
         return self.page.get_by_role("button", name=name, exact=True)
 
+    def choose(self, name: str) -> None:
+        """Click a radio button, and wait until the page has it chosen."""
+        radio = self.page.get_by_role("radio", name=name)
+        # Not `check`, which looks at once: the page may be drawn once more before the server has answered.
+        radio.click(force=True)
+        expect(radio).to_be_checked()
+
     def press(self, *keys: str) -> None:
         """Press keys one after the other."""
         for key in keys:

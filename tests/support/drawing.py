@@ -53,7 +53,7 @@ class Draftsman:
         name = self.shown.page.get_by_role("textbox", name="Name of the transition")
         expect(name).to_have_value(transition.name)
         if transition.type == "time":
-            self.shown.page.get_by_role("radio", name="Time").check(force=True)
+            self.shown.choose("Time")
             self.shown.page.get_by_label("After", exact=True).fill(transition.trigger.text)
         else:
             self.code(f"Condition of {transition.name}", transition.trigger.text)
