@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 
 import pytest
 import zenoh
@@ -19,6 +18,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
+from tests.support.memory_files import mapped, shared_maps
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
 from tests.support.waiting import call_until_it_works, until
@@ -547,7 +547,7 @@ class TestEndOfTheProgram:
 def test_shared_memory_is_used_unless_it_is_turned_off(
     endpoint: str, make_communicator: MakeCommunicator, turned_on: bool
 ) -> None:
-    mapped = maps("/dev/shm/")
+    before = mapped("/dev/shm/")
     server = make_communicator(listen=[endpoint], shared_memory=turned_on)
     adapter = server.createObjectAdapter("Test")
     adapter.add(CalculatorI(), "Calculator")
@@ -556,16 +556,11 @@ def test_shared_memory_is_used_unless_it_is_turned_off(
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     data = bytes(1 << 20)
     if turned_on:
-        until(lambda: calculator.echo(data) == data and maps("/memfd:zenoh_ice-"))
+        until(lambda: calculator.echo(data) == data and shared_maps())
     else:
         assert [calculator.echo(data) for _ in range(3)] == [data] * 3
-        assert not maps("/memfd:zenoh_ice-")
-    assert maps("/dev/shm/") <= mapped  # Zenoh's own is never used: it stays when its process is killed
-
-
-def maps(name: str) -> set[str]:
-    """Return the files that begin so and that this process has mapped."""
-    return {line for line in Path("/proc/self/maps").read_text().splitlines() if f" {name}" in line}
+        assert not shared_maps()
+    assert mapped("/dev/shm/") <= before  # Zenoh's own is never used: it stays when its process is killed
 
 
 def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:

@@ -12,23 +12,17 @@ import msgpack
 import psutil
 import pytest
 
-from interfaces.jderobot import (
-    ImageData,
-    ImageDescription,
-    ImageFormat,
-    ImageProvider,
-    ImageProviderPrx,
-    Time,
-)
+from interfaces.jderobot import ImageData, ImageProviderPrx
 from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
+from tests.support.image_servant import ImageI, image
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.relay import Relay
 from tests.support.stranger import stranger
 from tests.support.waiting import until
-from zenoh_ice import BusyException, Communicator, Current, Sample
+from zenoh_ice import BusyException, Communicator, Sample
 from zenoh_ice.network.client_tokens import client_token
 from zenoh_ice.wire import shared_memory
 from zenoh_ice.wire.attachment import encode_call_attachment
@@ -155,7 +149,7 @@ class TestSharedMemory:
             own.undeclare()
 
     def test_an_image_that_is_read_too_late_counts_as_lost(self, pair: Pair) -> None:
-        servant = CameraI()
+        servant = ImageI()
         pair.adapter.add(servant, "Camera")
         publish = servant.getImageDataPublisher.publish
         images = ImageProviderPrx.checkedCast(pair.client.stringToProxy("Camera")).getImageData
@@ -189,18 +183,3 @@ class TestSharedMemory:
             until(lambda: received[-1][0] == 22)
         # There is room for 8.
         assert received == [(2, 0), (15, 12), *((number, 0) for number in range(16, 23))]
-
-
-def image(number: int) -> ImageData:
-    return ImageData(ImageDescription(1000, 100, 100_000, "GRAY8"), Time(number, 0), bytes(100_000))
-
-
-class CameraI(ImageProvider):
-    def getImageDescription(self, current: Current) -> ImageDescription:
-        return image(0).description
-
-    def getImageFormat(self, current: Current) -> ImageFormat:
-        return ["GRAY8"]
-
-    def getImageData(self, format: str, current: Current) -> ImageData:
-        return image(0)

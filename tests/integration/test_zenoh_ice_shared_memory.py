@@ -9,21 +9,15 @@ from typing import Any
 import pytest
 from zenoh.handlers import RingChannel
 
-from interfaces.jderobot import (
-    ImageData,
-    ImageDescription,
-    ImageFormat,
-    ImageProvider,
-    ImageProviderPrx,
-    Time,
-)
+from interfaces.jderobot import ImageData, ImageProviderPrx
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
+from tests.support.image_servant import ImageI, image
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.memory_files import open_memory_files, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
-from zenoh_ice import Communicator, ConnectionLostException, Current, Sample
+from zenoh_ice import Communicator, ConnectionLostException, Sample
 from zenoh_ice.network.client_tokens import client_token
 from zenoh_ice.wire import memory_maps
 from zenoh_ice.wire.memory_file import memory_space
@@ -35,25 +29,9 @@ WIRE_KEY = "nao/Camera/getImageData"
 pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
 
 
-def image(number: int = 0) -> ImageData:
-    pixels = bytes([number % 256]) + PIXELS[1:]
-    return ImageData(ImageDescription(320, 320, len(pixels), "GRAY8"), Time(number, 0), pixels)
-
-
-class CameraI(ImageProvider):
-    def getImageDescription(self, current: Current) -> ImageDescription:
-        return image().description
-
-    def getImageFormat(self, current: Current) -> ImageFormat:
-        return ["GRAY8"]
-
-    def getImageData(self, format: str, current: Current) -> ImageData:
-        return image()
-
-
 @pytest.fixture
-def servant(pair: Pair) -> CameraI:
-    servant = CameraI()
+def servant(pair: Pair) -> ImageI:
+    servant = ImageI()
     pair.adapter.add(servant, "Camera")
     return servant
 
@@ -65,7 +43,7 @@ def camera(client: Communicator) -> ImageProviderPrx:
 class Wire:
     """What a stream sends, as it travels."""
 
-    def __init__(self, client: Communicator, servant: CameraI) -> None:
+    def __init__(self, client: Communicator, servant: ImageI) -> None:
         self._servant = servant
         self._subscriber: Any = client.session.declare_subscriber(WIRE_KEY, RingChannel(1))
         assert servant.getImageDataPublisher.wait_for_listener(LIMIT)
@@ -83,7 +61,7 @@ class Wire:
         return is_reference(samples[0].payload.to_bytes())
 
 
-def test_answers_travel_through_shared_memory(pair: Pair, servant: CameraI) -> None:
+def test_answers_travel_through_shared_memory(pair: Pair, servant: ImageI) -> None:
     proxy = camera(pair.client)
     until(lambda: proxy.getImageData("GRAY8") == image() and pair.server.shared_memory.used)
     for _ in range(100):  # more than there is room for at once
@@ -92,7 +70,7 @@ def test_answers_travel_through_shared_memory(pair: Pair, servant: CameraI) -> N
     assert all(call.result(LIMIT) == image() for call in calls)
 
 
-def test_samples_travel_through_shared_memory(pair: Pair, servant: CameraI) -> None:
+def test_samples_travel_through_shared_memory(pair: Pair, servant: ImageI) -> None:
     wire = Wire(pair.client, servant)
     until(wire.shares)
     proxy = camera(pair.client)
@@ -108,7 +86,7 @@ def test_samples_travel_through_shared_memory(pair: Pair, servant: CameraI) -> N
 
 
 def test_a_client_without_shared_memory_sends_all_over_the_network(
-    pair: Pair, servant: CameraI, make_communicator: Callable[..., Communicator]
+    pair: Pair, servant: ImageI, make_communicator: Callable[..., Communicator]
 ) -> None:
     wire = Wire(pair.client, servant)
     until(wire.shares)
@@ -122,13 +100,13 @@ def test_a_client_without_shared_memory_sends_all_over_the_network(
     until(wire.shares)
 
 
-def publish_and_read(servant: CameraI, client: Communicator) -> ImageData | None:
+def publish_and_read(servant: ImageI, client: Communicator) -> ImageData | None:
     servant.getImageDataPublisher.publish(image(7))
     sample = camera(client).getImageData.latest()
     return None if sample is None else sample.value
 
 
-def test_a_client_on_another_machine_sends_all_over_the_network(pair: Pair, servant: CameraI) -> None:
+def test_a_client_on_another_machine_sends_all_over_the_network(pair: Pair, servant: ImageI) -> None:
     wire = Wire(pair.client, servant)
     until(wire.shares)
     with pair.client.session.liveliness().declare_token(client_token("nao", "fa", "0123456789abcdef")):
@@ -137,7 +115,7 @@ def test_a_client_on_another_machine_sends_all_over_the_network(pair: Pair, serv
 
 
 def test_a_client_of_another_realm_is_seen_by_the_servants_that_it_reads(
-    pair: Pair, servant: CameraI, make_communicator: Callable[..., Communicator]
+    pair: Pair, servant: ImageI, make_communicator: Callable[..., Communicator]
 ) -> None:
     wire = Wire(pair.client, servant)
     until(wire.shares)
@@ -154,13 +132,13 @@ def test_a_servant_without_shared_memory_sends_over_the_network(
     server = make_communicator(listen=[endpoint], shared_memory=False, lease=CALL_LIMIT)
     adapter = server.createObjectAdapter("Test")
     adapter.activate()
-    adapter.add(CameraI(), "Camera")
+    adapter.add(ImageI(), "Camera")
     proxy = camera(make_communicator(connect=[endpoint], lease=CALL_LIMIT))
     assert [proxy.getImageData("GRAY8") for _ in range(3)] == [image()] * 3
     assert not server.shared_memory.used
 
 
-def test_sample_whose_server_ended_before_it_was_read_is_skipped(pair: Pair, servant: CameraI) -> None:
+def test_sample_whose_server_ended_before_it_was_read_is_skipped(pair: Pair, servant: ImageI) -> None:
     proxy = camera(pair.client)
     wire = Wire(pair.client, servant)
     assert proxy.getImageData.latest() is None
@@ -170,12 +148,12 @@ def test_sample_whose_server_ended_before_it_was_read_is_skipped(pair: Pair, ser
     assert proxy.getImageData.latest() is None
 
 
-def test_collocated_call_gets_the_same(pair: Pair, servant: CameraI) -> None:
+def test_collocated_call_gets_the_same(pair: Pair, servant: ImageI) -> None:
     assert camera(pair.server).getImageData("GRAY8") == image()
     assert not pair.server.shared_memory.used
 
 
-def test_a_servant_that_is_withdrawn_lets_go_of_its_streams_memory(pair: Pair, servant: CameraI) -> None:
+def test_a_servant_that_is_withdrawn_lets_go_of_its_streams_memory(pair: Pair, servant: ImageI) -> None:
     wire = Wire(pair.client, servant)
     until(wire.shares)
     assert open_memory_files() > 0
@@ -183,7 +161,7 @@ def test_a_servant_that_is_withdrawn_lets_go_of_its_streams_memory(pair: Pair, s
     assert open_memory_files() == 0
 
 
-def test_destroy_lets_go_of_all_memory(pair: Pair, servant: CameraI) -> None:
+def test_destroy_lets_go_of_all_memory(pair: Pair, servant: ImageI) -> None:
     proxy = camera(pair.client)
     until(lambda: proxy.getImageData("GRAY8") == image() and pair.server.shared_memory.used)
     assert open_memory_files() > 0
@@ -192,7 +170,7 @@ def test_destroy_lets_go_of_all_memory(pair: Pair, servant: CameraI) -> None:
     assert open_memory_files() == 0
 
 
-def test_answer_of_a_server_that_ends_then_is_received(pair: Pair, servant: CameraI) -> None:
+def test_answer_of_a_server_that_ends_then_is_received(pair: Pair, servant: ImageI) -> None:
     proxy = camera(pair.client)
     until(lambda: proxy.getImageData("GRAY8") == image() and pair.server.shared_memory.used)
     answer = proxy.getImageDataAsync("GRAY8")
@@ -203,7 +181,7 @@ def test_answer_of_a_server_that_ends_then_is_received(pair: Pair, servant: Came
 
 
 def test_a_client_that_may_not_read_memory_after_all_gets_the_next_over_the_network(
-    pair: Pair, servant: CameraI, monkeypatch: pytest.MonkeyPatch
+    pair: Pair, servant: ImageI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_: object) -> object:
         raise PermissionError("not you")
@@ -224,10 +202,10 @@ def test_a_client_that_may_not_read_memory_after_all_gets_the_next_over_the_netw
 
 PUBLISHER = """
 import sys, time
-from tests.integration.test_zenoh_ice_shared_memory import CameraI, uniform
+from tests.support.image_servant import ImageI, image
 from zenoh_ice import initialize
 with initialize(listen=[sys.argv[1]], connect=[], clock="wall") as communicator:
-    servant = CameraI()
+    servant = ImageI()
     adapter = communicator.createObjectAdapter("Test")
     adapter.add(servant, "Camera")
     adapter.activate()
@@ -236,13 +214,8 @@ with initialize(listen=[sys.argv[1]], connect=[], clock="wall") as communicator:
     while True:
         number += 1
         servant.getImageDataPublisher.wait_for_listener(1.0)
-        servant.getImageDataPublisher.publish(uniform(number))
+        servant.getImageDataPublisher.publish(image(number, bytes([number % 256]) * (1 << 20)))
 """
-
-
-def uniform(number: int) -> ImageData:
-    pixels = bytes([number % 256]) * (1 << 20)
-    return ImageData(ImageDescription(1024, 1024, len(pixels), "GRAY8"), Time(number, 0), pixels)
 
 
 def test_images_that_come_faster_than_they_are_read_are_not_torn(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["open_memory_files", "shared_maps"]
+__all__ = ["mapped", "open_memory_files", "shared_maps"]
 
 _NAME = "/memfd:zenoh_ice-"
 
@@ -22,4 +22,9 @@ def open_memory_files() -> int:
 
 def shared_maps() -> int:
     """Return how many memory files are mapped here."""
-    return Path("/proc/self/maps").read_text().count(_NAME)
+    return len(mapped(_NAME))
+
+
+def mapped(name: str) -> set[str]:
+    """Return the maps of this process of files whose names begin so."""
+    return {line for line in Path("/proc/self/maps").read_text().splitlines() if f" {name}" in line}
