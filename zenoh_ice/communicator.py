@@ -105,7 +105,6 @@ class Communicator(CommunicatorServices):
             self._rivals: Final = Rivals(self)
             self._clients: Final = Clients(self.session, self.realm, self.dispatcher.submit)
             self.neighbors: Final = Neighbors(self.session, self.realm, self.shared_memory.space)
-            self._memory_space = self.shared_memory.space
             self._tokens: dict[str, object] = {}
             self._more_tokens: list[object] = []
             self.appear_in(self.realm)
@@ -208,18 +207,17 @@ class Communicator(CommunicatorServices):
         """Let the servants of a realm know that this communicator is there, and whose memory it can read."""
         with self._lock:
             if realm not in self._tokens:
-                self._tokens[realm] = self._declare(realm, self._memory_space)
+                self._tokens[realm] = self._declare_token(realm)
 
     def _ask_for_the_network(self) -> None:
         """Let servants know that this communicator cannot read their memory after all."""
         with self._lock:
-            self._memory_space = ""
             # Beside the others, as the end of those would say that this client is gone.
             if not self.destroyed:
-                self._more_tokens = [self._declare(realm, "") for realm in self._tokens]
+                self._more_tokens = [self._declare_token(realm) for realm in self._tokens]
 
-    def _declare(self, realm: str, memory_space: str) -> object:
-        token = client_token(realm, self.client_id, memory_space)
+    def _declare_token(self, realm: str) -> object:
+        token = client_token(realm, self.client_id, self.shared_memory.readable_space)
         return self.session.liveliness().declare_token(token)
 
     # Time.

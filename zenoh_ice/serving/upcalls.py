@@ -7,6 +7,7 @@ import logging
 import threading
 import time
 from concurrent.futures import Future
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -152,7 +153,13 @@ class Upcalls:
         try:
             result = method.function(*arguments, call.current)
             if operation.amd and (future := self._future_of(result)) is not None:
-                self._answer_by(future, operation, what, once=once, later=call.later, size=len(payload))
+                size = len(payload)  # of what Zenoh's query holds until it is answered
+                with self._lock:
+                    self._unanswered += 1
+                    self._unanswered_bytes += size
+                future.add_done_callback(
+                    partial(self._answer_later, operation, what, once, call.later, size=size)
+                )
                 return None
         except BaseException as error:  # noqa: BLE001 - logged; not even CancelledError may end the thread
             answer = self._failure(error, operation, what, about.client)
@@ -203,32 +210,14 @@ class Upcalls:
             return self._communicator.coroutines.run(result)
         return None
 
-    def _answer_by(
-        self,
-        future: Future[Any],
-        operation: Operation[..., Any],
-        what: str,
-        *,
-        once: CallKey | None,
-        later: AnswerLater,
-        size: int,
-    ) -> None:
-        """Answer with the outcome of a future; `size` is that of what Zenoh's query holds until then."""
-        with self._lock:
-            self._unanswered += 1
-            self._unanswered_bytes += size
-        future.add_done_callback(
-            lambda future: self._answer_later(future, operation, what, once=once, later=later, size=size)
-        )
-
     def _answer_later(
         self,
-        future: Future[Any],
         operation: Operation[..., Any],
         what: str,
-        *,
         once: CallKey | None,
         later: AnswerLater,
+        future: Future[Any],
+        *,
         size: int,
     ) -> None:
         """Answer with the outcome of a future, on the thread that gave it that."""

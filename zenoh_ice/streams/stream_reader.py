@@ -73,7 +73,6 @@ class StreamReader(Generic[V]):
         self._watchers: set[Callable[[], object]] = set()
         self._asked = False  # since `let_go_if_unwanted` last looked
         self._asked_at = -math.inf
-        self._closed = False
         self._end: Final = threading.Event()
         self._listening: Final = listening
         communicator.presence.watch(target.realm)
@@ -121,7 +120,7 @@ class StreamReader(Generic[V]):
     @property
     def closed(self) -> bool:
         """Whether no sample will come any more, as the communicator was destroyed."""
-        return self._closed or self._communicator.destroyed
+        return self._end.is_set() or self._communicator.destroyed
 
     def lost_since(self, moment: float) -> bool:
         """Return whether the servant went away after a moment of the monotonic clock, and is away."""
@@ -171,7 +170,6 @@ class StreamReader(Generic[V]):
     def close(self) -> None:
         """Stop listening for ever; whoever waits is told."""
         with self._changed:
-            self._closed = True
             self._end.set()
             self._changed.notify_all()
             pump = self._pump
@@ -190,7 +188,7 @@ class StreamReader(Generic[V]):
     # Whoever calls these holds the lock.
 
     def _newest(self) -> Sample[V] | None:
-        if self._closed or self._communicator.destroyed:
+        if self._communicator.destroyed:
             self._check_open()
         raw = self._try_receive()
         if raw is not None:

@@ -53,6 +53,11 @@ class SharedMemory:
         self._gave_up = False
 
     @property
+    def readable_space(self) -> str:
+        """The space whose memory this process can read, as far as known by now."""
+        return "" if self._gave_up else self.space
+
+    @property
     def used(self) -> bool:
         """Whether anything was sent through it."""
         return bool(self._files)
