@@ -24,7 +24,7 @@ class Operation(Generic[P, V]):
     """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns.
 
     `method` is its name in Python where that is another one: `_from` for `from`. `amd` lets the
-    servant's method return a future, or be a coroutine.
+    servant's method return a future, or be a coroutine. With `stop` it stops what the interface commands.
     """
 
     def __init__(
@@ -37,6 +37,7 @@ class Operation(Generic[P, V]):
         method: str | None = None,
         idempotent: bool = False,
         streamed: bool = False,
+        stop: bool = False,
         amd: bool = False,
     ) -> None:
         self.name: Final = name
@@ -46,6 +47,7 @@ class Operation(Generic[P, V]):
         self.exceptions: Final = exceptions
         self.idempotent: Final = idempotent
         self.streamed: Final = streamed
+        self.stop: Final = stop
         self.amd: Final = amd
         self.interface: Interface | None = None
         """The interface that declares it, once there is one."""
@@ -104,6 +106,14 @@ class Interface:
             for interface in reversed(self.lineage)
             for operation in interface.operations
         }
+
+    @cached_property
+    def stop_operations(self) -> tuple[Operation[..., Any], ...]:
+        """The operations that stop what the interface commands: its own and that of every base.
+
+        Each is to be called, as each stops only what its own interface commands.
+        """
+        return tuple(operation for operation in self.all_operations.values() if operation.stop)
 
     def _walk(self) -> Iterator[Interface]:
         yield self

@@ -133,6 +133,11 @@ class Operation(Definition):
         return self.is_marked("stream")
 
     @property
+    def stop(self) -> bool:
+        """Whether it stops what the interface commands."""
+        return self.is_marked("stop")
+
+    @property
     def inputs(self) -> list[Parameter]:
         """The parameters that a caller gives."""
         return [parameter for parameter in self.parameters if not parameter.out]

@@ -107,6 +107,9 @@ def _interface(before: ast.Interface, after: ast.Interface) -> Iterator[Breaking
     if bases_before != bases_after and not removed and not added:
         message = f"interface `{after.scoped}` extends the same interfaces by another way"
         yield _changed(BreakingRule.BASES_REARRANGED, message, before, after)
+    if _is_stoppable(before) and not _is_stoppable(after):
+        message = f"interface `{after.scoped}` no longer has an operation that stops it"
+        yield _changed(BreakingRule.STOP_REMOVED, message, before, after)
     operations = {operation.name: operation for operation in after.operations}
     for operation in before.operations:
         now = operations.pop(operation.name, None)
@@ -118,6 +121,12 @@ def _interface(before: ast.Interface, after: ast.Interface) -> Iterator[Breaking
     for operation in operations.values():
         message = f"operation `{operation.scoped}` was added"
         yield BreakingChange(BreakingRule.OPERATION_ADDED, message, operation.token)
+
+
+def _is_stoppable(interface: ast.Interface) -> bool:
+    """Return whether an operation, perhaps of a base, is marked to stop the interface."""
+    lineage = (interface, *interface.ancestors())
+    return any(operation.stop for each in lineage for operation in each.operations)
 
 
 def _operation(before: ast.Operation, after: ast.Operation) -> Iterator[BreakingChange]:

@@ -57,6 +57,7 @@ class BreakingRule(Enum):
         "B216", (Break.WIRE,), "the sides refuse each other, although nothing else changed"
     )
     AMD_REMOVED = _Facts("B217", (Break.SOURCE,), "servants must return values: no futures, no coroutines")
+    STOP_REMOVED = _Facts("B218", (Break.SOURCE,), "a component that ends no longer stops what it commanded")
 
     MEMBER_REMOVED = _Facts("B301", _BOTH, "receivers miss it, and code that reads it fails")
     MEMBER_ADDED = _Facts("B302", _BOTH, "old senders lack it, and code that makes the value must give it")

@@ -40,6 +40,7 @@ class Code(StrEnum):
     TOO_DEEP = "E034"
     BAD_TAG = "E035"
     LOCAL_TYPE = "E036"
+    BAD_STOP = "E037"
 
     UNKNOWN_METADATA = "W001"
     TOLERATED_KEYWORD = "W002"

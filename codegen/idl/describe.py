@@ -74,6 +74,8 @@ def _operation(operation: ast.Operation) -> list[list[str]]:
     kind = "called with a query"
     if operation.streamed:
         kind += ", published as a stream"
+    if operation.stop:
+        kind += ", stops what its interface commands"
     if operation.amd:
         kind += ", answered now or later"
     blocks.append([f"key {{realm}}/{{identity}}/{operation.name}: {kind}"])

@@ -57,6 +57,7 @@ class InterfaceChecker:
         """Check the operations of an interface with the body `scope`."""
         for operation in owner.operations:
             self.operation(operation, owner, scope, inherited)
+        self._stops(owner)
         check_generated_names(owner, inherited, self._resolver)
 
     def operation(
@@ -85,6 +86,25 @@ class InterfaceChecker:
             self._resolver.introduce(operation.name, scope, operation.token, operation)
         self._parameters(operation, Scope(operation.scoped, scope.local))
         self._throws(operation, scope)
+
+    def _stops(self, owner: ast.Interface) -> None:
+        """Report stop operations that cannot be called without knowing more than the mark, or are several."""
+        marked = [operation for operation in owner.operations if operation.stop]
+        for operation in marked:
+            if operation is not marked[0]:
+                note = Note("the first is here", marked[0].token.location)
+                message = f'`{owner.name}` has two operations marked ["stop"]; one is to stop it all'
+                self._resolver.error(Code.BAD_STOP, message, operation.token, note)
+            problems = []
+            if operation.returns is not None or operation.outputs:
+                problems.append("returns something")
+            if any(parameter.tag is None for parameter in operation.inputs):
+                problems.append("has a parameter that is not optional")
+            if not operation.idempotent:
+                problems.append("is not idempotent")
+            if problems:
+                message = f'operation `{operation.name}` is marked ["stop"] but {" and ".join(problems)}'
+                self._resolver.error(Code.BAD_STOP, message, operation.token)
 
     def _parameters(self, operation: ast.Operation, scope: Scope) -> None:
         tags: dict[int, ast.Literal] = {}

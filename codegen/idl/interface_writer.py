@@ -90,6 +90,8 @@ class _InterfaceWriter:
             items.append("idempotent=True")
         if operation.streamed:
             items.append("streamed=True")
+        if operation.stop:
+            items.append("stop=True")
         if operation.amd:
             items.append("amd=True")
         final = self._names.imported("typing", "Final")

@@ -9,7 +9,7 @@ from .codes import Code
 from .resolver import Resolver, with_article
 
 _KNOWN = frozenset(
-    {"stream", "amd", "nonmutating", "protected", "delegate", "format", "deprecate", "deprecated"}
+    {"stream", "stop", "amd", "nonmutating", "protected", "delegate", "format", "deprecate", "deprecated"}
 )
 _KNOWN |= {
     "async-oneway",
@@ -35,6 +35,9 @@ def check_metadata(definition: ast.Definition, resolver: Resolver) -> None:
         if text == "stream" and not isinstance(definition, ast.Operation):
             message = f"only operations can be streamed, not {with_article(definition.kind)}"
             resolver.error(Code.BAD_STREAM, message, metadata.token)
+        elif text == "stop" and not isinstance(definition, ast.Operation):
+            message = f'["stop"] is for the operation that stops, not for {with_article(definition.kind)}'
+            resolver.error(Code.BAD_STOP, message, metadata.token)
         elif text == "amd" and not _dispatched(definition):
             kind = with_article(definition.kind)
             message = f'["amd"] is ignored: it is for operations and interfaces, not for {kind}'

@@ -25,7 +25,8 @@ def operation_signature(operation: ast.Operation) -> str:
         f"{'out ' if each.out else ''}{_tag(each.tag)}{type_name(each.type)} {each.name}"
         for each in operation.parameters
     )
-    marks = [f'"{mark}"' for mark, given in (("amd", operation.amd), ("stream", operation.streamed)) if given]
+    given = {"amd": operation.amd, "stream": operation.streamed, "stop": operation.stop}
+    marks = [f'"{mark}"' for mark, is_given in given.items() if is_given]
     thrown = [named.definition.scoped if named.definition else named.name for named in operation.throws]
     return "".join(
         (

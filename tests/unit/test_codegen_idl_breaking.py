@@ -28,6 +28,7 @@ module m {
   exception Worse extends Bad {};
   interface Base { void ping(); };
   interface Other { void pong(); };
+  interface Motor { ["stop"] idempotent void halt(); idempotent void pause(); };
   interface Device extends Base {
     ["stream"] idempotent Point where(int axis, Ints more, out Color color) throws Bad;
     ["amd"] void move(Point to, double speed);
@@ -74,6 +75,13 @@ CASES = [
     ('["stream"] ', "", ["B212"]),
     ('["amd"] ', "", ["B217"]),
     ("void pong();", '["stream"] int pong();', ["B203", "B213"]),
+    ('["stop"] ', "", ["B218"]),
+    ('["stop"] idempotent void halt(); idempotent', 'idempotent void halt(); ["stop"] idempotent', []),
+    (
+        'interface Motor { ["stop"] idempotent void halt();',
+        'interface Brake { ["stop"] idempotent void halt(); }; interface Motor extends Brake {',
+        ["B215", "B201"],
+    ),
     ("Device extends Base", "Device", ["B214"]),
     ("Device extends Base", "Device extends Base, Other", ["B215"]),
     ("Other { void", "Other extends Base { void", ["B215"]),

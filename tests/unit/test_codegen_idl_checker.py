@@ -107,6 +107,13 @@ def test_what_keeps_the_rules_passes(tmp_path: Path, text: str) -> None:
         ("interface I { void f(); void fAsync(); };", "E030", 30),
         ('interface A { ["stream"] int f(); }; interface B extends A { void fPublisher(); };', "E030", 67),
         ('interface I { ["stream"] void f(); };', "E029", 31),
+        ('["stop"] struct S { int a; };', "E037", 2),
+        ('["stop"] interface I { idempotent void f(); };', "E037", 2),
+        ('interface I { ["stop"] void f(); };', "E037", 29),
+        ('interface I { ["stop"] idempotent int f(); };', "E037", 39),
+        ('interface I { ["stop"] idempotent void f(out int a); };', "E037", 40),
+        ('interface I { ["stop"] idempotent void f(optional(1) int a, int b); };', "E037", 40),
+        ('interface I { ["stop"] idempotent void f(); ["stop"] idempotent void g(); };', "E037", 70),
     ],
 )
 def test_what_breaks_a_rule_is_told_once_with_its_place(

@@ -8,13 +8,15 @@ import pytest
 
 from tests.support.slice_compiler import compile_text
 
+SWITCH = "  interface Switch { void off(); idempotent void rest(); };\n"
+
 BEGIN = """
 module m {
   enum Color { red, green };
   struct Light { float power; Color color; };
   sequence<Light> Lights;
   exception Broken { string what; };
-  interface Switch { void off(); };
+  interface Switch { void off(); idempotent void rest(); };
   interface Lamp extends Switch {
     ["stream"] idempotent Lights get(string which, out Color color) throws Broken;
   };
@@ -44,10 +46,9 @@ def description(directory: Path, text: str, **others: str) -> tuple[str, str]:
         BEGIN.replace("Color color)", "m::Color color)").replace("throws Broken", "throws ::m::Broken"),
         BEGIN.replace("{ red, green }", "{ green = 1, red = 0 }"),
         BEGIN.replace("void off()", '["amd"] void off()'),
+        BEGIN.replace("idempotent void rest()", '["stop"] idempotent void rest()'),
         BEGIN + "module m { struct Other { int a; }; };",
-        BEGIN.replace("interface Switch { void off(); };\n", "").replace(
-            "  enum", "  interface Switch { void off(); };\n  enum"
-        ),
+        BEGIN.replace(SWITCH, "").replace("  enum", f"{SWITCH}  enum"),
     ],
 )
 def test_what_does_not_show_on_the_wire_does_not_count(tmp_path: Path, same: str) -> None:

@@ -81,6 +81,7 @@ module m {
 
   interface Device {
     ["stream"] idempotent Point where();
+    ["stop"] idempotent void halt();
     void longOne(string first, string second, out ::m::Point third)
       throws ::m::Bad, Worse;
     void veryLongOne(

@@ -61,6 +61,7 @@ module m {
      * @param much how much of it
      */
     idempotent Everything get(int much, out Node node) throws Bad;
+    ["stop"] idempotent void halt();
   };
   interface Child extends Device {};
 };
@@ -321,6 +322,9 @@ def test_a_description_has_all_that_matters(definitions: dict[str, ast.Definitio
     assert "how much of it" in text
     assert "key {realm}/{identity}/get: called with a query" in text
     assert "throws ::m::Bad" in text
+    text = describe(find_definition("Device::halt", definitions))
+    assert '["stop"] idempotent void halt()' in text
+    assert "called with a query, stops what its interface commands" in text
     assert '@type  "::m::Leaf ::m::Node"' in describe(find_definition("Leaf", definitions))
     assert "idempotent ::m::Everything get(int much, out ::m::Node node) throws ::m::Bad" in describe(
         find_definition("Device", definitions)

@@ -38,6 +38,7 @@ module home {
      */
     ["stream"] idempotent Light get(string which, out Lights all) throws Broken;
     ["amd"] void off(string context);
+    ["stop"] idempotent void rest();
   };
 };
 """
@@ -155,9 +156,17 @@ _Lamp_off: Final[Operation[[str], None]] = Operation(
     amd=True,
 )
 
+_Lamp_rest: Final[Operation[[], None]] = Operation(
+    "rest",
+    arguments=_Nothing,
+    result=_Nothing,
+    idempotent=True,
+    stop=True,
+)
+
 _Lamp: Final = Interface(
     "::home::Lamp",
-    operations=(_Lamp_get, _Lamp_off),
+    operations=(_Lamp_get, _Lamp_off, _Lamp_rest),
     fingerprint="FINGERPRINT",
     definition="""\\
 ::home::Broken::what: string
@@ -165,6 +174,7 @@ _Lamp: Final = Interface(
 ::home::Color::red = 0
 ::home::Lamp::get(string which): ::home::Light, sequence<::home::Light> all throws ::home::Broken idempotent stream
 ::home::Lamp::off(string context): void
+::home::Lamp::rest(): void idempotent
 ::home::Light::color: ::home::Color
 ::home::Light::power: float
 enum ::home::Color
@@ -209,6 +219,14 @@ class LampPrx(ObjectPrx):
         """Call `off` without waiting."""
         return (self if context_ is None else self.ice_context(context_)).ice_invokeAsync(_Lamp_off, context)
 
+    def rest(self, context: Mapping[str, str] | None = None) -> None:
+        """Call `rest`."""
+        return (self if context is None else self.ice_context(context)).ice_invoke(_Lamp_rest)
+
+    def restAsync(self, context: Mapping[str, str] | None = None) -> InvocationFuture[None]:
+        """Call `rest` without waiting."""
+        return (self if context is None else self.ice_context(context)).ice_invokeAsync(_Lamp_rest)
+
 
 class Lamp(Object):
     """Servant: switch a lamp."""
@@ -235,6 +253,10 @@ class Lamp(Object):
     @abstractmethod
     def off(self, context: str, current: Current) -> Dispatched[None]:
         """Serve `off`."""
+
+    @abstractmethod
+    def rest(self, current: Current) -> None:
+        """Serve `rest`."""
 '''
 
 # Names that mean something else in Python, in the generated module, or in its base classes.
