@@ -72,7 +72,12 @@ class Behavior:
             self._set_parameters(component, parameters or {})
             self._connect(component)
             self._journal: Final = Journal(self._communicator.calls, self._clock.now)
-            self.run: Final = VirtualRun(component, clock=self._clock, on_error=on_error)
+            self.run: Final = VirtualRun(
+                component,
+                clock=self._clock,
+                on_error=on_error,
+                on_halt=lambda: stop_robot(self.component),
+            )
             """The driver of the automata, and in its `tree` all that is known of them."""
         except BaseException:
             self.close()
@@ -82,7 +87,6 @@ class Behavior:
         self.run.tree.observers.append(self._journal)
         self._tolerated = 0
         self._away = False
-        self._stopped = False
 
     @property
     def component(self) -> Any:  # noqa: ANN401 - each document has its own
@@ -102,9 +106,6 @@ class Behavior:
         Raises BehaviorFailed when user code raises an exception and no `on_error` was given.
         """
         self.run.advance(seconds)
-        if self.run.halted and not self._stopped:
-            self._stopped = True
-            stop_robot(self.component)
         self._check()
 
     def run_until(self, condition: Condition, limit: float = _LIMIT) -> float:

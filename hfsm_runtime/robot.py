@@ -6,8 +6,6 @@ import logging
 from concurrent.futures import Future, wait
 from typing import Any, Final
 
-from interfaces.jderobot import MotorsPrx
-from interfaces.nao import JointsPrx, MotionsPrx, PoseHeadPrx, PosturesPrx, SpeechPrx
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 
 from .component import Component, proxies_of
@@ -60,17 +58,21 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
 
 
 def stop_robot(component: Component) -> None:
-    """Stop what a component may have begun: the head, the joints, the walk, a motion, a text.
+    """Stop what a component may have commanded: call what the IDL marks as the stop of each of its proxies.
 
     It takes at most 1 s; what does not answer is logged.
     """
     calls: dict[Future[Any], str] = {}
     for name in proxies_of(component):
-        try:
-            for call in _stop_calls(vars(component).get(name)):
-                calls[call] = name
-        except ZenohIceError as error:
-            _logger.warning("self.%s could not be stopped: %s", name, error)
+        proxy = vars(component).get(name)
+        if not isinstance(proxy, ObjectPrx):
+            continue
+        for operation in proxy.ice_interface.stop_operations:
+            try:
+                # Every parameter of a stop operation is optional.
+                calls[proxy.ice_invokeAsync(operation, *(None for _ in operation.arguments.fields))] = name
+            except ZenohIceError as error:
+                _logger.warning("self.%s could not be stopped: %s", name, error)
     done, late = wait(calls, _STOP)
     for call in done:
         failure = call.exception()
@@ -78,11 +80,3 @@ def stop_robot(component: Component) -> None:
             _logger.warning("self.%s could not be stopped: %s", calls[call], failure)
     for name in sorted({calls[call] for call in late}):
         _logger.warning("self.%s did not say within %g s that it has stopped", name, _STOP)
-
-
-def _stop_calls(proxy: object) -> list[Future[Any]]:
-    if isinstance(proxy, PoseHeadPrx | JointsPrx | MotionsPrx | PosturesPrx | SpeechPrx):
-        return [proxy.stopAsync()]
-    if isinstance(proxy, MotorsPrx):
-        return [proxy.setVAsync(0.0), proxy.setWAsync(0.0), proxy.setLAsync(0.0)]
-    return []

@@ -7,6 +7,7 @@ ancestors run first.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from zenoh_ice.clocks.clock import VirtualClock
@@ -41,16 +42,23 @@ class VirtualRun:
     Proxies are not connected: assign to the component's attributes what stands for them. `trace` is every
     change since the start, the entry into the initial states included. `self.sleep` moves the time on; the
     cycles that fall due in the meantime run after it. When the root has finished nothing runs any more.
+    `on_halt` is called once when an error has ended it, before the time moves on.
     """
 
     def __init__(
-        self, component: Component, *, clock: VirtualClock | None = None, on_error: str | None = None
+        self,
+        component: Component,
+        *,
+        clock: VirtualClock | None = None,
+        on_error: str | None = None,
+        on_halt: Callable[[], None] | None = None,
     ) -> None:
         self.component = component
         self.clock = clock or VirtualClock()
         equip(component, self.clock, self._sleep, self.send)
         self.trace: list[Change] = []
         self.halted = False
+        self._on_halt = on_halt
         self.tree = Tree(make_automata(component))
         self.tree.on_change.append(self._changed)
         self._timeline = Timeline(self.clock)
@@ -104,6 +112,8 @@ class VirtualRun:
             self._move_to(due)
             at = max(due, slot_at(self._timeline.now(), run.automaton.interval))
             run_cycle(self.tree, run, at, self._supervision)
+            if self.halted and self._on_halt is not None:
+                self._on_halt()
             heapq.heappush(
                 self._due, (slot_after(max(at, self._timeline.now()), run.automaton.interval), index)
             )

@@ -113,11 +113,11 @@ class GuardedDevice:
         return self._obey(command)
 
     def hold(self, joints: Iterable[str] | None = None) -> None:
-        """Stop joints at once, or all.
+        """Stop joints at once, or all; joints that one motor drives stop together.
 
         What has claimed one of them is asked to end; the joints that it still needs for that are left to it.
         """
-        names = tuple(self._index if joints is None else joints)
+        names = self._safety.with_coupled(self._index if joints is None else joints)
         left = self.claims.stop(names)
         names = tuple(name for name in names if name not in left)
         self._obey(lambda reading: self._safety.hold(names, reading))

@@ -163,6 +163,12 @@ class Safety:
         self._rules.couple(wanted, Outcome())
         return wanted
 
+    def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:
+        """Return joints and those that share a motor with one of them."""
+        wanted = dict.fromkeys(joints, 0.0)
+        self._rules.couple(wanted, Outcome())
+        return tuple(wanted)
+
     def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
         """Stop joints at once, wherever they are."""
         outcome = Outcome()

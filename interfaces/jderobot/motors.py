@@ -112,10 +112,26 @@ _Motors_setL: Final[Operation[[float], Int]] = Operation(
     exceptions=(InvalidValueException, CommandRefusedException),
 )
 
+_Motors_stop: Final[Operation[[], None]] = Operation(
+    "stop",
+    arguments=_Nothing,
+    result=_Nothing,
+    idempotent=True,
+    stop=True,
+)
+
 _Motors: Final = Interface(
     "::jderobot::Motors",
-    operations=(_Motors_getV, _Motors_setV, _Motors_getW, _Motors_setW, _Motors_getL, _Motors_setL),
-    fingerprint="07a66b4c8c9e1c54",
+    operations=(
+        _Motors_getV,
+        _Motors_setV,
+        _Motors_getW,
+        _Motors_setW,
+        _Motors_getL,
+        _Motors_setL,
+        _Motors_stop,
+    ),
+    fingerprint="7e3d4850ca806dce",
     definition="""\
 ::jderobot::CommandRefusedException::holder: string
 ::jderobot::InvalidValueException::field: string
@@ -126,6 +142,7 @@ _Motors: Final = Interface(
 ::jderobot::Motors::setL(float l): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
 ::jderobot::Motors::setV(float v): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
 ::jderobot::Motors::setW(float w): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
+::jderobot::Motors::stop(): void idempotent
 exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
 exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
 exception ::jderobot::JderobotException
@@ -196,6 +213,14 @@ class MotorsPrx(ObjectPrx):
         """Call `setL` without waiting."""
         return (self if context is None else self.ice_context(context)).ice_invokeAsync(_Motors_setL, l)
 
+    def stop(self, context: Mapping[str, str] | None = None) -> None:
+        """End the walk, on both feet; never refused."""
+        return (self if context is None else self.ice_context(context)).ice_invoke(_Motors_stop)
+
+    def stopAsync(self, context: Mapping[str, str] | None = None) -> InvocationFuture[None]:
+        """Call `stop` without waiting."""
+        return (self if context is None else self.ice_context(context)).ice_invokeAsync(_Motors_stop)
+
 
 class Motors(Object):
     """Servant: command the velocity of a mobile robot in its own frame: x forward, y left."""
@@ -234,3 +259,7 @@ class Motors(Object):
 
         Raises InvalidValueException, CommandRefusedException.
         """
+
+    @abstractmethod
+    def stop(self, current: Current) -> None:
+        """End the walk, on both feet; never refused."""

@@ -112,14 +112,23 @@ _Pose3DMotors_getPose3DMotorsParams: Final[Operation[[], Pose3DMotorsParams]] = 
     idempotent=True,
 )
 
+_Pose3DMotors_stop: Final[Operation[[], None]] = Operation(
+    "stop",
+    arguments=_Nothing,
+    result=_Nothing,
+    idempotent=True,
+    stop=True,
+)
+
 _Pose3DMotors: Final = Interface(
     "::jderobot::Pose3DMotors",
     operations=(
         _Pose3DMotors_getPose3DMotorsData,
         _Pose3DMotors_setPose3DMotorsData,
         _Pose3DMotors_getPose3DMotorsParams,
+        _Pose3DMotors_stop,
     ),
-    fingerprint="4bfaef199b5f2a26",
+    fingerprint="4f03cd3e34388213",
     definition="""\
 ::jderobot::CommandRefusedException::holder: string
 ::jderobot::InvalidValueException::field: string
@@ -127,6 +136,7 @@ _Pose3DMotors: Final = Interface(
 ::jderobot::Pose3DMotors::getPose3DMotorsData(): ::jderobot::Pose3DMotorsData idempotent
 ::jderobot::Pose3DMotors::getPose3DMotorsParams(): ::jderobot::Pose3DMotorsParams idempotent
 ::jderobot::Pose3DMotors::setPose3DMotorsData(::jderobot::Pose3DMotorsData data): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
+::jderobot::Pose3DMotors::stop(): void idempotent
 ::jderobot::Pose3DMotorsData::pan: float
 ::jderobot::Pose3DMotorsData::panSpeed: float
 ::jderobot::Pose3DMotorsData::roll: float
@@ -215,6 +225,16 @@ class Pose3DMotorsPrx(ObjectPrx):
             _Pose3DMotors_getPose3DMotorsParams,
         )
 
+    def stop(self, context: Mapping[str, str] | None = None) -> None:
+        """Hold every axis where its command is by now; never refused. What moves an axis by itself, a walk or
+        a motion, ends.
+        """
+        return (self if context is None else self.ice_context(context)).ice_invoke(_Pose3DMotors_stop)
+
+    def stopAsync(self, context: Mapping[str, str] | None = None) -> InvocationFuture[None]:
+        """Call `stop` without waiting."""
+        return (self if context is None else self.ice_context(context)).ice_invokeAsync(_Pose3DMotors_stop)
+
 
 class Pose3DMotors(Object):
     """Servant: command a hinge or a mechanism of up to six axes."""
@@ -235,3 +255,9 @@ class Pose3DMotors(Object):
     @abstractmethod
     def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
         """Return the limits of the axes."""
+
+    @abstractmethod
+    def stop(self, current: Current) -> None:
+        """Hold every axis where its command is by now; never refused. What moves an axis by itself, a walk or
+        a motion, ends.
+        """

@@ -160,6 +160,7 @@ _Joints_stop: Final[Operation[[], None]] = Operation(
     arguments=_Nothing,
     result=_Nothing,
     idempotent=True,
+    stop=True,
 )
 
 _Joints: Final = Interface(

@@ -116,6 +116,7 @@ _Motions_stop: Final[Operation[[], None]] = Operation(
     arguments=_Nothing,
     result=_Nothing,
     idempotent=True,
+    stop=True,
 )
 
 
@@ -281,6 +282,7 @@ _Postures_stop: Final[Operation[[], None]] = Operation(
     arguments=_Nothing,
     result=_Nothing,
     idempotent=True,
+    stop=True,
 )
 
 

@@ -97,6 +97,7 @@ _PoseHead_stop: Final[Operation[[], None]] = Operation(
     arguments=_Nothing,
     result=_Nothing,
     idempotent=True,
+    stop=True,
 )
 
 

@@ -59,6 +59,7 @@ _Speech_stop: Final[Operation[[], None]] = Operation(
     arguments=_Nothing,
     result=_Nothing,
     idempotent=True,
+    stop=True,
 )
 
 

@@ -57,6 +57,10 @@ class Pose3DMotorsI(Pose3DMotors):
         """Return the limits of the axes."""
         return motor_params(self.device, self._axes)
 
+    def stop(self, current: Current) -> None:  # noqa: ARG002
+        """Hold the setpoint of every axis where it is by now."""
+        self.device.hold(joint for _, joint in self._axes)
+
 
 class Pose3DEncodersI(Pose3DEncoders):
     """Tell where the joints of `hinge` are, in calls and as a stream."""

@@ -44,6 +44,10 @@ class MotorsI(Motors):
         require_finite(l=l)
         return self._drive("left", l, current)
 
+    def stop(self, current: Current) -> None:  # noqa: ARG002
+        """End the walk, on both feet."""
+        self._walk.stop()
+
     def _drive(self, kind: str, velocity: float, current: Current) -> int:
         with refusals_told():
             return 1 if self._walk.drive({kind: velocity}, current.client) else 0

@@ -49,3 +49,7 @@ class NeckSpeedI(Pose3DMotors):
     def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:  # noqa: ARG002
         """Return the limits of pan and tilt and of their speeds."""
         return motor_params(self._device, NECK.joints)
+
+    def stop(self, current: Current) -> None:  # noqa: ARG002
+        """Hold the head where it is."""
+        self._device.hold((_YAW, _PITCH))

@@ -74,6 +74,8 @@ def test_an_arm_that_cannot_be_read_stops_the_dance(behavior: MakeBehavior) -> N
     b.advance(1.0)
     assert b.halted
     assert "no encoder" in b.errors[-1].message
+    assert b.errors[-1].time / 1e9 == pytest.approx(1.1)
+    assert arm(b, "R")[0] > POSITIONS["up"][0] + 0.5, "the arm is held on its way"
     still = b.robot.joints
     b.advance(1.0)
     assert b.robot.joints == pytest.approx(still, abs=1e-3)
@@ -97,3 +99,30 @@ def test_the_simulated_robot_dances_on_its_feet(behavior: MakeBehavior) -> None:
         assert b.time < 30.0
     assert [state for _, state in b.changes("dance")] == (ORDER * 3)[:10]
     assert worst < 0.3
+
+
+@pytest.mark.sim
+def test_an_error_in_the_dance_stops_the_arms_of_the_simulated_robot_on_their_way(
+    behavior: MakeBehavior,
+) -> None:
+    b = behavior(DOCUMENT, robot="sim", camera="drawn", on_error="stop")
+    joints = [side + name for side in "LR" for name in JOINTS]
+
+    def fastest() -> float:
+        reading = b.robot.device.read()
+        speeds = dict(zip((each.name for each in b.robot.device.joints), reading.velocities, strict=True))
+        return max(abs(speeds[joint]) for joint in joints)
+
+    b.run_until("low")
+    b.advance(0.5)
+    assert fastest() > 1.0, "the arms are in full swing"
+    b.stub("RightElbowEncoders", getPose3DEncodersData=ValueError("no encoder"))
+    b.advance(0.1)
+    assert b.halted
+    b.advance(0.3)
+    assert fastest() < 0.05
+    assert arm(b, "R")[0] < POSITIONS["low"][0] - 0.3, "they are held before their goal"
+    still = b.robot.joints
+    b.advance(2.0)
+    assert b.robot.joints == pytest.approx(still, abs=0.02)
+    assert b.robot.state.torso_tilt < 0.3

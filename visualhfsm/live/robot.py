@@ -172,8 +172,7 @@ def _stop_body(communicator: Communicator) -> Sequence[Future[Any]]:
 
 
 def _stop_walk(communicator: Communicator) -> Sequence[Future[Any]]:
-    walk = MotorsPrx.uncheckedCast(communicator.stringToProxy("Motors"))
-    return [walk.setVAsync(0.0), walk.setWAsync(0.0), walk.setLAsync(0.0)]
+    return [MotorsPrx.uncheckedCast(communicator.stringToProxy("Motors")).stopAsync()]
 
 
 _STOPS: Final[Mapping[str, Callable[[Communicator], Any]]] = {
