@@ -106,17 +106,18 @@ class VirtualRun:
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included; none once it has ended."""
         end = self._timeline.now() + round(seconds * _SECOND)
+        was_halted = self.halted
         while self._due and self._due[0][0] <= end and not (self.halted or self.finished):
             due, index = heapq.heappop(self._due)
             run = self.tree.runs[index]
             self._move_to(due)
             at = max(due, slot_at(self._timeline.now(), run.automaton.interval))
             run_cycle(self.tree, run, at, self._supervision)
-            if self.halted and self._on_halt is not None:
-                self._on_halt()
             heapq.heappush(
                 self._due, (slot_after(max(at, self._timeline.now()), run.automaton.interval), index)
             )
+        if self.halted and not was_halted and self._on_halt is not None:
+            self._on_halt()
         self._move_to(end)
 
     def send(self, name: str, data: object = None) -> None:

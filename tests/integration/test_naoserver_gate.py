@@ -34,6 +34,16 @@ def commands(nao):
     }
 
 
+def stop_everything(nao):
+    """Call every stop operation of every servant of the robot's."""
+    stopped = set()
+    for identity, servant in nao.server.assembly.servants.items():
+        for operation in servant.ice_interface.stop_operations:
+            nao.communicator.stringToProxy(identity).ice_invoke(operation)
+            stopped.add(identity)
+    assert {"Head", "Body", "Motors", "LeftKneeMotors", "NeckSpeed", "Motions", "Postures"} <= stopped
+
+
 def refused(nao):
     """The names of the commands that are refused."""
     names = set()
@@ -84,13 +94,16 @@ def test_everybody_can_stop_while_somebody_else_holds_the_robot(nao):
     with nao.client() as other:
         other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
         assert refused(nao) == commands(nao).keys()
-        nao.proxy(JointsPrx, "Body").stop()
-        nao.proxy(PoseHeadPrx, "Head").stop()
+        stop_everything(nao)
         nao.proxy(MotorsPrx, "Motors").setV(0.0)
-        nao.proxy(MotionsPrx, "Motions").stop()
-        nao.proxy(PosturesPrx, "Postures").stop()
         nao.proxy(SafetyPrx, "Safety").emergencyStop("enough")
         assert refused(other) == commands(nao).keys()
+
+
+def test_everybody_can_stop_after_an_emergency_stop(nao):
+    nao.proxy(SafetyPrx, "Safety").emergencyStop("enough")
+    stop_everything(nao)
+    assert refused(nao) == commands(nao).keys()
 
 
 def test_the_balls_are_no_part_of_the_robot(nao):

@@ -147,6 +147,32 @@ def test_a_hinge_that_was_limited_says_so(nao):
     assert wrist.setPose3DMotorsData(motors(pan=0.1)) == 0
 
 
+def test_a_hinge_that_is_stopped_stays_where_it_is_by_then(nao, body):
+    shoulder = nao.proxy(Pose3DMotorsPrx, "LeftShoulderMotors")
+    encoders = nao.proxy(Pose3DEncodersPrx, "LeftShoulderEncoders")
+    start = encoders.getPose3DEncodersData().tilt
+    shoulder.setPose3DMotorsData(motors(tilt=start - 1.0, tiltSpeed=0.3))
+    wait_for(encoders.getPose3DEncodersData, lambda data: data.tilt < start - 0.1)
+    shoulder.stop()
+    place = body.getJointNames().index("LShoulderPitch")
+    state = wait_for(body.getJointState, lambda state: abs(state.velocities[place]) < 0.02)
+    assert state.commands[place] > start - 0.9
+    wait_for(encoders.getPose3DEncodersData, lambda data: abs(data.tilt - state.commands[place]) < TOLERANCE)
+    assert shoulder.getPose3DMotorsData().tilt == pytest.approx(state.commands[place], abs=TOLERANCE)
+
+
+def test_a_hip_that_is_stopped_stops_the_joint_that_shares_its_motor(nao, body):
+    names = body.getJointNames()
+    left, right = names.index("LHipYawPitch"), names.index("RHipYawPitch")
+    start = body.getJointState().commands[left]
+    body.setJointPositions({"LHipYawPitch": start - 0.2}, 0.02)
+    wait_for(body.getJointState, lambda state: state.commands[left] < start - 0.02)
+    nao.proxy(Pose3DMotorsPrx, "RightHipMotors").stop()
+    state = wait_for(body.getJointState, lambda state: abs(state.velocities[left]) < 0.005)
+    assert state.commands[left] > start - 0.19
+    assert state.commands[right] == pytest.approx(state.commands[left], abs=1e-3)
+
+
 # -- the head ------------------------------------------------------------------------------------------------
 
 

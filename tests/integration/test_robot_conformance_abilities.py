@@ -141,6 +141,15 @@ def test_it_walks_as_fast_as_it_is_told_and_straight(walking):
     assert abs(after.robottheta - start.robottheta) < 0.15
 
 
+def test_a_stop_ends_the_walk_in_every_direction(walking):
+    motors, encoders = walking.proxy(MotorsPrx, "Motors"), walking.proxy(EncodersPrx, "Encoders")
+    assert (motors.setV(SPEED), motors.setW(-0.2)) == (0, 0)
+    wait_for(encoders.getEncodersData, lambda data: data.robottheta < -0.02)
+    motors.stop()
+    assert (motors.getV(), motors.getW(), motors.getL()) == (0.0, 0.0, 0.0)
+    eventually(lambda: not walking.robot.walker.walking)
+
+
 def test_it_turns_to_the_left_where_it_stands(walking):
     motors, encoders = walking.proxy(MotorsPrx, "Motors"), walking.proxy(EncodersPrx, "Encoders")
     start = encoders.getEncodersData()

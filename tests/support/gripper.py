@@ -70,10 +70,13 @@ _positions: Final[Operation[[], list[float]]] = Operation(
 )
 _text: Final[Operation[[int], str]] = Operation("text", arguments=_Size, result=_TextResult)
 _who: Final[Operation[[], str]] = Operation("who", arguments=_Nothing, result=_TextResult, idempotent=True)
+_stop: Final[Operation[[], None]] = Operation(
+    "stop", arguments=_Nothing, result=_Nothing, idempotent=True, stop=True
+)
 
 GRIPPER: Final = Interface(
     "::test::Gripper",
-    operations=(_close, _move, _positions, _text, _who),
+    operations=(_close, _move, _positions, _text, _who, _stop),
     fingerprint="c0ffee0000000010",
     definition="interface ::test::Gripper",
 )
@@ -103,6 +106,9 @@ class GripperPrx(ObjectPrx):
     def who(self) -> str:
         return self.ice_invoke(_who)
 
+    def stop(self) -> None:
+        return self.ice_invoke(_stop)
+
 
 class Gripper(Object):
     ice_interface: ClassVar[Interface] = GRIPPER
@@ -117,6 +123,8 @@ class Gripper(Object):
     def text(self, size: int, current: Current) -> str: ...
     @abstractmethod
     def who(self, current: Current) -> str: ...
+    @abstractmethod
+    def stop(self, current: Current) -> None: ...
 
 
 class GripperI(Gripper):
@@ -126,6 +134,7 @@ class GripperI(Gripper):
         self.name = name
         self.moved: list[float] = []
         self.texts = 0
+        self.stopped = 0
         self.ctx: Mapping[str, str] = {}
         self.currents: list[Current] = []
         self.entered = threading.Semaphore(0)
@@ -154,3 +163,6 @@ class GripperI(Gripper):
         self.currents.append(current)
         facet = f" -f {current.facet}" if current.facet else ""
         return f"{self.name}:{current.identity}{facet}"
+
+    def stop(self, current: Current) -> None:
+        self.stopped += 1
