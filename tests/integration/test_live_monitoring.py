@@ -361,7 +361,7 @@ def test_the_red_button_stops_the_robot_without_any_component(robot: ServedRobot
             eventually(lambda: head.getPose().panSpeed > 0.1)
             report = await opened.service.control("", "emergencyStop", {})
             assert report.failed == {}
-            assert report.stopped == ["Body", "Head"]
+            assert report.stopped == ["Body", "Head", "Motors"]
             eventually(lambda: abs(head.getPose().panSpeed) < 0.01)
             assert head.getPose().pan < 1.4
 

@@ -131,8 +131,6 @@ async def stop_robot(communicator: Communicator) -> StopReport:
     What is not there is left out. A robot with an emergency stop takes no command until `reset_robot`.
     """
     present = set(communicator.identities())
-    if "Safety" in present:
-        present.discard("Motors")  # what stops the walk there is a command, and no command is taken any more
     calls: dict[str, list[Future[Any]]] = {}
     failed: dict[str, str] = {}
     for identity in sorted(present & _STOPS.keys()):
