@@ -30,8 +30,8 @@ from typing import Annotated, Any, Final, NoReturn
 import typer
 
 from .exceptions import ZenohIceError
-from .network.exposure import exposure
 from .network.process_status import program_name
+from .network.security import exposure
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
 from .stop_signals import StopOnSignal
 

@@ -16,8 +16,7 @@ from .identity import Target
 from .network.presence import Presence
 from .operation import Interface, Operation
 from .serving.local_servants import LocalServants
-from .setting_checks import LONGEST_TIMEOUT
-from .settings import Settings
+from .settings import LONGEST_TIMEOUT, Settings
 from .streams.sample import Sample
 from .streams.stream_reader import StreamReader
 from .streams.stream_readers import StreamReaders

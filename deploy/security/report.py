@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.table import Table
 
 from deploy.router import check_router
+from zenoh_ice.network.security import check_security
 from zenoh_ice.network.session_config import nested, session_config
 from zenoh_ice.settings import Settings
 
@@ -44,7 +45,7 @@ def zenohd_config(settings: Settings, source: Path) -> str:
     Raises ConfigurationException for settings that are no router's, and what making a session of them would.
     """
     check_router(settings)
-    settings.security.check()
+    check_security(settings.security)
     values = nested(session_config(settings))
     comment = f"// Made from {source.name} by `nao security zenohd`; do not edit.\n"
     return comment + json.dumps(values, indent=2) + "\n"

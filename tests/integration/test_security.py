@@ -145,36 +145,6 @@ def test_a_stream_that_is_silent_is_no_refusal(keys: Keys, head: HeadI, open_wit
         student.getPose.wait(timeout=0.2)
 
 
-def test_a_facet_is_granted_by_itself(keys: Keys, router: Router, open_with: Open) -> None:
-    adapter = serve(open_with(keys.settings("robot")), HeadI(), "Head")
-    adapter.addFacet(HeadI(), "Head", "debug")
-    student, operator = (
-        PoseHeadPrx.checkedCast(open_with(keys.settings(who)).stringToProxy("Head -f debug"))
-        for who in ("student", "operator")
-    )
-    assert operator.getPose().pan == 0.25
-    with pytest.raises(AccessDeniedException, match="getPose"):
-        student.getPose()
-
-
-@pytest.mark.parametrize(
-    ("serves", "category", "identity"), [("heads/*", "heads", "heads/2"), ("*", "", "Spare")]
-)
-def test_default_servants_are_granted_as_the_identities_that_they_serve(
-    keys: Keys, open_with: Open, serves: str, category: str, identity: str
-) -> None:
-    roles = {"robot": {"serve": [serves]}, "student": {"call": [f"{identity}.getPose"]}}
-    users = {"robot": "robot", "student": "student"}
-    with Router(keys.settings("router", security={"roles": roles, "users": users})):
-        adapter = open_with(keys.settings("robot")).createObjectAdapter("Test")
-        adapter.addDefaultServant(HeadI(), category)
-        adapter.activate()
-        student = proxy(open_with(keys.settings("student")), identity)
-        assert student.getPose().pan == 0.25
-        with pytest.raises(AccessDeniedException):
-            student.setPose(0.0, 0.0, 0.5)
-
-
 def test_oneway_calls_are_granted_by_themselves(keys: Keys, head: HeadI, open_with: Open) -> None:
     student, operator = (open_with(keys.settings(who)) for who in ("student", "operator"))
     proxy(student).ice_oneway().stop()
@@ -292,8 +262,10 @@ class TestPasswords:
             "roles": {"reader": {"call": ["Head.get*"]}, "mover": {"call": ["Head.*"]}},
             "users": {"ann": "reader", "bob": "mover"},
         }
-        authority = {"authority": keys.settings("router").security.authority}
-        own = keys.settings("router").security.texts() if request.param == "tls" else {}
+        known = keys.settings("router").security
+        authority = {"authority": known.authority}
+        pair = {"certificate": known.certificate, "key": known.key}
+        own = authority | pair if request.param == "tls" else {}
         server = open_with(plain(listen=[endpoint], security={**own, **security}))
         serve(server, HeadI(), "Head")
         return {"mode": "client", "connect": [endpoint], "security": authority}

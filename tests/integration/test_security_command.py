@@ -18,6 +18,7 @@ from tests.support.limits import LIMIT
 from tests.support.security import Keys
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.network.security import check_security
 from zenoh_ice.settings import load_settings
 
 
@@ -39,12 +40,12 @@ def test_files_fit_together(folder: Path) -> None:
     router = load_settings(folder / "router.toml", environment={})
     assert (router.mode, router.realm, router.listen) == ("router", "lab", ("tls/0.0.0.0:7001",))
     assert router.security.users == {name: name for name in ("robot", "operator", "student")}
-    assert router.security.check() == []
+    assert check_security(router.security) == []
     for name in router.security.users:
         settings = load_settings(folder / f"{name}.toml", environment={})
         assert (settings.mode, settings.realm, settings.connect) == ("client", "lab", ("tls/robot.lab:7001",))
         assert settings.listen == ()
-        assert settings.security.check() == []
+        assert check_security(settings.security) == []
 
 
 @pytest.mark.parametrize(
@@ -78,7 +79,7 @@ def test_one_more_user(folder: Path) -> None:
     output = security("add", folder, "ann", "--role", "student")
     assert all(str(folder / name) in output for name in ("authority.pem", "ann.pem", "ann.key", "ann.toml"))
     assert load_settings(folder / "router.toml", environment={}).security.users["ann"] == "student"
-    assert load_settings(folder / "ann.toml", environment={}).security.check() == []
+    assert check_security(load_settings(folder / "ann.toml", environment={}).security) == []
 
 
 def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
@@ -87,7 +88,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
     after = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
     assert after.not_valid_after_utc < before.not_valid_after_utc
     assert (after.subject, hosts_of(after)) == (before.subject, hosts_of(before))
-    assert load_settings(folder / "router.toml", environment={}).security.check() == []
+    assert check_security(load_settings(folder / "router.toml", environment={}).security) == []
     assert stat.S_IMODE((folder / "router.key").stat().st_mode) == 0o600
     assert list(folder.glob("*.new")) == []
 
@@ -101,13 +102,13 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
         ),
         (["add", "FOLDER", "student", "--role", "student"], "'student' is a user already"),
         (["add", "FOLDER", "../ann", "--role", "student"], "'../ann' is no name"),
-        (["add", "FOLDER/absent", "ann", "--role", "student"], "router.toml: cannot read"),
+        (["add", "FOLDER/absent", "ann", "--role", "student"], "router.toml: cannot be read"),
         (["init", "FOLDER"], "has an authority already: `nao security add` makes certificates of it"),
         (["init", "FOLDER/other", "--host", "a b"], "'a b' is neither the name nor the address"),
         (["init", "FOLDER/other", "--realm", "a/b"], "a realm is"),
         (["renew", "FOLDER", "authority"], "an authority is not renewed"),
         (["renew", "FOLDER", "bob"], "bob.pem: cannot be read"),
-        (["show", "FOLDER/absent.toml"], "absent.toml: cannot read"),
+        (["show", "FOLDER/absent.toml"], "absent.toml: cannot be read"),
         (["zenohd", "FOLDER/student.toml"], "student.toml: mode = 'client': not the settings of a router"),
     ],
 )

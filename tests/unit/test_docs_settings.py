@@ -11,8 +11,7 @@ import typer
 from tests.support.pages import DOCS
 from zenoh_ice.command import with_settings
 from zenoh_ice.network.endpoints import PROTOCOLS
-from zenoh_ice.network.security import Security
-from zenoh_ice.settings import Settings
+from zenoh_ice.settings import Security, Settings
 
 TEXT = (DOCS / "settings.md").read_text("utf-8")
 ROWS = {

@@ -11,7 +11,7 @@ import pytest
 from deploy.security.folder import SecurityFolder
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
-from zenoh_ice.network.exposure import exposure
+from zenoh_ice.network.security import check_security, exposure
 from zenoh_ice.network.session_config import session_config
 from zenoh_ice.settings import Settings, load_settings
 
@@ -53,16 +53,16 @@ class TestSources:
             ("security = 3", "security: write a table"),
             (
                 "[security]\ncertificat = 'x'",
-                "no setting 'certificat' in it; there is authority, certificate",
+                "no setting 'security.certificat'; the settings are realm, ",
             ),
-            ("[security]\nkey = 3", "key: write text"),
-            ("[security]\nmutual = 1", "mutual: write true or false"),
-            ("[security]\nkey = '~nobody-of-this-name/key'", "key: '~nobody-of-this-name/key': "),
-            ("[security.roles]\nr = 3", "roles.r: write a table"),
-            ("[security.roles.r]\ncall = ['Head']", "roles.r: call: 'Head': write IDENTITY.OPERATION"),
+            ("[security]\nkey = 3", "security.key = 3: write text"),
+            ("[security]\nmutual = 1", "security.mutual = 1: write true or false"),
+            ("[security]\nkey = '~nobody-of-this-name/key'", "security.key = '~nobody-of-this-name/key': "),
+            ("[security.roles]\nr = 3", "security.roles.r = 3: write a table"),
+            ("[security.roles.r]\ncall = ['Head']", "roles.r.call[0] = 'Head': write IDENTITY.OPERATION"),
             ("[security.users]\nann = 'r'", "users.ann: there is no role 'r'; there is none"),
-            ("[security.users]\n'' = 'r'", "users: '' is no name"),
-            ("[security.users]\nann = ['r']", "users.ann: there is no role ['r']"),
+            ("[security.users]\n'' = 'r'", "security.users: '': write 1 to 64 characters"),
+            ("[security.users]\nann = ['r']", "security.users.ann = ['r']: write text"),
         ],
     )
     def test_what_is_wrong_is_told_with_its_file(self, text: str, message: str, tmp_path: Path) -> None:
@@ -74,7 +74,7 @@ class TestSources:
         assert str(file) in str(caught.value)
 
     def test_an_unknown_variable_is_told(self) -> None:
-        with pytest.raises(ConfigurationException, match=r"VISUALHFSM_SECURITY_KEI: .*'kei'"):
+        with pytest.raises(ConfigurationException, match=r"VISUALHFSM_SECURITY_KEI: .*'security\.kei'"):
             load_settings(environment={"VISUALHFSM_SECURITY_KEI": "x"})
 
 
@@ -124,11 +124,11 @@ class TestTogether:
         passwords = tmp_path / "passwords.txt"
         passwords.write_text("ann:secret\n")
         passwords.chmod(0o644)
-        assert secured(passwords=passwords).security.check() == [
+        assert check_security(secured(passwords=passwords).security) == [
             f"{passwords} can be read by others on this machine: chmod 600 it"
         ]
         passwords.chmod(0o600)
-        assert secured(passwords=passwords).security.check() == []
+        assert check_security(secured(passwords=passwords).security) == []
 
     @pytest.mark.parametrize(
         ("content", "message"),

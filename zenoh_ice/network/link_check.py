@@ -9,9 +9,9 @@ import time
 from collections.abc import Iterable
 from typing import Final
 
+from ..settings import Security
 from ..wire.text import printable
 from .endpoints import host_and_port, protocol
-from .security import Security
 
 __all__ = ["explain_endpoint", "explain_endpoints"]
 

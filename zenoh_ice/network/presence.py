@@ -23,9 +23,9 @@ from ..exceptions import (
 )
 from ..identity import ANY_NAME, Target
 from ..operation import OBJECT_TYPE_ID
+from ..settings import Security
 from ..stop_signals import unbroken
 from .link_check import explain_endpoints
-from .security import Security
 from .servant_table import ABSENT, ServantInfo, ServantTable
 from .servant_tokens import parse_token
 

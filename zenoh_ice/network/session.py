@@ -13,8 +13,8 @@ import zenoh
 from ..exceptions import ConfigurationException, ConnectFailedException, EndpointInUseException
 from ..settings import Settings
 from ..wire.text import without_source
-from .exposure import exposure
 from .link_check import explain_endpoints
+from .security import check_security, exposure
 from .session_config import connect_endpoints, send_limit, session_config
 
 __all__ = ["close_session", "connect_endpoints", "open_session", "send_limit"]
@@ -41,7 +41,7 @@ def open_session(settings: Settings) -> zenoh.Session:
     listens already, ConfigurationException for anything else that is wrong with the settings.
     """
     zenoh.init_log_from_env_or(_ZENOH_LOG)
-    for danger in (*settings.security.check(), *exposure(settings)):
+    for danger in (*check_security(settings.security), *exposure(settings)):
         _logger.warning("%s", danger)
     values = session_config(settings)
     config = zenoh.Config()

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any, Final
 
 from ..exceptions import ConfigurationException
-from ..settings import Settings
+from ..settings import Security, Settings
 from .access import access_control
 from .endpoints import protocol
-from .security import EVERYBODY, Security
 
 __all__ = ["connect_endpoints", "nested", "send_limit", "session_config"]
 
@@ -76,7 +75,6 @@ def session_config(settings: Settings) -> dict[str, Any]:
             settings.realm,
             certificates=settings.security.has_tls and settings.security.mutual,
             passwords=bool(settings.security.passwords),
-            everybody=EVERYBODY,
         )
     return values
 
