@@ -59,7 +59,7 @@ def launch(
         changes["endpoint"] = free_endpoint(description.endpoint)
         taken = changes["endpoint"] != description.endpoint
     processes = description.with_variables(changes)
-    logs = log_dir or description.log_dir
+    logs = log_dir or Path(description.log_dir)
     typer.echo(f"Starting {description.name}: {', '.join(process.name for process in processes)}")
     typer.echo(f"  logs in {logs}{', endpoint ' + changes['endpoint'] if description.endpoint else ''}")
     if taken:

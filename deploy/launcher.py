@@ -107,7 +107,7 @@ class Launcher:
             if not done:
                 watch.cancel()
                 return _End(1, self._failure(process, f"was not ready within {spec.ready_timeout:g} s"))
-            if not watch.done() and spec.ready is not None and not self._has_foreground:
+            if not watch.done() and spec.ready and not self._has_foreground:
                 self._tell(f"  {spec.name} is ready after {self._elapsed():.1f} s")
             return self._end_of(process, await watch)
         except OSError as error:

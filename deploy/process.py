@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
+import re
 import signal
 import sys
 import time
@@ -66,7 +67,7 @@ class StackProcess:
         if self._child.stdout is not None:
             log = self.log.open("w", encoding="utf-8")
             self._output = asyncio.create_task(self._copy_output(self._child.stdout, log))
-        if self.spec.ready is None:
+        if not self.spec.ready:
             self.ready.set()
 
     async def wait(self) -> int:
@@ -136,7 +137,7 @@ class StackProcess:
         line = raw.decode(errors="replace").rstrip("\r")
         log.write(f"{time.monotonic() - self._launched_at:9.3f} {line}\n")
         self.tail.append(line)
-        if self.spec.ready is not None and self.spec.ready.search(line):
+        if self.spec.ready and re.search(self.spec.ready, line):
             self.ready.set()
 
 

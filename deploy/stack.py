@@ -27,69 +27,106 @@
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, Final
+
+import msgspec
+from msgspec import Meta, Struct
+
+from zenoh_ice.toml_file import read_toml
 
 __all__ = ["ProcessSpec", "Stack", "StackError", "load_stack"]
 
-_VARIABLE = re.compile(r"\{(\w+)\}")
-_T = TypeVar("_T")
-_NAME = re.compile(r"[\w.-]+")
+_VARIABLE: Final = re.compile(r"\{(\w+)\}")
+
+Name = Annotated[
+    str, Meta(pattern=r"^[\w.-]+\Z", description="it names a log file: write letters, digits, . _ - only")
+]
+Command = Annotated[tuple[str, ...], Meta(min_length=1, description="write a program and its arguments")]
+Seconds = Annotated[float, Meta(gt=0.0, lt=3600.0, description="write seconds above 0 and below 3600")]
 
 
 class StackError(Exception):
-    """A stack file is wrong: the message names the file, the process and the key."""
+    """A stack file is wrong: the message names the file, the line and the key."""
 
 
-@dataclass(frozen=True, slots=True)
-class ProcessSpec:
+class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How one process of a stack is started, when it counts as ready, and how long its end may take."""
 
-    name: str
-    command: tuple[str, ...]
-    environment: Mapping[str, str] = field(default_factory=dict)
-    ready: re.Pattern[str] | None = None
-    ready_timeout: float = 20.0
-    stop_timeout: float = 3.0
+    name: Name
+    command: Command
+    environment: dict[str, str] = {}
+    ready: str = ""
+    """A regular expression that a line of its output matches; without one it is ready at once."""
+    ready_timeout: Seconds = 20.0
+    stop_timeout: Seconds = 3.0
     after: tuple[str, ...] = ()
     foreground: bool = False
 
+    def __post_init__(self) -> None:
+        try:
+            re.compile(self.ready)
+        except re.error as error:
+            raise ValueError(f"ready is no regular expression: {error}") from error
+        if self.foreground and self.ready:
+            raise ValueError("a foreground process writes to the terminal and cannot have `ready`")
 
-@dataclass(frozen=True, slots=True)
-class Stack:
+
+class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The processes of a stack in the order of the file, with the variables not yet filled in."""
 
-    path: Path
-    name: str
-    log_dir: Path
-    endpoint: str | None
-    variables: Mapping[str, str]
-    processes: tuple[ProcessSpec, ...]
+    name: str = ""
+    log_dir: str = ""
+    endpoint: str = ""
+    variables: dict[str, str] = {}
+    processes: tuple[ProcessSpec, ...] = msgspec.field(name="process", default=())
+
+    def __post_init__(self) -> None:
+        if not self.processes:
+            raise ValueError("there is no [[process]] in it")
+        names = [process.name for process in self.processes]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"two processes are named {name}")
+        foreground = [process.name for process in self.processes if process.foreground]
+        if len(foreground) > 1:
+            raise ValueError(f"only one process can be foreground, not {', '.join(foreground)}")
+        for number, process in enumerate(self.processes):
+            where = f"process {process.name}"
+            for other in process.after:
+                if other not in names:
+                    raise ValueError(f"{where}: after names {other}, which is not a process of the stack")
+                # Order in the file is order of starting, which also rules out circles.
+                if other not in names[:number]:
+                    raise ValueError(f"{where}: after names {other}, which stands below it; move it up")
+            for word in (*process.command, *process.environment.values()):
+                for variable in _VARIABLE.findall(word):
+                    if variable not in self.values:
+                        raise ValueError(
+                            f"{where}: {word!r} uses the variable {variable}, which [variables] lacks"
+                        )
 
     @property
-    def foreground(self) -> ProcessSpec | None:
-        """The process that owns the terminal, if there is one."""
-        return next((process for process in self.processes if process.foreground), None)
+    def values(self) -> dict[str, str]:
+        """The variables with their values, the endpoint among them."""
+        return {**self.variables, **({"endpoint": self.endpoint} if self.endpoint else {})}
 
-    def with_variables(self, changes: Mapping[str, str]) -> tuple[ProcessSpec, ...]:
+    def with_variables(self, changes: dict[str, str]) -> tuple[ProcessSpec, ...]:
         """Return the processes with every `{variable}` filled in.
 
         Raises StackError for a change of a variable that the stack does not have.
         """
         for name in changes:
-            if name not in self.variables:
-                known = ", ".join(sorted(self.variables)) or "none"
-                raise StackError(f"{self.path}: there is no variable {name}; its variables: {known}")
-        values = {**self.variables, **changes}
+            if name not in self.values:
+                known = ", ".join(sorted(self.values)) or "none"
+                raise StackError(f"there is no variable {name}; its variables: {known}")
+        values = self.values | changes
 
         def fill(text: str) -> str:
             return _VARIABLE.sub(lambda match: values[match[1]], text)
 
         return tuple(
-            replace(
+            msgspec.structs.replace(
                 process,
                 command=tuple(fill(word) for word in process.command),
                 environment={key: fill(value) for key, value in process.environment.items()},
@@ -99,135 +136,11 @@ class Stack:
 
 
 def load_stack(path: Path) -> Stack:
-    """Read and check a stack file.
+    """Read and check a stack file; without a name or a place for its logs it gets them from the file's name.
 
     Raises StackError when it cannot be read, is not TOML, has an unknown key, a value of a wrong type, a
     repeated or unknown process, an unknown variable or two foreground processes.
     """
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise StackError(f"{path}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise StackError(f"{path}: not TOML: {error}") from error
-    table = _Table(str(path), document)
-    name = table.text("name", path.stem)
-    log_dir = Path(table.text("log_dir", f"{name}/logs"))
-    endpoint = table.text("endpoint", "") or None
-    variables = table.texts("variables")
-    if endpoint:
-        variables["endpoint"] = endpoint
-    rows = table.take("process", list, [])
-    table.finish()
-    processes = tuple(
-        _process(_Table(f"{path}: process {number}", row)) for number, row in enumerate(rows, 1)
-    )
-    stack = Stack(path, name, log_dir, endpoint, variables, processes)
-    _check(stack)
-    return stack
-
-
-def _process(table: _Table) -> ProcessSpec:
-    name = table.text("name")
-    if not _NAME.fullmatch(name):
-        raise StackError(
-            f"{table.where}: name is {name!r}: it names a log file, so letters, digits, . _ - only"
-        )
-    table.where += f" ({name})"
-    command = table.words("command")
-    if not command:
-        raise StackError(f"{table.where}: command is missing or empty")
-    ready = table.text("ready", "")
-    try:
-        pattern = re.compile(ready) if ready else None
-    except re.error as error:
-        raise StackError(f"{table.where}: ready is no regular expression: {error}") from error
-    spec = ProcessSpec(
-        name,
-        command,
-        table.texts("environment"),
-        pattern,
-        table.seconds("ready_timeout", 20.0),
-        table.seconds("stop_timeout", 3.0),
-        table.words("after"),
-        table.take("foreground", bool, False),
-    )
-    table.finish()
-    if spec.foreground and spec.ready:
-        raise StackError(
-            f"{table.where}: a foreground process writes to the terminal and cannot have `ready`"
-        )
-    return spec
-
-
-def _check(stack: Stack) -> None:
-    names = [process.name for process in stack.processes]
-    if not names:
-        raise StackError(f"{stack.path}: no [[process]] in it")
-    for name in names:
-        if names.count(name) > 1:
-            raise StackError(f"{stack.path}: two processes are named {name}")
-    foreground = [process.name for process in stack.processes if process.foreground]
-    if len(foreground) > 1:
-        raise StackError(f"{stack.path}: only one process can be foreground, not {', '.join(foreground)}")
-    started: list[str] = []
-    for process in stack.processes:
-        where = f"{stack.path}: process {process.name}"
-        for other in process.after:
-            if other not in names:
-                raise StackError(f"{where}: after names {other}, which is not a process of the stack")
-            # Order in the file is order of starting, which also rules out circles.
-            if other not in started:
-                raise StackError(f"{where}: after names {other}, which stands below it; move it up")
-        for word in (*process.command, *process.environment.values()):
-            for variable in _VARIABLE.findall(word):
-                if variable not in stack.variables:
-                    raise StackError(
-                        f"{where}: {word!r} uses the variable {variable}, which [variables] lacks"
-                    )
-        started.append(process.name)
-
-
-class _Table:
-    """One table of a stack file: gives its keys by type and complains about what is left over."""
-
-    def __init__(self, where: str, values: object) -> None:
-        self.where = where
-        if not isinstance(values, dict):
-            raise StackError(f"{where}: a table was expected")
-        self._values: dict[str, object] = dict(values)
-
-    def take(self, key: str, kind: type[_T], default: _T | None = None) -> _T:
-        """Remove and return a value of one type."""
-        value = self._values.pop(key, default)
-        if not isinstance(value, kind):
-            raise StackError(f"{self.where}: {key} must be a {kind.__name__}, not {value!r}")
-        return value
-
-    def text(self, key: str, default: str | None = None) -> str:
-        return self.take(key, str, default)
-
-    def seconds(self, key: str, default: float) -> float:
-        value = self._values.pop(key, default)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 3600:
-            raise StackError(f"{self.where}: {key} must be seconds above 0 and below 3600, not {value!r}")
-        return float(value)
-
-    def words(self, key: str) -> tuple[str, ...]:
-        values = self.take(key, list, [])
-        for value in values:
-            if not isinstance(value, str):
-                raise StackError(f"{self.where}: {key} must be a list of strings, but has {value!r}")
-        return tuple(values)
-
-    def texts(self, key: str) -> dict[str, str]:
-        values = self.take(key, dict, {})
-        for name, value in values.items():
-            if not isinstance(value, str):
-                raise StackError(f"{self.where}: {key}.{name} must be a string, not {value!r}")
-        return dict(values)
-
-    def finish(self) -> None:
-        """Raise StackError when the table has a key that nobody took."""
-        for key in self._values:
-            raise StackError(f"{self.where}: unknown key {key}")
+    stack = read_toml(path, Stack, StackError)
+    name = stack.name or path.stem
+    return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")

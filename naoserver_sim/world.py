@@ -7,7 +7,6 @@ and y on the floor, z up. Lengths in m, masses in kg, angles in rad, colors as r
 from __future__ import annotations
 
 import math
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Final
@@ -18,10 +17,10 @@ from msgspec import Meta, Struct
 
 from naoserver.errors import RobotError
 from naoserver.robot import JointFacts
+from zenoh_ice.toml_file import parse_toml, read_text
 
 BALL_RADIUS: Final = 0.06
 """Radius in m of a carried ball."""
-_MOST_BYTES: Final = 1_000_000
 _MOST_THINGS: Final = 100
 
 Place = Annotated[float, Meta(ge=-50.0, le=50.0)]
@@ -30,7 +29,7 @@ Mass = Annotated[float, Meta(ge=0.001, le=100.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi)]
 Color = tuple[Share, Share, Share]
-Name = Annotated[str, Meta(pattern=r"^[A-Z]\w{0,31}$")]
+Name = Annotated[str, Meta(pattern=r"^[A-Z]\w{0,31}\Z")]
 
 
 class Start(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -43,10 +42,16 @@ class Start(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 class CarriedBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A ball that a mechanism carries round where the robot starts: pan, then distance, then height."""
 
-    name: Annotated[str, Meta(pattern=r"^Ball[A-Z]\w{0,27}$")]
+    name: Annotated[str, Meta(pattern=r"^Ball[A-Z]\w{0,27}\Z")]
     color: Color
     start: tuple[Angle, Place, Place]
     """Pan in rad, distance in m, height of the center in m."""
+
+    def __post_init__(self) -> None:
+        for joint, value in zip(self.joints, self.start, strict=True):
+            if not joint.lower <= value <= joint.upper:
+                message = f"{value:g} is not within {joint.lower:g} and {joint.upper:g}"
+                raise ValueError(f"start of {self.name}: {message}")
 
     @property
     def joints(self) -> tuple[JointFacts, JointFacts, JointFacts]:
@@ -88,6 +93,10 @@ class Wall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     height: Size = 0.5
     thickness: Size = 0.05
     color: Color = (0.86, 0.84, 0.80)
+
+    def __post_init__(self) -> None:
+        if math.dist(self.begin, self.end) < self.thickness:
+            raise ValueError("the wall is shorter than it is thick")
 
 
 class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -145,52 +154,29 @@ def bundled_worlds() -> tuple[str, ...]:
 def load_world(name: str) -> World:
     """Return a world by its name, if it is one of those that come along, or else from the file so named.
 
-    Raises RobotError that tells what is wrong, and where in which file.
+    Raises RobotError that names the file, the line and what is wrong.
     """
     if name in bundled_worlds():
         text = (resources.files("naoserver_sim") / "worlds" / f"{name}.toml").read_text(encoding="utf-8")
         return parse_world(text, name)
     try:
-        data = Path(name).read_bytes()
-    except OSError as error:
+        text = read_text(Path(name), RobotError)
+    except RobotError as error:
         known = ", ".join(bundled_worlds())
-        reason = error.strerror or str(error)
-        raise RobotError(f"{name}: {reason}; give the file of a world, or one of {known}") from error
-    if len(data) > _MOST_BYTES:
-        raise RobotError(f"{name}: a world's file has at most {_MOST_BYTES} bytes, this one {len(data)}")
-    try:
-        return parse_world(data.decode("utf-8"), name)
-    except UnicodeDecodeError as error:
-        raise RobotError(f"{name}: it is no text in UTF-8: {error}") from error
+        raise RobotError(f"{error}; give the file of a world, or one of {known}") from error
+    return parse_world(text, name)
 
 
 def parse_world(text: str, source: str) -> World:
     """Return the world that a text describes. Raises RobotError that names `source` and what is wrong."""
-    try:
-        world = msgspec.convert(tomllib.loads(text), World)
-    except tomllib.TOMLDecodeError as error:
-        raise RobotError(f"{source}: {error}") from error
-    except msgspec.ValidationError as error:
-        raise RobotError(f"{source}: {error}".replace("`$.", "`")) from error
-    _check(world, source)
-    return world
-
-
-def _check(world: World, source: str) -> None:
+    world = parse_toml(text, World, source, RobotError)
     names = world.names
     for name in names:
         if names.count(name) > 1:
             raise RobotError(f"{source}: {name} stands there {names.count(name)} times; give each its own")
     if len(names) + len(world.walls) > _MOST_THINGS:
         raise RobotError(f"{source}: there are more than {_MOST_THINGS} things")
-    for ball in world.carried_balls:
-        for joint, value in zip(ball.joints, ball.start, strict=True):
-            if not joint.lower <= value <= joint.upper:
-                message = f"{value:g} is not within {joint.lower:g} and {joint.upper:g}"
-                raise RobotError(f"{source}: start of {ball.name}: {message}")
-    for number, wall in enumerate(world.walls):
-        if math.dist(wall.begin, wall.end) < wall.thickness:
-            raise RobotError(f"{source}: walls[{number}] is shorter than it is thick")
+    return world
 
 
 def scattered(world: World, random: np.random.Generator) -> World:

@@ -43,12 +43,10 @@ def write(directory: Path, text: str) -> Path:
 def test_a_stack_is_read_with_its_processes_in_order(tmp_path):
     stack = load_stack(write(tmp_path, GOOD))
     server, view = stack.processes
-    assert (stack.name, stack.log_dir, stack.endpoint) == ("pair", Path("somewhere"), "tcp/127.0.0.1:7447")
-    assert server.ready is not None
-    assert server.ready.search("now serving nao")
+    assert (stack.name, stack.log_dir, stack.endpoint) == ("pair", "somewhere", "tcp/127.0.0.1:7447")
+    assert re.search(server.ready, "now serving nao")
     assert (server.ready_timeout, server.stop_timeout, server.foreground) == (5.0, 3.0, False)
     assert (view.after, view.foreground, view.stop_timeout) == (("server",), True, 9.5)
-    assert stack.foreground is view
 
 
 def test_variables_are_filled_into_commands_and_environment(tmp_path):
@@ -66,27 +64,36 @@ def test_a_change_of_an_unknown_variable_names_the_known_ones(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('name = "pair"', "name = 7", "name must be a str, not 7"),
-        ('name = "pair"', 'nam = "pair"', "unknown key nam"),
+        ('name = "pair"', "name = 7", r"toml:2: name = 7: write text"),
+        (
+            'name = "pair"',
+            'nam = "pair"',
+            "toml:2: nam: there is no such key; there is name, log_dir, endpoint, variables, process",
+        ),
         ('name = "pair"', "name =", "not TOML"),
         ('name = "view"', 'name = "server"', "two processes are named server"),
-        ('name = "view"', 'name = "a/b"', "names a log file"),
-        ('name = "view"', "", "process 2: name must be a str"),
-        ('command = ["view"]', "", r"process 2 \(view\): command is missing or empty"),
-        ('command = ["view"]', "command = [1]", "command must be a list of strings, but has 1"),
+        ('name = "view"', 'name = "a/b"', r"toml:17: process\[1\]\.name = 'a/b': it names a log file"),
+        ('name = "view"', "", r"toml:16: process\[1\]: name is missing"),
+        ('command = ["view"]', "", r"toml:16: process\[1\]: command is missing"),
+        ('command = ["view"]', "command = [1]", r"toml:18: process\[1\]\.command\[0\] = 1: write text"),
+        ('command = ["view"]', "command = []", r"process\[1\]\.command = \[\]: write a program"),
         ('command = ["view"]', 'command = ["{rate}"]', "process view: '{rate}' uses the variable rate"),
         ('after = ["server"]', 'after = ["sever"]', "after names sever, which is not a process"),
         ('after = ["server"]', 'after = ["view"]', "after names view, which stands below"),
         ('after = ["server"]', 'ready = "x"', "a foreground process writes to the terminal"),
-        ("stop_timeout = 9.5", "stop_timeout = -1", "stop_timeout must be seconds above 0"),
-        ("stop_timeout = 9.5", "stop_timeout = nan", "stop_timeout must be seconds above 0"),
-        ("stop_timeout = 9.5", "stop_timeout = true", "stop_timeout must be seconds above 0"),
+        (
+            "stop_timeout = 9.5",
+            "stop_timeout = -1",
+            r"toml:21: process\[1\]\.stop_timeout = -1: write seconds above 0",
+        ),
+        ("stop_timeout = 9.5", "stop_timeout = nan", "stop_timeout = nan: write seconds above 0"),
+        ("stop_timeout = 9.5", "stop_timeout = true", "stop_timeout = true: write seconds above 0"),
         ("ready_timeout = 5", "foreground = true", "only one process can be foreground"),
         ('ready = "serving \\\\\\\\w+"', 'ready = "("', "ready is no regular expression"),
         (
             'environment = { MODE = "x{speed}" }',
             "environment = { MODE = 1 }",
-            "environment.MODE must be a string",
+            r"toml:14: process\[0\]\.environment\.MODE = 1: write text",
         ),
     ],
 )

@@ -37,14 +37,14 @@ def test_world_is_read_from_a_file(tmp_path):
     ("text", "message"),
     [
         ("x = 1\ny = !", "w.toml: .*line 2"),
-        ("speed = 1", "w.toml: .*unknown field `speed`"),
+        ("speed = 1", "w.toml:1: speed: there is no such key; there is description, robot"),
         ("[robot]\nposition = [1.0]", r"robot\.position"),
         ('[[balls]]\nname = "ball"\nposition = [0.0, 0.0]', r"balls\[0\]\.name"),
         ('[[balls]]\nname = "A"\nposition = [nan, 0.0]', r"balls\[0\]\.position"),
         ('[[balls]]\nname = "A"\nposition = [0.0, 0.0]\nradius = -1.0', r"balls\[0\]\.radius"),
-        ('[[boxes]]\nname = "A"\nposition = [0.0, 0.0]', r"`size`.*boxes\[0\]"),
+        ('[[boxes]]\nname = "A"\nposition = [0.0, 0.0]', r"w.toml:1: boxes\[0\]: size is missing"),
         ('[[balls]]\nname = "A"\nposition = [0.0, 0.0]\n' * 2, "A stands there 2 times"),
-        ("[[walls]]\nbegin = [1.0, 1.0]\nend = [1.0, 1.0]", r"walls\[0\] is shorter"),
+        ("[[walls]]\nbegin = [1.0, 1.0]\nend = [1.0, 1.0]", r"walls\[0\]: the wall is shorter"),
         ('[[carried_balls]]\nname = "BallX"\ncolor = [1, 1, 1]\nstart = [0, 9, 1]', "start of BallX: 9"),
         ("[[walls]]\nbegin = [0, 0]\nend = [1, 1]\n" * 101, "more than 100"),
     ],
@@ -54,7 +54,7 @@ def test_mistake_is_told_with_its_place(text, message):
         parse_world(text, "w.toml")
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe", b"#" * 1_000_001])
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"#" * (1 << 21)])
 def test_file_that_is_no_world_is_refused(tmp_path, content):
     file = tmp_path / "w.toml"
     file.write_bytes(content)
@@ -63,7 +63,7 @@ def test_file_that_is_no_world_is_refused(tmp_path, content):
 
 
 def test_file_that_is_missing_is_told_with_what_there_is():
-    with pytest.raises(RobotError, match=r"socer: No such file.*balls, empty, room, soccer"):
+    with pytest.raises(RobotError, match=r"socer: cannot be read: No such file.*balls, empty, room, soccer"):
         load_world("socer")
 
 
