@@ -19,14 +19,16 @@ TOML: the same names.
 
 from __future__ import annotations
 
-import math
-import re
-import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
+
+from msgspec import Meta, Struct
+
+from zenoh_ice.toml_file import convert, read_text
+from zenoh_ice.toml_file import parse_toml as parse
 
 from .axes import Point
 from .color import Color
@@ -34,10 +36,9 @@ from .exceptions import WaypointException
 
 __all__ = ["Waypoint", "built_in_waypoints", "parse_csv", "parse_toml", "read_waypoints"]
 
-_NAMES: Final = ("x", "y", "z", "speed", "dwell")
-_REQUIRED: Final = ("x", "y", "z")
-_MAX_FILE_SIZE: Final = 1 << 20  # bytes
-_HEADER_OF_WAYPOINT: Final = re.compile(r"\s*\[\[\s*waypoints\s*\]\]")
+Meters = Annotated[float, Meta(ge=-1000.0, le=1000.0, description="write m from -1000 to 1000")]
+Speed = Annotated[float, Meta(gt=0.0, le=1000.0, description="write a speed above 0 m/s, at most 1000")]
+Seconds = Annotated[float, Meta(ge=0.0, le=86400.0, description="write s from 0 to 86400")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +51,33 @@ class Waypoint:
     dwell: float = 0.0
     """Time in s to stay."""
     source: str = "waypoint"
-    """File and line, for messages."""
+    """File and line, or number in the file, for messages."""
 
     def __str__(self) -> str:
         return f"{self.source}: waypoint {self.point}"
+
+
+class _Entry(Struct, frozen=True, forbid_unknown_fields=True):
+    """A waypoint as it stands in a file."""
+
+    x: Meters
+    y: Meters
+    z: Meters
+    speed: Speed | None = None
+    dwell: Seconds = 0.0
+
+    def at(self, source: str) -> Waypoint:
+        return Waypoint(Point(self.x, self.y, self.z), self.speed, self.dwell, source)
+
+
+class _File(Struct, frozen=True, forbid_unknown_fields=True):
+    waypoints: Annotated[
+        tuple[_Entry, ...], Meta(min_length=1, description="write one [[waypoints]] for each point")
+    ]
+
+
+_NAMES: Final = _Entry.__struct_fields__
+_REQUIRED: Final = ("x", "y", "z")
 
 
 def read_waypoints(path: Path) -> list[Waypoint]:
@@ -61,19 +85,8 @@ def read_waypoints(path: Path) -> list[Waypoint]:
 
     Raises WaypointException, naming file and line.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(_MAX_FILE_SIZE + 1)
-        if len(content) > _MAX_FILE_SIZE:
-            raise WaypointException(f"{path}: larger than {_MAX_FILE_SIZE} bytes; split it")
-        text = content.decode("utf-8-sig")
-    except OSError as error:
-        raise WaypointException(f"{path}: cannot read the waypoints: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise WaypointException(f"{path}:{line}: not UTF-8 text: {error.reason}") from error
-    parse = parse_toml if path.suffix.lower() == ".toml" else parse_csv
-    return parse(text, str(path))
+    parse_text = parse_toml if path.suffix.lower() == ".toml" else parse_csv
+    return parse_text(read_text(path, WaypointException), str(path))
 
 
 def built_in_waypoints(color: Color) -> list[Waypoint]:
@@ -81,6 +94,15 @@ def built_in_waypoints(color: Color) -> list[Waypoint]:
     name = f"{color}.csv"
     file = resources.files(__package__) / "paths" / name
     return parse_csv(file.read_text(encoding="utf-8"), name)
+
+
+def parse_toml(text: str, name: str) -> list[Waypoint]:
+    """Return the waypoints of a text in TOML; `name` is that of the file, for messages.
+
+    Raises WaypointException.
+    """
+    entries = parse(text, _File, name, WaypointException).waypoints
+    return [entry.at(f"{name}: waypoints[{number}]") for number, entry in enumerate(entries)]
 
 
 def parse_csv(text: str, name: str) -> list[Waypoint]:
@@ -111,59 +133,10 @@ def parse_csv(text: str, name: str) -> list[Waypoint]:
             for column, cell in zip(columns, cells, strict=False)
             if cell
         }
-        waypoints.append(_make_waypoint(given, source))
-    return _check_any(waypoints, name)
-
-
-def parse_toml(text: str, name: str) -> list[Waypoint]:
-    """Return the waypoints of a text in TOML; `name` is that of the file, for messages.
-
-    Raises WaypointException.
-    """
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        line = re.search(r"at line (\d+)", str(error))
-        where = f"{name}:{line[1]}" if line else f"{name}:{text.count(chr(10)) + 1}"
-        raise WaypointException(f"{where}: not TOML: {error}") from error
-    except RecursionError as error:
-        raise WaypointException(f"{name}: nested too deeply") from error
-    for key in document:
-        if key != "waypoints":
-            raise WaypointException(
-                f"{name}: there is no key {key!r}; write one [[waypoints]] for each point"
-            )
-    entries = document.get("waypoints", [])
-    if not isinstance(entries, list):
-        raise WaypointException(f"{name}: waypoints must be a list; write one [[waypoints]] for each point")
-    sources = _sources_of_entries(text, name, len(entries))
-    return _check_any(
-        [_make_toml_waypoint(entry, source) for entry, source in zip(entries, sources, strict=True)], name
-    )
-
-
-def _sources_of_entries(text: str, name: str, count: int) -> list[str]:
-    """Return file and line of each entry; tomllib does not tell them."""
-    lines = [n for n, line in enumerate(text.split("\n"), start=1) if _HEADER_OF_WAYPOINT.match(line)]
-    if len(lines) != count:  # written as an inline array
-        return [f"{name}: waypoint {index}" for index in range(1, count + 1)]
-    return [f"{name}:{line}" for line in lines]
-
-
-def _make_toml_waypoint(entry: object, source: str) -> Waypoint:
-    if not isinstance(entry, dict):
-        raise WaypointException(f"{source}: a waypoint is a table with the keys {', '.join(_NAMES)}")
-    given: dict[str, float] = {}
-    for key, value in entry.items():
-        if key not in _NAMES:
-            raise WaypointException(f"{source}: there is no key {key!r}; the keys are {', '.join(_NAMES)}")
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise WaypointException(f"{source}: {key} must be a number, not {value!r}")
-        try:
-            given[key] = float(value)
-        except OverflowError:
-            raise WaypointException(f"{source}: {key} is too large a number") from None
-    return _make_waypoint(given, source)
+        waypoints.append(convert(given, _Entry, source, WaypointException).at(source))
+    if not waypoints:
+        raise WaypointException(f"{name}: there is no waypoint in it")
+    return waypoints
 
 
 def _check_columns(cells: Sequence[str], source: str) -> list[str]:
@@ -188,24 +161,3 @@ def _parse_number(cell: str, column: str, source: str) -> float:
         return float(cell)
     except ValueError:
         raise WaypointException(f"{source}: {column} must be a number, not {cell!r}") from None
-
-
-def _make_waypoint(given: Mapping[str, float], source: str) -> Waypoint:
-    for name in _REQUIRED:
-        if name not in given:
-            raise WaypointException(f"{source}: {name} is missing; a waypoint needs x, y and z in m")
-    for name, value in given.items():
-        if not math.isfinite(value):
-            raise WaypointException(f"{source}: {name} must be finite, not {value}")
-    speed, dwell = given.get("speed"), given.get("dwell", 0.0)
-    if speed is not None and speed <= 0:
-        raise WaypointException(f"{source}: speed must be above 0 m/s, not {speed:g}")
-    if dwell < 0:
-        raise WaypointException(f"{source}: dwell must not be negative, but is {dwell:g} s")
-    return Waypoint(Point(given["x"], given["y"], given["z"]), speed, dwell, source)
-
-
-def _check_any(waypoints: list[Waypoint], name: str) -> list[Waypoint]:
-    if not waypoints:
-        raise WaypointException(f"{name}: there is no waypoint in it")
-    return waypoints

@@ -45,8 +45,8 @@ def test_csv_without_header() -> None:
 def test_toml() -> None:
     text = "[[waypoints]]\nx = 1\ny = 0.5\nz = 0.25\n\n[[waypoints]]\nx = 1\ny = 0\nz = 0.25\nspeed = 0.1\ndwell = 1\n"
     assert parse_toml(text, "f.toml") == [
-        Waypoint(Point(1.0, 0.5, 0.25), None, 0.0, "f.toml:1"),
-        Waypoint(Point(1.0, 0.0, 0.25), 0.1, 1.0, "f.toml:6"),
+        Waypoint(Point(1.0, 0.5, 0.25), None, 0.0, "f.toml: waypoints[0]"),
+        Waypoint(Point(1.0, 0.0, 0.25), 0.1, 1.0, "f.toml: waypoints[1]"),
     ]
 
 
@@ -90,10 +90,10 @@ def test_any_text_is_read_or_refused_by_our_exception(text: str) -> None:
         ("0.9,0", "f:1: z is missing"),
         ("0.9,,0.5", "f:1: y is missing"),
         ("0.9,0,0.5,0.1,0,7", "f:1: 6 values; at most 5"),
-        ("0.9,0,nan", "f:1: z must be finite, not nan"),
-        ("0.9,0,1e999", "f:1: z must be finite, not inf"),
-        ("0.9,0,0.5,0", "f:1: speed must be above 0 m/s, not 0"),
-        ("0.9,0,0.5,,-1", "f:1: dwell must not be negative"),
+        ("0.9,0,nan", "f:1: z = nan: write m from -1000 to 1000"),
+        ("0.9,0,1e999", "f:1: z = inf: write m from -1000 to 1000"),
+        ("0.9,0,0.5,0", "f:1: speed = 0.0: write a speed above 0 m/s"),
+        ("0.9,0,0.5,,-1", "f:1: dwell = -1.0: write s from 0"),
         ("x,y,hight\n1,2,3", "f:1: there is no column 'hight'"),
         ("x,y,y,z\n1,2,3,4", "f:1: column 'y' appears twice"),
         ("x,y\n1,2", "f:1: column 'z' is missing"),
@@ -111,21 +111,25 @@ def test_bad_csv_is_refused_with_line_and_reason(text: str, message: str) -> Non
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[[waypoints]]\nx = 1\ny = \nz = 2", "f:3: not TOML"),
-        ("[[waypoints]]\nx = 1\n\n[[waypoints]]\nx = 1\ny = 1", "f:1: y is missing"),
+        ("[[waypoints]]\nx = 1\ny = \nz = 2", "f: not TOML: Invalid value (at line 3"),
+        ("[[waypoints]]\nx = 1\n\n[[waypoints]]\nx = 1\ny = 1", "f:1: waypoints[0]: y is missing"),
         (
             "[[waypoints]]\nx=1\ny=1\nz=1\n\n[[waypoints]]\nx=1\ny=1\nz='a'",
-            "f:6: z must be a number, not 'a'",
+            "f:9: waypoints[1].z = 'a': write m from -1000 to 1000",
         ),
-        ("[[waypoints]]\nx=1\ny=1\nz=true", "f:1: z must be a number, not True"),
-        ("[[waypoints]]\nx=1\ny=1\nz=1\nw=1", "f:1: there is no key 'w'"),
-        (f"[[waypoints]]\nx=1\ny=1\nz=1{'0' * 400}", "f:1: z is too large"),
-        ("waypoints = [{x=1,y=1,z=1}, {x=1,y=1}]", "f: waypoint 2: z is missing"),
-        ("waypoints = [3]", "f: waypoint 1: a waypoint is a table"),
-        ("waypoints = 3", "f: waypoints must be a list"),
-        ("points = 3", "f: there is no key 'points'"),
-        ("x = " + "[" * 100_000, "f: nested too deeply"),
-        ("", "f: there is no waypoint in it"),
+        ("[[waypoints]]\nx=1\ny=1\nz=true", "f:4: waypoints[0].z = true: write m from -1000 to 1000"),
+        (
+            "[[waypoints]]\nx=1\ny=1\nz=1\nw=1",
+            "f:5: waypoints[0].w: there is no such key; there is x, y, z, speed, dwell",
+        ),
+        (f"[[waypoints]]\nx=1\ny=1\nz=1{'0' * 400}", "f:4: waypoints[0].z = 1000"),
+        ("waypoints = [{x=1,y=1,z=1}, {x=1,y=1}]", "f:1: waypoints[1]: z is missing"),
+        ("waypoints = [3]", "f:1: waypoints[0] = 3: write a table"),
+        ("waypoints = 3", "f:1: waypoints = 3: write one [[waypoints]] for each point"),
+        ("points = 3", "f:1: points: there is no such key; there is waypoints"),
+        ("x = " + "[" * 100_000, "f: not TOML: nested too deeply"),
+        ("", "f: waypoints is missing"),
+        ("waypoints = []", "f:1: waypoints = []: write one [[waypoints]] for each point"),
     ],
 )
 def test_bad_toml_is_refused_with_line_and_reason(text: str, message: str) -> None:
@@ -142,7 +146,7 @@ def test_a_file_is_read_by_its_ending(tmp_path: Path) -> None:
 
 
 def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(WaypointException, match="cannot read the waypoints: No such file"):
+    with pytest.raises(WaypointException, match="cannot be read: No such file"):
         read_waypoints(tmp_path / "none.csv")
     with pytest.raises(WaypointException, match="Is a directory"):
         read_waypoints(tmp_path)
