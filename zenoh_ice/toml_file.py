@@ -15,6 +15,7 @@ import enum
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Final, Literal, TypeVar, Union, get_args, get_origin
@@ -134,6 +135,8 @@ def _explain(problem: str, kind: Any, value: Any) -> tuple[list[str | int], str]
         plain = _plain(kind)[0]
         key: str | int
         if name:
+            if name not in _fields(plain):  # a key that looks like the place of an error
+                return path, f": {problem}"
             key, kind = name, _fields(plain)[name]
         elif isinstance(value, Mapping):  # msgspec does not say which key
             kind = get_args(plain)[1]
@@ -208,6 +211,7 @@ def _line(text: str, path: Sequence[str | int]) -> int | None:
             here = table
         elif key_match := _KEY.match(line):
             here = [*table, key_match[1].strip("\"'")]
-        if len(here) > depth and here == list(path[: len(here)]):
-            found, depth = number, len(here)
+        common = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(here, path, strict=False)))
+        if common > depth:
+            found, depth = number, common
     return found

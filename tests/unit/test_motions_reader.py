@@ -81,8 +81,8 @@ def test_a_posture_gives_every_joint_and_those_beside_it_win():
     [
         ("[[frame]]\n\nafter = 1.0\nHeadYaw = 9.0\n", 4, ["HeadYaw", "9", "-2.08567 to 2.08567"]),
         (FRAME + "Tail = 0.1\n", 3, ["Tail"]),
-        (FRAME + "HeadYaw = true\n", 3, ["HeadYaw", "finite number"]),
-        (FRAME + "HeadYaw = nan\n", 3, ["HeadYaw", "finite number"]),
+        (FRAME + "HeadYaw = true\n", 3, ["HeadYaw", "write a number"]),
+        (FRAME + "HeadYaw = nan\n", 3, ["HeadYaw", "write a number"]),
         (FRAME + "HeadYaw = 0.1\n[[frame]]\ntime = 0.5\n", 5, ["0.5", "above 1"]),
         ("[[frame]]\nHeadYaw = 0.1\n", 1, ["time", "after"]),
         ("[[frame]]\ntime = 1.0\nafter = 1.0\n", 1, ["either"]),
@@ -94,7 +94,6 @@ def test_a_posture_gives_every_joint_and_those_beside_it_win():
         (FRAME + "ShoulderPitch = 0.1\nRShoulderPitch = 0.2\n", 3, ["RShoulderPitch", "too"]),
         (FRAME + "HeadYaw = 0.0\n[[frame]]\nafter = 0.1\nHeadYaw = 1.0\n", 6, ["HeadYaw", "rad/s", "8.27"]),
         ('start = "StandZero"\n[[frame]]\nafter = 0.1\nKneePitch = 1.0\n', 4, ["KneePitch", "rad/s"]),
-        ("description = 'nothing'\n", 1, ["frame"]),
         ("description = 3\n" + FRAME, 1, ["description"]),
     ],
 )  # fmt: skip
@@ -103,6 +102,18 @@ def test_what_is_wrong_is_told_with_file_line_and_joint(text, line, words):
     assert message.startswith(f"nod.toml:{line}: ")
     for word in words:
         assert word in message
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("description = 'nothing'\n", "nod.toml: frame is missing"),
+        ("frame = []\n", "nod.toml:1: frame = []: write 1 to 2000 [[frame]]"),
+        (FRAME, "nod.toml: no frame names a joint"),
+    ],
+)
+def test_a_motion_without_frames_or_joints_is_refused(text, message):
+    assert refusal(text) == message
 
 
 def test_what_is_no_toml_is_told_with_its_line():
