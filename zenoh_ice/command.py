@@ -43,105 +43,57 @@ _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT)
 
 _logger = logging.getLogger(__name__)
 
-_Realm = Annotated[
-    str | None,
-    typer.Option("--realm", metavar="NAME", help="Robot or stack to belong to.", rich_help_panel=_PANEL),
-]
-_Connect = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--connect",
-        metavar="ENDPOINT",
-        help=f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated.",
-        rich_help_panel=_PANEL,
+
+def _option(kind: object, name: str, metavar: str | None, explanation: str, **options: Any) -> object:  # noqa: ANN401 - typer's
+    return Annotated[
+        kind, typer.Option(f"--{name}", metavar=metavar, help=explanation, rich_help_panel=_PANEL, **options)
+    ]
+
+
+_Text: Final = str | None
+_Texts: Final = list[str] | None
+
+_SHARED: Final[Mapping[str, object]] = {
+    "realm": _option(_Text, "realm", "NAME", "Robot or stack to belong to."),
+    "connect": _option(
+        _Texts, "connect", "ENDPOINT", f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
     ),
-]
-_Listen = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--listen",
-        metavar="ENDPOINT",
-        help="Endpoint to listen on; port 0 lets the system pick; may be repeated.",
-        rich_help_panel=_PANEL,
+    "listen": _option(
+        _Texts, "listen", "ENDPOINT", "Endpoint to listen on; port 0 lets the system pick; may be repeated."
     ),
-]
-_Mode = Annotated[
-    str | None,
-    typer.Option(
-        "--mode",
-        metavar="peer|client",
-        help="Talk to every other peer directly, or through the router or server at --connect alone.",
-        rich_help_panel=_PANEL,
+    "mode": _option(
+        _Text,
+        "mode",
+        "peer|client",
+        "Talk to every other peer directly, or through the router or server at --connect alone.",
     ),
-]
-_Clock = Annotated[
-    str | None,
-    typer.Option(
-        "--clock",
-        metavar="auto|wall|sim",
-        help="Time to go by: that of the wall, or the robot's; auto takes the robot's when it is simulated.",
-        rich_help_panel=_PANEL,
+    "clock": _option(
+        _Text,
+        "clock",
+        "auto|wall|sim",
+        "Time to go by: that of the wall, or the robot's; auto takes the robot's when it is simulated.",
     ),
-]
-_Timeout = Annotated[
-    float | None,
-    typer.Option("--timeout", metavar="SECONDS", help="Longest duration of a call.", rich_help_panel=_PANEL),
-]
-_Authority = Annotated[
-    str | None,
-    typer.Option(
-        "--authority", metavar="PEM", help="Who vouches for others, for TLS.", rich_help_panel=_PANEL
-    ),
-]
-_Certificate = Annotated[
-    str | None,
-    typer.Option("--certificate", metavar="PEM", help="What others know us by.", rich_help_panel=_PANEL),
-]
-_Key = Annotated[
-    str | None, typer.Option("--key", metavar="PEM", help="Key of the certificate.", rich_help_panel=_PANEL)
-]
-_Config = Annotated[
-    Path | None,
-    typer.Option(
-        "--config",
-        metavar="TOML",
-        help=f"File of settings. {ENVIRONMENT_PREFIX}REALM and the like, then flags, win over it.",
+    "timeout": _option(float | None, "timeout", "SECONDS", "Longest duration of a call."),
+    "authority": _option(_Text, "authority", "PEM", "Who vouches for others, for TLS."),
+    "certificate": _option(_Text, "certificate", "PEM", "What others know us by."),
+    "key": _option(_Text, "key", "PEM", "Key of the certificate."),
+    "config": _option(
+        Path | None,
+        "config",
+        "TOML",
+        f"File of settings. {ENVIRONMENT_PREFIX}REALM and the like, then flags, win over it.",
         envvar=CONFIG_VARIABLE,
-        rich_help_panel=_PANEL,
     ),
-]
-_ShowConfig = Annotated[
-    bool,
-    typer.Option(
-        "--show-config", help="Print the settings and where each comes from.", rich_help_panel=_PANEL
+    "show_config": _option(bool, "show-config", None, "Print the settings and where each comes from."),
+    "log_level": _option(
+        _Text,
+        "log-level",
+        "LEVEL",
+        "Least severe messages to log: debug, info, warning, error or critical.",
     ),
-]
-_LogLevel = Annotated[
-    str | None,
-    typer.Option(
-        "--log-level",
-        metavar="LEVEL",
-        help="Least severe messages to log: debug, info, warning, error or critical.",
-        rich_help_panel=_PANEL,
-    ),
-]
-
-
-_SHARED: Final[Mapping[str, tuple[object, object]]] = {
-    "realm": (_Realm, None),
-    "connect": (_Connect, None),
-    "listen": (_Listen, None),
-    "mode": (_Mode, None),
-    "clock": (_Clock, None),
-    "timeout": (_Timeout, None),
-    "authority": (_Authority, None),
-    "certificate": (_Certificate, None),
-    "key": (_Key, None),
-    "config": (_Config, None),
-    "show_config": (_ShowConfig, False),
-    "log_level": (_LogLevel, None),
 }
-"""The shared options: type and default of each by its name in Python."""
+"""The types of the shared options by their names in Python."""
+_DEFAULTS: Final = {"show_config": False}  # None for the others
 
 
 def with_settings(
@@ -166,8 +118,10 @@ def with_settings(
             if parameter.name != "settings"
         ]
         added = [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
-            for name, (annotation, default) in _SHARED.items()
+            inspect.Parameter(
+                name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=_DEFAULTS.get(name)
+            )
+            for name, kind in _SHARED.items()
         ]
         # What typer reads: the command's own options, then the shared ones.
         with_options.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]

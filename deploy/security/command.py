@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -89,14 +90,25 @@ def renew(
 def show(file: _File) -> None:
     """Show as whom a component is known and until when, and, if it decides that, who may do what."""
     from rich.console import Console
+    from rich.table import Table
 
-    with _needs_cryptography():
-        from deploy.security.report import access_table, identification
-
-        settings = _load(file)
-        typer.echo(f"{file}: {identification(settings)}")
-    if settings.security.roles:
-        Console().print(access_table(settings))
+    settings = _load(file)
+    security = settings.security
+    if security.certificate:
+        with _needs_cryptography():
+            from deploy.security.certificates import common_name, load_certificate
+        certificate = load_certificate(Path(security.certificate))
+        known = f"known as {common_name(certificate)}, until {certificate.not_valid_after_utc:%Y-%m-%d}"
+    else:
+        known = f"known as user {security.user}, by a password" if security.user else "known by nothing"
+    typer.echo(f"{file}: {known}")
+    if security.roles:
+        table = Table("role", "users", "call", "read", "oneway", "serve", title=f"realm {settings.realm}")
+        for name, role in security.roles.items():
+            users = [user for user, granted in security.users.items() if granted == name]
+            lists = (users, role.call, role.read, role.oneway, role.serve)
+            table.add_row(name, *("\n".join(items) or "-" for items in lists))
+        Console().print(table)
     elif settings.mode != "client":
         typer.echo("It has no roles: whoever is let in may do everything.")
 
@@ -106,10 +118,15 @@ def show(file: _File) -> None:
 )
 def zenohd(file: _File) -> None:
     """Print the configuration with which Zenoh's own router, zenohd, does what ours does."""
-    from deploy.router import DEFAULTS
-    from deploy.security.report import zenohd_config
+    from deploy.router import DEFAULTS, check_router
+    from zenoh_ice.network.security import check_security
+    from zenoh_ice.network.session_config import nested, session_config
 
-    typer.echo(zenohd_config(_load(file, DEFAULTS), file), nl=False)
+    settings = _load(file, DEFAULTS)
+    check_router(settings)
+    check_security(settings.security)
+    typer.echo(f"// Made from {file.name} by `nao security zenohd`; do not edit.")
+    typer.echo(json.dumps(nested(session_config(settings)), indent=2))
 
 
 def _load(file: Path, defaults: Mapping[str, object] | None = None) -> Settings:

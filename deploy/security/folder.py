@@ -21,7 +21,6 @@ from deploy.security.certificates import (
     write_private,
     write_public,
 )
-from deploy.security.templates import CLIENT_ROLES, client_settings, router_settings
 from zenoh_ice.network.endpoints import host_and_port, is_loopback
 from zenoh_ice.settings import Settings, load_settings
 
@@ -30,6 +29,57 @@ __all__ = ["SecurityFolder"]
 _AUTHORITY_VALID: Final = timedelta(days=3650)
 _AUTHORITY: Final = "authority"
 _ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - the router is there to be reached by other machines
+
+_CLIENT_ROLES: Final = ("robot", "operator", "student")
+"""The roles that the file of a router begins with."""
+
+_ROUTER: Final = """\
+# Settings of the router: nao router --config router.toml
+realm = {realm}
+mode = "router"
+connect = []
+listen = [{listen}]
+
+[security]
+authority = "authority.pem"
+certificate = "router.pem"
+key = "router.key"
+
+# What each role may do. What no role grants is denied.
+#   call    operations to call, and to read where they are streams, as IDENTITY.OPERATION
+#   read    streams to read, without calling anything
+#   oneway  operations to call oneway
+#   serve   identities to serve
+# `*` stands for any characters of a name; `**` alone is everything.
+
+[security.roles.robot]
+serve = ["**"]
+
+[security.roles.operator]
+call = ["**"]
+oneway = ["**"]
+serve = ["Hfsm.*"]
+
+[security.roles.student]
+call = ["*.get*", "Safety.emergencyStop"]
+read = ["**"]
+
+# The role of each certificate, by its common name; "*" is everybody who is let in.
+[security.users]
+{users}"""
+
+_CLIENT: Final = """\
+# Settings of {name}, who has the role {role} at the router: COMMAND --config {name}.toml
+realm = {realm}
+mode = "client"
+connect = [{connect}]
+listen = []
+
+[security]
+authority = "authority.pem"
+certificate = "{name}.pem"
+key = "{name}.key"
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +111,12 @@ class SecurityFolder:
         settings = [self._settings("router")]
         write_public(
             settings[0],
-            router_settings(realm, endpoint, {role: role for role in CLIENT_ROLES}).encode(),
+            _router_settings(realm, endpoint, {role: role for role in _CLIENT_ROLES}).encode(),
         )
-        for role in CLIENT_ROLES:
+        for role in _CLIENT_ROLES:
             self._issue(authority, role, (), valid)
             settings.append(self._settings(role))
-            text = client_settings(role, role, realm, f"tls/{_in_brackets(host)}:{port}")
+            text = _client_settings(role, role, realm, f"tls/{_in_brackets(host)}:{port}")
             write_public(settings[-1], text.encode())
         return settings
 
@@ -89,7 +139,7 @@ class SecurityFolder:
         authority = Authority.load(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
         self._issue(authority, name, (), valid)
         own = self._settings(name)
-        write_public(own, client_settings(name, role, router.realm, connect).encode())
+        write_public(own, _client_settings(name, role, router.realm, connect).encode())
         router_file.write_text(with_user, encoding="utf-8")
         return [self._certificate(_AUTHORITY), self._certificate(name), self._key(name), own]
 
@@ -114,7 +164,7 @@ class SecurityFolder:
         write_public(self._certificate(name), certificate)
 
     def _endpoint_of_clients(self) -> str:
-        file = self._settings(CLIENT_ROLES[0])
+        file = self._settings(_CLIENT_ROLES[0])
         connect = load_settings(file, environment={}).connect
         if not connect or host_and_port(connect[0]) is None:
             raise SecurityFilesError(f"{file}: `connect` names no router")
@@ -152,3 +202,14 @@ def _with_user(file: Path, name: str, role: str) -> str:
             f"{file}: [security.users] is not its last table; move it to the end of the file"
         )
     return after
+
+
+def _router_settings(realm: str, listen: str, users: dict[str, str]) -> str:
+    """Return the text of the router's file; `users` gives the role of each."""
+    lines = "".join(f"{json.dumps(user)} = {json.dumps(role)}\n" for user, role in users.items())
+    return _ROUTER.format(realm=json.dumps(realm), listen=json.dumps(listen), users=lines)
+
+
+def _client_settings(name: str, role: str, realm: str, connect: str) -> str:
+    """Return the text of the file of a robot or a user."""
+    return _CLIENT.format(name=name, role=role, realm=json.dumps(realm), connect=json.dumps(connect))

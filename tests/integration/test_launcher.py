@@ -352,7 +352,7 @@ def test_a_wrong_stack_file_is_one_line_on_stderr(tmp_path):
         [sys.executable, "-m", "deploy", str(path)], capture_output=True, text=True, timeout=LIMIT
     )
     assert done.returncode == 1
-    assert done.stderr == f"error: {path}: process 1: name must be a str, not None\n"
+    assert done.stderr == f"error: {path}:1: process[0]: name is missing\n"
 
 
 def test_a_place_where_no_logs_can_be_written_is_named(bench):
