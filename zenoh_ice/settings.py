@@ -117,7 +117,7 @@ class Security:
     """File (PEM) of the key of the certificate."""
     user: Text = ""
     """Name under which the component logs in, where whoever listens asks for one."""
-    password: Text = field(default="", repr=False)
+    password: str = field(default="", repr=False)
     """Password of that user."""
     passwords: Text = ""
     """File of the users who may connect: a line `NAME:PASSWORD` for each."""
@@ -235,6 +235,8 @@ class Settings:
         origin, kind = self._origin(name), _TYPES[name]
         if get_origin(kind) is Literal and isinstance(value, str):
             value = value.lower()
+        if name == "security.password" and not isinstance(value, str):
+            raise ConfigurationException(f"{origin}: {name}: write text")  # without the value
         is_variable = origin.startswith(ENVIRONMENT_PREFIX)
         value = convert(value, kind, origin, ConfigurationException, path=[name], strict=not is_variable)
         try:

@@ -73,6 +73,13 @@ class TestSources:
         assert message in str(caught.value)
         assert str(file) in str(caught.value)
 
+    def test_a_bad_password_is_not_shown(self, tmp_path: Path) -> None:
+        file = tmp_path / "robot.toml"
+        file.write_text("[security]\nuser = 'ann'\npassword = 4711\n")
+        with pytest.raises(ConfigurationException) as caught:
+            load_settings(file, environment={})
+        assert str(caught.value) == f"{file}: security.password: write text"
+
     def test_an_unknown_variable_is_told(self) -> None:
         with pytest.raises(ConfigurationException, match=r"VISUALHFSM_SECURITY_KEI: .*'security\.kei'"):
             load_settings(environment={"VISUALHFSM_SECURITY_KEI": "x"})
