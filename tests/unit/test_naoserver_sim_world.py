@@ -40,6 +40,7 @@ def test_world_is_read_from_a_file(tmp_path):
         ("speed = 1", "w.toml:1: speed: there is no such key; there is description, robot"),
         ("[robot]\nposition = [1.0]", r"robot\.position"),
         ('[[balls]]\nname = "ball"\nposition = [0.0, 0.0]', r"balls\[0\]\.name"),
+        ('[[balls]]\nname = "A\\n"\nposition = [0.0, 0.0]', r"balls\[0\]\.name"),
         ('[[balls]]\nname = "A"\nposition = [nan, 0.0]', r"balls\[0\]\.position"),
         ('[[balls]]\nname = "A"\nposition = [0.0, 0.0]\nradius = -1.0', r"balls\[0\]\.radius"),
         ('[[boxes]]\nname = "A"\nposition = [0.0, 0.0]', r"w.toml:1: boxes\[0\]: size is missing"),
