@@ -26,7 +26,7 @@ _ENDPOINT = re.compile(r"tcp/(?P<host>[\w.-]+):(?P<port>\d+)")
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """Why a stack ends: the launcher's exit code and what to tell about it."""
+    """Why a stack ends: the launcher's exit code and what to report about it."""
 
     code: int
     message: str = ""
@@ -44,12 +44,12 @@ class Launcher:
         self,
         processes: Sequence[ProcessSpec],
         log_dir: Path,
-        tell: Callable[[str], None],
+        report: Callable[[str], None],
         seconds: float | None = None,
     ) -> None:
         self._specs = tuple(processes)
         self._log_dir = log_dir
-        self._write = tell
+        self._write = report
         self._seconds = seconds
         self._launched_at = 0.0
         self._processes: dict[str, StackProcess] = {}
@@ -88,7 +88,7 @@ class Launcher:
                     await process.stop(force)
         end = ends.pop().result() if ends else _End(0)
         if end.message:
-            self._tell(end.message)
+            self._report(end.message)
         return end.code
 
     async def _supervise(self, process: StackProcess) -> _End:
@@ -108,7 +108,7 @@ class Launcher:
                 watch.cancel()
                 return _End(1, self._failure(process, f"was not ready within {spec.ready_timeout:g} s"))
             if not watch.done() and spec.ready and not self._has_foreground:
-                self._tell(f"  {spec.name} is ready after {self._elapsed():.1f} s")
+                self._report(f"  {spec.name} is ready after {self._elapsed():.1f} s")
             return self._end_of(process, await watch)
         except OSError as error:
             return _End(1, f"{spec.name} cannot be started: {error}")
@@ -130,7 +130,7 @@ class Launcher:
     def _elapsed(self) -> float:
         return time.monotonic() - self._launched_at
 
-    def _tell(self, message: str) -> None:
+    def _report(self, message: str) -> None:
         # The terminal may be gone, which is one of the reasons for which a stack ends.
         with contextlib.suppress(OSError):
             self._write(message)

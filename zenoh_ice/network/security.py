@@ -40,12 +40,12 @@ def exposure(settings: Settings) -> list[str]:
     if settings.mode == "client":
         return []
     security = settings.security
-    told: list[str] = []
+    dangers: list[str] = []
     for endpoint in settings.listen:
         if is_loopback(endpoint):
             continue
         if not protocol(endpoint).uses_tls:
-            told.append(
+            dangers.append(
                 f"listening on {endpoint} without TLS: anyone on that network can "
                 + (
                     "read and change"
@@ -56,15 +56,15 @@ def exposure(settings: Settings) -> list[str]:
                 "`nao security init`), or on 127.0.0.1 alone"
             )
         elif not security.mutual and not security.passwords:
-            told.append(
+            dangers.append(
                 f"listening on {endpoint}, where security.mutual is false and there are no passwords: anyone "
                 "on that network can see through the cameras and move the robot"
             )
         elif not security.roles:
-            told.append(
+            dangers.append(
                 f"listening on {endpoint} without security.roles: everybody who is let in may do everything"
             )
-    return told
+    return dangers
 
 
 def _check_together(security: Security) -> None:
