@@ -1,6 +1,16 @@
 """Run `python -m deploy STACK.toml`."""
 
-from deploy.cli import main
+from __future__ import annotations
+
+from startup import loading
+
+
+def main() -> None:
+    """Run the command; Ctrl-C ends it cleanly even while it loads."""
+    with loading():
+        from deploy.command import run
+    run()
+
 
 if __name__ == "__main__":
     main()
