@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 import msgspec
 
 from .operation import OBJECT_TYPE_ID, Interface, Operation
+from .reflection import schema_of
 from .streams.publisher import Publisher
 
 if TYPE_CHECKING:
     from .adapter import ObjectAdapter
     from .communicator import Communicator
 
-__all__ = ["OBJECT_INTERFACE", "Current", "InterfaceDescription", "Object"]
+__all__ = ["OBJECT_INTERFACE", "Current", "Object"]
 
 V = TypeVar("V")
 
@@ -46,14 +47,6 @@ class Current(msgspec.Struct):  # which is made in a third of the time that a da
         return self.call_id.partition("/")[0]
 
 
-class InterfaceDescription(msgspec.Struct):
-    """An interface as the servant's side knows it."""
-
-    typeId: str
-    fingerprint: str
-    definition: str
-
-
 class _NoArguments(msgspec.Struct):
     pass
 
@@ -78,10 +71,6 @@ class _TextsResult(msgspec.Struct):
     returnValue: list[str]
 
 
-class _DescriptionsResult(msgspec.Struct):
-    returnValue: list[InterfaceDescription]
-
-
 ICE_PING: Final[Operation[[], None]] = Operation(
     "ice_ping", arguments=_NoArguments, result=_NoResult, idempotent=True
 )
@@ -94,8 +83,8 @@ ICE_ID: Final[Operation[[], str]] = Operation(
 ICE_IDS: Final[Operation[[], list[str]]] = Operation(
     "ice_ids", arguments=_NoArguments, result=_TextsResult, idempotent=True
 )
-ICE_DESCRIBE: Final[Operation[[], list[InterfaceDescription]]] = Operation(
-    "ice_describe", arguments=_NoArguments, result=_DescriptionsResult, idempotent=True
+ICE_DESCRIBE: Final[Operation[[], str]] = Operation(
+    "ice_describe", arguments=_NoArguments, result=_TextResult, idempotent=True
 )
 
 OBJECT_INTERFACE: Final = Interface(
@@ -129,12 +118,12 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
         """Return the type ids of all interfaces of the servant, sorted."""
         return list(self.ice_interface.type_ids)
 
-    def ice_describe(self, current: Current) -> list[InterfaceDescription]:  # noqa: ARG002
-        """Return fingerprint and definition of all interfaces of the servant, its own first."""
-        return [
-            InterfaceDescription(interface.type_id, interface.fingerprint, interface.definition)
-            for interface in self.ice_interface.lineage
-        ]
+    def ice_describe(self, current: Current) -> str:  # noqa: ARG002
+        """Return the schema of the servant's interface as JSON, which `ObjectPrx.ice_describe` reads.
+
+        Raises ConfigurationException when codegen did not write one.
+        """
+        return schema_of(self.ice_interface).as_json()
 
     def ice_publisher(self, operation: Operation[..., V]) -> Publisher[V]:
         """Return the publisher of a streamed operation.

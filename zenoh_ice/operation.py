@@ -64,8 +64,8 @@ class Operation(Generic[P, V]):
 class Interface:
     """An interface: its type id, its own operations, and the interfaces that it extends.
 
-    `definition` is the canonical text of the interface and of every type that it uses, one member a line;
-    `fingerprint` is the beginning of its digest.
+    `fingerprint` is the beginning of the digest of its canonical form, in which codegen writes it and every
+    type that it uses. `module` is the generated module; beside it lies the schema that describes them.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Interface:
         bases: tuple[Interface, ...] = (),
         operations: tuple[Operation[..., Any], ...] = (),
         fingerprint: str = "",
-        definition: str = "",
+        module: str = "",
     ) -> None:
         self.type_id: Final = type_id
         self.bases: Final = bases
@@ -83,7 +83,7 @@ class Interface:
         for operation in operations:
             operation.interface = self
         self.fingerprint: Final = fingerprint
-        self.definition: Final = definition
+        self.module: Final = module
 
     def __repr__(self) -> str:
         return f"<interface {self.type_id} {self.fingerprint}>"

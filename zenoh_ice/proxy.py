@@ -17,9 +17,10 @@ from .exceptions import (
     ZenohIceError,
 )
 from .identity import Identity, Target, check_facet, stringToIdentity
-from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE, InterfaceDescription
+from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
 from .operation import OBJECT_TYPE_ID, Interface, Operation
 from .proxy_options import Context, ProxyOptions
+from .reflection import Schema, parse_schema
 from .streams.sample import Sample
 from .streams.stream_reader import StreamReader
 from .streams.subscription import Delivery, Subscription
@@ -117,9 +118,12 @@ class ObjectPrx(ProxyOptions):
         """Do as `ice_ids` does, without waiting."""
         return self._telling(context).ice_invokeAsync(ICE_IDS)
 
-    def ice_describe(self, context: Context = None) -> list[InterfaceDescription]:
-        """Return fingerprint and definition of all interfaces of the servant."""
-        return self._telling(context).ice_invoke(ICE_DESCRIBE)
+    def ice_describe(self, context: Context = None) -> Schema:
+        """Return the servant's own interface, those that it extends, and every type that they use.
+
+        Raises MarshalException when what the servant says is no such description.
+        """
+        return parse_schema(self._telling(context).ice_invoke(ICE_DESCRIBE))
 
     # How generated code calls.
 
@@ -222,8 +226,8 @@ class ObjectPrx(ProxyOptions):
             return
         found = self._communicator.find(self._target, wanted.type_id, timeout)
         if OBJECT_TYPE_ID in found:  # a servant locator, which has to be asked for the servant
-            descriptions = ObjectPrx.uncheckedCast(self.ice_twoway()).ice_describe(context)
-            found = {known.typeId: known.fingerprint for known in descriptions}
+            schema = ObjectPrx.uncheckedCast(self.ice_twoway()).ice_describe(context)
+            found = {each: schema.definitions[each].fingerprint for each in schema.lineage(schema.interface)}
         fingerprint = found.get(wanted.type_id)
         if fingerprint is None:
             raise InterfaceMismatchException(

@@ -6,7 +6,7 @@ from . import ast
 from .annotations import Annotations
 from .doc_comments import DocComment, parse_doc_comment
 from .fingerprint import canonical_definition, fingerprint
-from .layout import INDENT, bracketed, docstring, multiline_string, string
+from .layout import INDENT, bracketed, docstring, string
 from .names import ModuleNames, python_name
 from .record_writer import Field, fields_of, write_record
 from .type_writer import TypeWriter
@@ -98,7 +98,6 @@ class _InterfaceWriter:
         return [*chunks, bracketed(f"{private}: {final}[{kind}] = {class_}(", items, ")")]
 
     def _interface_description(self) -> list[str]:
-        definition = canonical_definition(self._interface)
         bases = [
             f"{self._annotations.reference(base, at_import=True)}.ice_interface" for base in self._bases()
         ]
@@ -108,8 +107,8 @@ class _InterfaceWriter:
         operations = list(self._operations.values())
         if operations:
             items.append(self._tuple("operations", operations))
-        items.append(f'fingerprint="{fingerprint(definition)}"')
-        items.append(f"definition={multiline_string(definition)}")
+        items.append(f'fingerprint="{fingerprint(canonical_definition(self._interface))}"')
+        items.append("module=__name__")
         final, class_ = self._names.imported("typing", "Final"), self._names.runtime("Interface")
         return bracketed(f"{self._description}: {final} = {class_}(", items, ")")
 

@@ -70,12 +70,6 @@ def string(value: str) -> str:
     return quote + "".join(characters) + quote
 
 
-def multiline_string(text: str) -> str:
-    """Return a string literal in triple quotes whose lines begin at the margin."""
-    escaped = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
-    return f'"""\\\n{escaped}"""'
-
-
 def stacked(chunks: Iterable[Sequence[str]]) -> list[str]:
     """Return the lines of a module's statements: two empty lines around a class, one between others."""
     lines: list[str] = []

@@ -12,9 +12,9 @@ def main() -> NoReturn:
     with loading():
         import os
 
+        from deploy.nao import NaoError
         from deploy.nao.command import app
         from deploy.nao.completion import join_words
-        from deploy.nao.errors import NaoError
         from zenoh_ice.command import run
     if os.environ.get("_NAO_COMPLETE") == "complete_bash":
         join_words(os.environ)

@@ -29,7 +29,6 @@ app = typer.Typer(
 _DEFAULTS = {"clock": "wall"}
 
 _Json = Annotated[bool, typer.Option("--json", help="Print JSON on one line, for programs.")]
-_Facet = Annotated[str, typer.Option("--facet", metavar="NAME", help="Facet of the servant.")]
 
 
 def _examples(*lines: str) -> str:
@@ -87,13 +86,12 @@ def describe(
             show_default=False,
         ),
     ],
-    facet: _Facet = "",
     json: _Json = False,
 ) -> None:
     """Tell what a servant can do: operations, parameters, types."""
     from deploy.nao.describing import describe
 
-    describe(settings, servant, facet, as_json=json)
+    describe(settings, servant, as_json=json)
 
 
 @app.command(
@@ -129,7 +127,6 @@ def call(
             show_default=False,
         ),
     ] = None,
-    facet: _Facet = "",
     json: _Json = False,
 ) -> None:
     """Call an operation of a servant and print what it returns."""
@@ -139,7 +136,7 @@ def call(
         raise typer.BadParameter(f"there is no option {unknown}")
     from deploy.nao.call import call
 
-    call(settings, operation, words, facet, as_json=json)
+    call(settings, operation, words, as_json=json)
 
 
 @app.command(
@@ -171,7 +168,6 @@ def watch(
         float | None, typer.Option(min=0.001, callback=finite, help="Take at most so many samples a second.")
     ] = None,
     values: Annotated[bool, typer.Option("--values/--no-values", help="Show what comes, too.")] = True,
-    facet: _Facet = "",
     json: _Json = False,
 ) -> None:
     """Watch a stream: rate, age, size, losses, and its newest value.
@@ -180,7 +176,7 @@ def watch(
     """
     from deploy.nao.watch import watch
 
-    watch(settings, stream, facet, count=count, seconds=seconds, rate=rate, with_values=values, as_json=json)
+    watch(settings, stream, count=count, seconds=seconds, rate=rate, with_values=values, as_json=json)
 
 
 @app.command(
@@ -211,13 +207,12 @@ def save_image(
             show_default=False,
         ),
     ] = None,
-    facet: _Facet = "",
     json: _Json = False,
 ) -> None:
     """Take an image with a camera and write it to a file."""
     from deploy.nao.images import save_image
 
-    save_image(settings, camera, file, facet, as_json=json)
+    save_image(settings, camera, file, as_json=json)
 
 
 @app.command(

@@ -1,41 +1,44 @@
-"""Find what a command is about: a servant by its name, an operation of it by `Servant.operation`."""
+"""Find what a command is about: servants, their processes, and an operation by `Servant.operation`."""
 
 from __future__ import annotations
 
 import difflib
 import time
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Final
 
-from deploy.nao.definitions import OperationSignature
-from deploy.nao.dynamic import DynamicProxy
-from deploy.nao.errors import UsageError
+from deploy.nao import NaoError, UsageError
+from deploy.nao.dynamic import DynamicProxy, target_of
 from deploy.nao.ports import listens
-from zenoh_ice import Communicator, ObjectPrx, ServantInfo
-from zenoh_ice.identity import Target
+from zenoh_ice import Communicator, ObjectPrx, ServantInfo, ZenohIceError
+from zenoh_ice.identity import ANY_NAME, Target
+from zenoh_ice.network.process_status import ProcessStatus
+from zenoh_ice.reflection import OperationDescription
+from zenoh_ice.wire.text import printable
 
-__all__ = ["find_operation", "find_servant", "operation_of", "operations_of", "proxy_of", "servants", "split"]
+__all__ = [
+    "ask_processes",
+    "find_operation",
+    "find_servant",
+    "nobody",
+    "operation_of",
+    "process_name",
+    "proxy_of",
+    "servants",
+    "split",
+]
 
 _QUIET: Final = 0.1
-"""Seconds without news after which all are known that a link tells of; they come within milliseconds."""
+"""Seconds without news after which all servants of a link are known; news comes within milliseconds."""
 _LONGEST_QUIET: Final = 0.5
-"""Seconds after which a link that tells of nobody has nobody to tell of."""
+"""Seconds after which a link without any news has no servants."""
 _LONGEST: Final = 1.0
 """Seconds after which a link is not waited for any longer."""
 _LOOK: Final = 0.02
-
-
-def proxy_of(communicator: Communicator, identity: str, facet: str = "") -> ObjectPrx:
-    """Return an untyped proxy; raises ConfigurationException for a text that is no identity."""
-    return communicator.stringToProxy(f"{identity} -f {facet}" if facet else identity)
-
-
-def find_servant(communicator: Communicator, identity: str, facet: str = "") -> DynamicProxy:
-    """Return a proxy of a servant that is there; raises what a call raises."""
-    proxy = proxy_of(communicator, identity, facet)
-    target = _target(proxy)
-    if not _is_there(communicator, target):
-        raise communicator.presence.explain_absence(target)
-    return DynamicProxy(proxy, facet)
+_ANSWER: Final = 1.0
+"""Seconds within which a process reports its status; one that does not hangs."""
+_AT_ONCE: Final = 16
 
 
 def servants(communicator: Communicator) -> list[ServantInfo]:
@@ -53,8 +56,90 @@ def servants(communicator: Communicator) -> list[ServantInfo]:
     return known
 
 
+def nobody(communicator: Communicator) -> ZenohIceError | NaoError:
+    """Return why a realm has no servants, with the realms that have some."""
+    if not communicator.presence.linked():
+        return communicator.presence.explain_absence(Target(communicator.realm, ANY_NAME))
+    replies = communicator.session.liveliness().get("@servant/**", timeout=communicator.settings.timeout)
+    realms = {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
+    others = sorted(realms - {communicator.realm})
+    if not others:
+        return NaoError(f"realm {communicator.realm!r} has no servants, and no other realm is known here")
+    return NaoError(f"realm {communicator.realm!r} has no servants; there is --realm {', '.join(others)}")
+
+
+def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
+    """Return a proxy of a servant that is there; raises what a call raises."""
+    proxy = communicator.stringToProxy(identity)
+    if not _is_there(communicator, target_of(proxy)):
+        raise communicator.presence.explain_absence(target_of(proxy))
+    return DynamicProxy(proxy)
+
+
+def proxy_of(communicator: Communicator, info: ServantInfo) -> ObjectPrx:
+    """Return an untyped proxy of a known servant."""
+    return communicator.stringToProxy(f"{info.identity} -f {info.facet}" if info.facet else info.identity)
+
+
+def split(communicator: Communicator, text: str) -> tuple[str, str]:
+    """Return servant and operation of `Servant.operation`, where the servant's name may have dots, too.
+
+    The operation is empty when the text names a servant alone. Raises what a call raises when there is
+    neither.
+    """
+    identity, dot, name = text.rpartition(".")
+    if not dot:
+        return text, ""
+    # Only the servants that are there show whether `Hfsm.follow_ball` is one, or one with its operation.
+    wanted, whole = (target_of(communicator.stringToProxy(each)) for each in (identity, text))
+    if _is_there(communicator, wanted):
+        return identity, name
+    if communicator.presence.interfaces(whole):
+        return text, ""
+    raise communicator.presence.explain_absence(wanted)
+
+
+def find_operation(
+    communicator: Communicator, text: str, *, streamed: bool = False
+) -> tuple[DynamicProxy, str]:
+    """Return the servant and the operation that `Servant.operation` names.
+
+    Where a stream is wanted, the servant alone will do if it has only one. Raises UsageError, with what there
+    is, when the servant has no such operation, and what a call raises when it is not there.
+    """
+    identity, name = split(communicator, text)
+    proxy = find_servant(communicator, identity)
+    choices = [each for each in proxy.interface_operations.values() if each.streamed or not streamed]
+    if not name:
+        if streamed and len(choices) == 1:
+            return proxy, choices[0].name
+        raise UsageError(
+            f"{identity} has no streams, it can only be called"
+            if streamed and not choices
+            else f"name an operation of {identity}, such as {_examples(identity, choices)}"
+        )
+    if not operation_of(proxy, identity, name, choices).streamed and streamed:
+        raise UsageError(
+            f"{identity}.{name} is no stream, it can only be called; "
+            + (f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams")
+        )
+    return proxy, name
+
+
+def operation_of(
+    proxy: DynamicProxy, identity: str, name: str, choices: Sequence[OperationDescription]
+) -> OperationDescription:
+    """Return an operation of a servant; raises UsageError, with what it could be, when it has none."""
+    known = proxy.operations.get(name)
+    if known is None:
+        near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
+        hint = f"did you mean {identity}.{near[0]}?" if near else f"there is {_examples(identity, choices)}"
+        raise UsageError(f"{identity} has no operation {name!r}; {hint}")
+    return known
+
+
 def _is_there(communicator: Communicator, target: Target) -> bool:
-    """Wait for a servant, not longer than somebody may tell of it; return whether it is there."""
+    """Wait for a servant, not longer than it may take to be known; return whether it is there."""
     timeout = communicator.settings.timeout if _may_be_linked(communicator) else 0.0
     return communicator.presence.wait_for(target, None, timeout)
 
@@ -70,75 +155,31 @@ def _may_be_linked(communicator: Communicator) -> bool:
     return True
 
 
-def find_operation(
-    communicator: Communicator, text: str, facet: str = "", *, streamed: bool = False
-) -> tuple[DynamicProxy, str]:
-    """Return the servant and the operation that `Servant.operation` names.
-
-    Where a stream is wanted, the servant alone will do if it has only one. Raises UsageError, with what there
-    is, when the servant has no such operation, and what a call raises when it is not there.
-    """
-    identity, name = split(communicator, text, facet)
-    proxy = find_servant(communicator, identity, facet)
-    choices = [each for each in proxy.interface_operations.values() if each.streamed or not streamed]
-    if not name:
-        if streamed and len(choices) == 1:
-            return proxy, choices[0].name
-        raise UsageError(
-            f"{identity} has no streams, it can only be called"
-            if streamed and not choices
-            else f"name an operation of {identity}, such as {_examples(identity, choices)}"
-        )
-    known = operation_of(proxy, identity, name, choices)
-    if streamed and not known.streamed:
-        raise UsageError(
-            f"{identity}.{name} is no stream, it can only be called; "
-            + (f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams")
-        )
-    return proxy, name
-
-
-def operation_of(
-    proxy: DynamicProxy, identity: str, name: str, choices: list[OperationSignature]
-) -> OperationSignature:
-    """Return an operation of a servant; raises UsageError, with what it could be, when it has none."""
-    known = proxy.definitions.operations.get(name)
-    if known is None:
-        near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
-        hint = f"did you mean {identity}.{near[0]}?" if near else f"there is {_examples(identity, choices)}"
-        raise UsageError(f"{identity} has no operation {name!r}; {hint}")
-    return known
-
-
-def operations_of(proxy: DynamicProxy) -> list[OperationSignature]:
-    """Return the operations of a servant's own interface and of those that it extends, sorted."""
-    return sorted(proxy.interface_operations.values(), key=lambda each: (each.interface, each.name))
-
-
-def split(communicator: Communicator, text: str, facet: str = "") -> tuple[str, str]:
-    """Return servant and operation of `Servant.operation`, where the servant's name may have dots, too.
-
-    The operation is empty when the text names a servant alone. Raises what a call raises when there is
-    neither.
-    """
-    identity, dot, name = text.rpartition(".")
-    if not dot:
-        return text, ""
-    # Only the servants that are there tell whether `Hfsm.follow_ball` is one, or one with its operation.
-    wanted, whole = (_target(proxy_of(communicator, each, facet)) for each in (identity, text))
-    if _is_there(communicator, wanted):
-        return identity, name
-    if communicator.presence.interfaces(whole):
-        return text, ""
-    raise communicator.presence.explain_absence(wanted)
-
-
-def _target(proxy: ObjectPrx) -> Target:
-    return Target(proxy.ice_getRealm(), proxy.ice_getIdentity(), proxy.ice_getFacet())
-
-
-def _examples(identity: str, operations: list[OperationSignature]) -> str:
+def _examples(identity: str, operations: Sequence[OperationDescription]) -> str:
     if not operations:
         return "ice_ping and its kin alone"
     names = [f"{identity}.{each.name}" for each in operations]
     return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+
+
+def ask_processes(
+    communicator: Communicator, found: Iterable[ServantInfo]
+) -> dict[str, ProcessStatus | ZenohIceError]:
+    """Return the status of each process that serves, or why it could not be had, by the id of its session."""
+    ids = sorted({info.server for info in found})
+
+    def ask(server: str) -> ProcessStatus | ZenohIceError:
+        try:
+            return communicator.processStatus(server, timeout=min(_ANSWER, communicator.settings.timeout))
+        except ZenohIceError as error:
+            return error
+
+    with ThreadPoolExecutor(max_workers=_AT_ONCE) as pool:
+        return dict(zip(ids, pool.map(ask, ids), strict=True))
+
+
+def process_name(status: ProcessStatus | ZenohIceError | None, server: str) -> str:
+    """Return program and number of a process, or the beginning of its session's id."""
+    if isinstance(status, ProcessStatus):
+        return printable(f"{status.program} {status.pid}")
+    return f"? ({server[:8]})"

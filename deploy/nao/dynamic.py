@@ -1,7 +1,7 @@
-"""Talk to any servant without generated code: an interface made at run time from what the servant tells.
+"""Talk to any servant without generated code: its types are made at run time from the schema that it sends.
 
-What is made is what codegen would have written, so that everything that zenoh_ice checks and carries for
-generated proxies holds here, too: types, declared exceptions, streams.
+They are what codegen would have written, so that all that zenoh_ice checks and carries for generated proxies
+holds here, too: types, declared exceptions, streams.
 """
 
 from __future__ import annotations
@@ -13,43 +13,24 @@ from typing import Any, Final
 
 import msgspec
 
-from deploy.nao.definition_parser import parse_definition
-from deploy.nao.definitions import (
-    Builtin,
-    Definitions,
-    Dictionary,
-    Member,
-    Named,
-    OperationSignature,
-    Optional,
-    Proxy,
-    Record,
-    Sequence,
-    Type,
-)
 from zenoh_ice import MarshalException, ObjectPrx, UserException
 from zenoh_ice.generated import Byte, Int, Interface, Long, Operation, Short, Struct
 from zenoh_ice.identity import Target
-from zenoh_ice.operation import OBJECT_TYPE_ID
+from zenoh_ice.object import OBJECT_INTERFACE
+from zenoh_ice.reflection import (
+    OBJECT_DEFINITION,
+    RETURN_VALUE,
+    Definition,
+    Member,
+    OperationDescription,
+    Schema,
+    unscoped,
+)
 from zenoh_ice.streams.stream import StreamedCall
 from zenoh_ice.wire.text import printable
 from zenoh_ice.wire.values import Value
 
-__all__ = ["DynamicProxy", "Types"]
-
-_OBJECT_DEFINITION: Final = """\
-::Ice::InterfaceDescription::definition: string
-::Ice::InterfaceDescription::fingerprint: string
-::Ice::InterfaceDescription::typeId: string
-::Ice::Object::ice_describe(): sequence<::Ice::InterfaceDescription> idempotent
-::Ice::Object::ice_id(): string idempotent
-::Ice::Object::ice_ids(): sequence<string> idempotent
-::Ice::Object::ice_isA(string id): bool idempotent
-::Ice::Object::ice_ping(): void idempotent
-interface ::Ice::Object
-struct ::Ice::InterfaceDescription
-"""
-"""What every servant has."""
+__all__ = ["DynamicProxy", "Types", "target_of"]
 
 _BUILTIN_TYPES: Final[Mapping[str, Any]] = {
     "bool": bool,
@@ -79,152 +60,153 @@ class _DeclaredException(UserException):
 
 
 class Types:
-    """The Python types of one definition, each made when it is first needed."""
+    """The Python types of a schema that was checked, each made when it is first needed."""
 
-    def __init__(self, definitions: Definitions) -> None:
-        self._definitions: Final = definitions
+    def __init__(self, schema: Schema) -> None:
+        self._schema: Final = schema
         self._made: dict[str, Any] = {}
-        self._being_made: set[str] = set()
-        self._exceptions: dict[str, type[UserException]] = {}
 
-    def of(self, kind: Type) -> Any:  # noqa: ANN401 - what stands for a type in annotations
-        """Return the Python type; raises MarshalException for one that the definition does not tell."""
-        match kind:
-            case Builtin(name):
-                return _BUILTIN_TYPES[name]
-            case Proxy():
-                return ObjectPrx | None
-            case Optional(inner):
-                return self.of(inner) | None
-            case Sequence(Builtin("byte")):
-                return bytes
-            case Sequence(element):
-                return list[self.of(element)]  # type: ignore[misc]
-            case Dictionary(key, value):
-                return dict[self.of(key), self.of(value)]  # type: ignore[misc]
-            case Named(type_id):
-                return self._named(type_id)
+    def of(self, name: str, *, optional: bool = False) -> Any:  # noqa: ANN401 - a type in annotations
+        """Return the Python type that a name of the schema stands for."""
+        if name in _BUILTIN_TYPES:
+            kind = _BUILTIN_TYPES[name]
+        elif name.endswith("*"):
+            kind = ObjectPrx | None
+        else:
+            kind = self._defined(name, self._schema.definitions[name])
+        return kind | None if optional else kind
 
-    def operation(self, signature: OperationSignature) -> Operation[..., Any]:
+    def operation(self, description: OperationDescription) -> Operation[..., Any]:
         """Return what calls an operation; raises MarshalException when no types can be made of its own."""
+        name = description.name
         try:
             return Operation(
-                signature.name,
-                arguments=self._struct(f"{signature.name}_Arguments", signature.parameters),
-                result=self._struct(f"{signature.name}_Result", signature.results),
-                exceptions=tuple(self._exception(type_id) for type_id in signature.throws),
-                idempotent=signature.idempotent,
-                streamed=signature.streamed,
+                name,
+                arguments=self._struct(f"{name}_Arguments", description.parameters),
+                result=self._struct(f"{name}_Result", description.results),
+                exceptions=tuple(self._exception(type_id) for type_id in description.exceptions),
+                idempotent=description.idempotent,
+                streamed=description.streamed,
             )
         except (TypeError, ValueError, RuntimeError) as error:
-            raise MarshalException(
-                f"the types of {signature.name} cannot be made: {printable(str(error))}"
-            ) from error
+            raise MarshalException(f"the types of {name} cannot be made: {printable(str(error))}") from error
 
     def class_of(self, type_id: str) -> type[Value]:
-        """Return a class by its type id; raises KeyError when the definition has none of this id."""
-        if self._definitions.records[type_id].kind != "class":
+        """Return a class by its type id; raises KeyError when the schema has none of this id."""
+        if self._schema.kind(type_id) != "class":
             raise KeyError(type_id)
-        self._named(type_id)
+        if type_id not in self._made:
+            self._make_class(type_id)
         made: type[Value] = self._made[type_id]
         return made
 
-    def _named(self, type_id: str) -> Any:  # noqa: ANN401 - as above
-        if type_id in self._definitions.interfaces:  # an interface by value: any class
-            return Value | None
-        if (known := self._made.get(type_id)) is not None:
-            return known | None if issubclass(known, Value) else known
-        if (enumeration := self._definitions.enumerations.get(type_id)) is not None:
+    def _defined(self, type_id: str, definition: Definition) -> Any:  # noqa: ANN401 - as above
+        match definition.kind:
+            case "interface":  # by value: any class
+                return Value | None
+            case "class":
+                return self.class_of(type_id) | None
+            case "sequence" if definition.element == "byte":
+                return bytes
+            case "sequence":
+                return list[self.of(definition.element)]  # type: ignore[misc]
+            case "dictionary":
+                return dict[self.of(definition.key), self.of(definition.value)]  # type: ignore[misc]
+        if type_id not in self._made:
             # By way of a list: names such as `mro` are refused with a ValueError.
-            self._made[type_id] = made = IntEnum(_python(type_id), list(enumeration.values.items()))
-            return made
-        record = self._definitions.records.get(type_id)
-        if record is None or record.kind == "exception" or type_id in self._being_made:
-            raise MarshalException(f"the definition of the interface does not tell what {type_id} is")
-        if record.kind == "class":
-            return self._class(record) | None
-        self._being_made.add(type_id)
-        struct = self._made[type_id] = self._struct(_python(type_id), record.members)
-        return struct
+            self._made[type_id] = (
+                IntEnum(_python(type_id), [(each.name, each.value) for each in definition.enumerators])
+                if definition.kind == "enumeration"
+                else self._struct(_python(type_id), definition.members)
+            )
+        return self._made[type_id]
 
-    def _class(self, record: Record) -> Any:  # noqa: ANN401 - as above
-        # Asked for first: it refuses a class that extends itself.
-        ids = [each.type_id for each in self._definitions.lineage(record.type_id)]
-        base = Value
-        if record.base is not None:
-            self._named(record.base)
-            base = self._made[record.base]
+    def _make_class(self, type_id: str) -> None:
+        definition = self._schema.definitions[type_id]
+        base = self.class_of(definition.bases[0]) if definition.bases else Value
         # Classes refer to each other: the types of the members come when the class is there.
-        names = [(_python(member.name), object) for member in record.members]
-        rename = {_python(member.name): member.name for member in record.members}
-        made = msgspec.defstruct(
-            _python(record.type_id), names, bases=(base,), tag=" ".join(ids), rename=rename, module=__name__
+        made = self._made[type_id] = msgspec.defstruct(
+            _python(type_id),
+            [(_python(member.name), object) for member in definition.members],
+            bases=(base,),
+            tag=" ".join(self._schema.lineage(type_id)),
+            rename={_python(member.name): member.name for member in definition.members},
+            module=__name__,
         )
-        self._made[record.type_id] = made
-        for member in record.members:
-            made.__annotations__[_python(member.name)] = self.of(member.type)
-        return made
+        for member in definition.members:
+            made.__annotations__[_python(member.name)] = self.of(member.type, optional=member.optional)
 
     def _struct(
-        self,
-        name: str,
-        members: Iterable[Member],
-        base: type[msgspec.Struct] = Struct,
+        self, name: str, members: Iterable[Member], base: type[msgspec.Struct] = Struct
     ) -> type[msgspec.Struct]:
         fields: list[tuple[str, Any] | tuple[str, Any, Any]] = []
         for member in members:
-            entry = (_python(member.name), self.of(member.type))
-            fields.append((*entry, None) if isinstance(member.type, Optional) else entry)
+            entry = (_python(member.name), self.of(member.type, optional=member.optional))
+            fields.append((*entry, None) if member.optional else entry)
         rename = {_python(member.name): member.name for member in members}
         return msgspec.defstruct(name, fields, bases=(base,), rename=rename, kw_only=True, module=__name__)
 
     def _exception(self, type_id: str) -> type[UserException]:
-        made = self._exceptions.get(type_id)
-        if made is None:
-            record, *bases = self._definitions.lineage(type_id)
-            base = self._exception(bases[0].type_id) if bases else _DeclaredException
-            members = self._struct("Members", record.members, base.Members)
-            made = type(_python(type_id), (base,), {"ice_type_id": type_id, "Members": members})
-            self._exceptions[type_id] = made
+        if type_id not in self._made:
+            definition = self._schema.definitions[type_id]
+            base = self._exception(definition.bases[0]) if definition.bases else _DeclaredException
+            members = self._struct("Members", definition.members, base.Members)
+            self._made[type_id] = type(
+                _python(type_id), (base,), {"ice_type_id": type_id, "Members": members}
+            )
+        made: type[UserException] = self._made[type_id]
         return made
 
 
 class DynamicProxy:
-    """A proxy of any servant, of the interface that the servant tells of itself."""
+    """A proxy of any servant, of the interface that the servant describes."""
 
-    def __init__(self, proxy: ObjectPrx, facet: str = "") -> None:
-        """Ask the servant, of which the proxy means this facet, what it is.
+    def __init__(self, proxy: ObjectPrx) -> None:
+        """Ask the servant what it is.
 
-        Raises what a call raises, and MarshalException when what it tells is no interface.
+        Raises what a call raises, and MarshalException when what it sends describes no interface.
         """
-        descriptions = proxy.ice_describe()
-        own = descriptions[0] if descriptions else None
-        self.type_id: Final = printable(own.typeId) if own else OBJECT_TYPE_ID
-        self.fingerprint: Final = printable(own.fingerprint) if own else ""
-        self.definitions: Final = parse_definition(own.definition if own else "")
-        self.interface_operations: Final = dict(self.definitions.operations)
-        of_every_servant = parse_definition(_OBJECT_DEFINITION)
-        for name, signature in of_every_servant.operations.items():
-            self.definitions.operations.setdefault(name, signature)
-        self.definitions.records.update(of_every_servant.records)
-        self.types: Final = Types(self.definitions)
-        self._operations: dict[str, Operation[..., Any]] = {}
+        self.schema: Final = proxy.ice_describe()
+        self.type_id: Final = self.schema.interface
+        self.fingerprint: Final = printable(self.schema.definitions[self.type_id].fingerprint)
+        self.types: Final = Types(self.schema)
+        self.interface_operations: Final = {each.name: each for _, each in self.schema.operations()}
+        """Those of its interface and of what that extends, by name."""
+        of_every_servant = {each.name: each for each in OBJECT_DEFINITION.operations}
+        self.operations: Final = of_every_servant | self.interface_operations
+        self._made: dict[str, Operation[..., Any]] = dict(OBJECT_INTERFACE.all_operations)
+        for name in self.interface_operations:
+            self._made.pop(name, None)
         interface = Interface(self.type_id, fingerprint=self.fingerprint)
         typed: type[ObjectPrx] = type("DynamicPrx", (ObjectPrx,), {"ice_interface": interface})
-        self._facet: Final = facet
         self.proxy: Final[ObjectPrx] = typed.uncheckedCast(proxy)
 
     def operation(self, name: str) -> Operation[..., Any]:
         """Return an operation; raises KeyError when the servant has none of this name."""
-        made = self._operations.get(name)
+        made = self._made.get(name)
         if made is None:
-            made = self._operations[name] = self.types.operation(self.definitions.operations[name])
+            made = self._made[name] = self.types.operation(self.operations[name])
         return made
+
+    def signature(self, name: str) -> str:
+        """Return an operation as Slice has it: `HeadPose setPose(double pan, double tilt)`."""
+        operation = self.operations[name]
+        returned = [self.type_text(each) for each in operation.results if each.name == RETURN_VALUE]
+        parameters = [f"{self.type_text(each)} {each.name}" for each in operation.parameters]
+        outs = [
+            f"out {self.type_text(each)} {each.name}"
+            for each in operation.results
+            if each.name != RETURN_VALUE
+        ]
+        return f"{returned[0] if returned else 'void'} {name}({', '.join([*parameters, *outs])})"
+
+    def type_text(self, member: Member) -> str:
+        """Return the type of a member, a parameter or a result as it is shown."""
+        return self.schema.type_text(member.type, optional=member.optional, scoped=False)
 
     def invoke(self, name: str, arguments: Iterable[object]) -> Any:  # noqa: ANN401 - of the interface's types
         """Call an operation and return all its results, by name."""
-        operation = self.operation(name)
-        return self.results(name, self.proxy.ice_invoke(operation, *arguments))
+        return self.results(name, self.proxy.ice_invoke(self.operation(name), *arguments))
 
     def stream(self, name: str) -> StreamedCall[..., Any]:
         """Return the stream of an operation."""
@@ -235,19 +217,23 @@ class DynamicProxy:
 
     def is_there(self) -> bool:
         """Return whether the servant is there, as far as known."""
-        target = Target(self.proxy.ice_getRealm(), self.proxy.ice_getIdentity(), self._facet)
-        return self.proxy.ice_getCommunicator().knows(target)
+        return self.proxy.ice_getCommunicator().knows(target_of(self.proxy))
 
     def results(self, name: str, returned: object) -> dict[str, object]:
         """Return what a call returned by the names of the results."""
-        names = [result.name for result in self.definitions.operations[name].results]
+        names = [result.name for result in self.operations[name].results]
         if len(names) == 1:
             return {names[0]: returned}
         values = returned if isinstance(returned, tuple) else ()
         return dict(zip(names, values, strict=True))
 
 
+def target_of(proxy: ObjectPrx) -> Target:
+    """Return what a proxy stands for."""
+    return Target(proxy.ice_getRealm(), proxy.ice_getIdentity(), proxy.ice_getFacet())
+
+
 def _python(name: str) -> str:
     """Return a name that Python takes for a type or a member."""
-    name = name.rpartition("::")[2]
+    name = unscoped(name)
     return f"{name}_" if keyword.iskeyword(name) else name

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from deploy.nao import NaoError, UsageError
 from deploy.nao.connection import find_servant
-from deploy.nao.definitions import RETURN_VALUE, Named, OperationSignature
 from deploy.nao.dynamic import DynamicProxy
-from deploy.nao.errors import NaoError, UsageError
 from deploy.nao.output import print_json, print_line
 from deploy.nao.quantities import bytes_text
 from deploy.nao.values import Json
 from zenoh_ice import initialize
+from zenoh_ice.reflection import RETURN_VALUE
 from zenoh_ice.settings import Settings
 
 __all__ = ["image_operation", "png", "save_image"]
@@ -36,7 +36,7 @@ class _Image:
     time: float | None
 
 
-def save_image(settings: Settings, camera: str, file: Path | None, facet: str, *, as_json: bool) -> None:
+def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: bool) -> None:
     """Take an image with a camera and write it to a file, by default `Camera.png`.
 
     Raises UsageError for an ending that stands for no format, NaoError when the servant is no camera or the
@@ -47,7 +47,7 @@ def save_image(settings: Settings, camera: str, file: Path | None, facet: str, *
     if pixel_format is None:
         raise UsageError(f"{path}: the ending says the format: write one of {', '.join(_FORMATS)}")
     with initialize(settings) as communicator:
-        proxy = find_servant(communicator, camera, facet)
+        proxy = find_servant(communicator, camera)
         operation = image_operation(proxy)
         if operation is None:
             raise NaoError(
@@ -67,25 +67,25 @@ def save_image(settings: Settings, camera: str, file: Path | None, facet: str, *
     print_line(f"wrote {path}: {image.width}x{image.height}, {bytes_text(len(data))}{taken}")
 
 
-def image_operation(proxy: DynamicProxy) -> OperationSignature | None:
+def image_operation(proxy: DynamicProxy) -> str | None:
     """Return the operation that gives images: of a format by name, returning pixel data and its shape."""
-    for signature in proxy.interface_operations.values():
-        returned = next((each.type for each in signature.results if each.name == RETURN_VALUE), None)
-        if isinstance(returned, Named) and len(signature.parameters) == 1:
-            record = proxy.definitions.records.get(returned.type_id)
-            if record is not None and {member.name for member in record.members} >= _MEMBERS:
-                return signature
+    for operation in proxy.interface_operations.values():
+        returned = next((each.type for each in operation.results if each.name == RETURN_VALUE), "")
+        is_record = proxy.schema.kind(returned) in {"struct", "class"}
+        members = {each.name for each in proxy.schema.members(returned)} if is_record else set()
+        if members >= _MEMBERS and len(operation.parameters) == 1:
+            return operation.name
     return None
 
 
-def _take(proxy: DynamicProxy, signature: OperationSignature, pixel_format: str) -> _Image:
-    value: Any = proxy.invoke(signature.name, [pixel_format])[RETURN_VALUE]
+def _take(proxy: DynamicProxy, operation: str, pixel_format: str) -> _Image:
+    value: Any = proxy.invoke(operation, [pixel_format])[RETURN_VALUE]
     try:
         shape, stamp = value.description, getattr(value, "timeStamp", None)
         taken = None if stamp is None else stamp.seconds + stamp.useconds * 1e-6
         return _Image(shape.width, shape.height, shape.format, value.pixelData, taken)
     except (AttributeError, TypeError) as error:
-        raise NaoError(f"{signature.name} gives no image that can be saved: {error}") from error
+        raise NaoError(f"{operation} gives no image that can be saved: {error}") from error
 
 
 def _encode(image: _Image, path: Path) -> bytes:

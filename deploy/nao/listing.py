@@ -5,18 +5,17 @@ from __future__ import annotations
 import time
 from fnmatch import fnmatchcase
 
-from deploy.nao.connection import proxy_of, servants
-from deploy.nao.errors import NaoError
+from deploy.nao import NaoError
+from deploy.nao.connection import ask_processes, nobody, process_name, proxy_of, servants
 from deploy.nao.output import console, for_people, print_json, print_line
-from deploy.nao.processes import ask_processes, process_name
 from deploy.nao.quantities import count_text, span_text
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.identity import ANY_NAME, Target
+from zenoh_ice.identity import ANY_NAME
 from zenoh_ice.network.process_status import ProcessStatus
 from zenoh_ice.settings import Settings
 
-__all__ = ["list_servants", "nobody", "servant_name"]
+__all__ = ["list_servants", "servant_name"]
 
 
 def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
@@ -31,7 +30,7 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
         found = [info for info in everything if _fits(info, pattern)]
         if not found and not as_json:
             raise NaoError(f"none of {count_text(len(everything), 'servant')} fits {pattern!r}")
-        processes = ask_processes(communicator, {info.server for info in found})
+        processes = ask_processes(communicator, found)
         own = _own_interfaces(communicator, found)
     if as_json:
         print_json([_as_json(info, own[_kind(info)], processes[info.server]) for info in found])
@@ -40,23 +39,6 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
     if for_people():
         told = f"{count_text(len(found), 'servant')} in realm {settings.realm}"
         console().print(f"{told}, {count_text(len(processes), 'process', 'processes')}", style="dim")
-
-
-def nobody(communicator: Communicator) -> ZenohIceError | NaoError:
-    """Return why a realm has no servants, with the realms that have some."""
-    reason = communicator.presence.explain_absence(Target(communicator.realm, ANY_NAME))
-    if not communicator.presence.linked():
-        return reason
-    others = sorted(_realms(communicator) - {communicator.realm})
-    if not others:
-        return NaoError(f"realm {communicator.realm!r} has no servants, and no other realm is known here")
-    return NaoError(f"realm {communicator.realm!r} has no servants; there is --realm {', '.join(others)}")
-
-
-def _realms(communicator: Communicator) -> set[str]:
-    """Return the realms that have servants."""
-    replies = communicator.session.liveliness().get("@servant/**", timeout=communicator.settings.timeout)
-    return {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
 
 
 def _fits(info: ServantInfo, pattern: str) -> bool:
@@ -88,7 +70,7 @@ def _own_interfaces(communicator: Communicator, found: list[ServantInfo]) -> dic
         own[kind] = next(iter(info.interfaces), "")
         if len(info.interfaces) > 1:
             try:
-                own[kind] = proxy_of(communicator, info.identity, info.facet).ice_id()
+                own[kind] = proxy_of(communicator, info).ice_id()
             except ZenohIceError:  # it hangs, or is gone: what is known by its token has to do
                 own[kind] = ", ".join(info.interfaces)
     return own

@@ -7,10 +7,8 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
-from deploy.nao.connection import find_servant, servants
-from deploy.nao.listing import nobody
+from deploy.nao.connection import ask_processes, find_servant, nobody, servants
 from deploy.nao.output import console, for_people, print_json
-from deploy.nao.processes import ask_processes
 from deploy.nao.quantities import count_text, duration_text, span_text
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
@@ -41,7 +39,7 @@ def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
         found = servants(communicator)
         if not found:
             raise nobody(communicator)
-        processes = ask_processes(communicator, {info.server for info in found})
+        processes = ask_processes(communicator, found)
         readings = _read_robot(communicator, found)
     if as_json:
         print_json(

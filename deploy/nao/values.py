@@ -13,24 +13,13 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
-from deploy.nao.definitions import (
-    Builtin,
-    Definitions,
-    Dictionary,
-    Member,
-    Named,
-    Optional,
-    Proxy,
-    Sequence,
-    Type,
-    unscoped,
-)
+from deploy.nao import UsageError
 from deploy.nao.dynamic import Types
-from deploy.nao.errors import UsageError
 from zenoh_ice import ObjectPrx, ZenohIceError
+from zenoh_ice.reflection import Member, Schema, unscoped
 from zenoh_ice.wire.values import TYPE_FIELD, Value, type_ids_of
 
-__all__ = ["FromJson", "Json", "to_json"]
+__all__ = ["FromJson", "Json", "is_bytes", "to_json"]
 
 Json: TypeAlias = bool | int | float | str | list["Json"] | dict[str, "Json"] | None
 
@@ -38,6 +27,13 @@ _RANGES: Final = {
     "byte": (0, 255),
     **{name: (-(1 << n), (1 << n) - 1) for name, n in (("short", 15), ("int", 31), ("long", 63))},
 }
+_ZEROS: Final[Mapping[str, object]] = {
+    "bool": False,
+    "string": "",
+    **dict.fromkeys(("byte", "short", "int", "long"), 0),
+    **dict.fromkeys(("float", "double"), 0.0),
+}
+"""The builtin types, and what each is when nothing is given."""
 _MOST_MADE_UP: Final = 10_000  # structs; in one another they may be more than memory holds
 _LONGEST_SHOWN: Final = 60  # characters of a wrong value in an error
 
@@ -49,105 +45,83 @@ class FromJson:
     `left_out` has their paths. What does not fit is a UsageError that says where and what is wanted.
     """
 
-    def __init__(self, definitions: Definitions, types: Types, proxy_of: Callable[[str], ObjectPrx]) -> None:
-        self._definitions: Final = definitions
+    def __init__(self, schema: Schema, types: Types, proxy_of: Callable[[str], ObjectPrx]) -> None:
+        self._schema: Final = schema
         self._types: Final = types
         self._proxy_of: Final = proxy_of
         self.left_out: Final[list[str]] = []
         self._made_up = 0
 
-    def make(self, kind: Type, value: Any, path: str) -> object:  # noqa: ANN401 - whatever JSON holds
+    def member(self, member: Member, value: Any, path: str) -> object:  # noqa: ANN401 - whatever JSON holds
+        """Return the value of a member or a parameter that JSON stands for."""
+        return None if member.optional and value is None else self.make(member.type, value, path)
+
+    def make(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
         """Return the value of a type that JSON stands for."""
-        match kind:
-            case Optional(inner):
-                return None if value is None else self.make(inner, value, path)
-            case Builtin("Object" | "Value"):
-                return self._class(None, value, path)
-            case Builtin(name):
-                return _builtin(name, value, path)
-            case Proxy():
-                return None if value is None else self._proxy(value, path)
-            case Sequence(Builtin("byte")):
-                return _bytes(value, path)
-            case Sequence(element):
-                if not isinstance(value, list):
-                    raise _wrong(kind, value, path)
-                return [self.make(element, item, f"{path}[{index}]") for index, item in enumerate(value)]
-            case Dictionary(key, element):
-                return self._dictionary(kind, key, element, value, path)
-            case Named(type_id):
-                return self._named(type_id, value, path)
+        if kind in _ZEROS:
+            return _builtin(kind, value, path)
+        if kind.endswith("*"):
+            return None if value is None else self._proxy(value, path)
+        match self._schema.kind(kind):
+            case "sequence":
+                return self._sequence(kind, value, path)
+            case "dictionary":
+                return self._dictionary(kind, value, path)
+            case "enumeration":
+                return self._enumerator(kind, value, path)
+            case "struct":
+                if not isinstance(value, dict):
+                    raise self._wrong(kind, value, path, ", a JSON object with its members")
+                return self._filled(self._types.of(kind), kind, value, path)
+            case "class":
+                return self._class(kind, value, path)
+        return self._class(None, value, path)  # Object, Value, or an interface by value
 
-    def _named(self, type_id: str, value: Any, path: str) -> object:  # noqa: ANN401
-        if type_id in self._definitions.enumerations:
-            return self._enumerator(type_id, value, path)
-        record = self._definitions.records.get(type_id)
-        if record is None or record.kind == "class":
-            return self._class(type_id, value, path)
-        struct = self._types.of(Named(type_id))
-        if not isinstance(value, dict):
-            raise _wrong(Named(type_id), value, f"{path}", ", a JSON object with its members")
-        return struct(**self._members(type_id, record.members, value, path, dict(_names(struct))))
+    def zero(self, kind: str) -> object:
+        """Return the value of a type that was given none."""
+        if kind in _ZEROS:
+            return _ZEROS[kind]
+        match self._schema.kind(kind):
+            case "sequence":
+                return b"" if is_bytes(self._schema, kind) else []
+            case "dictionary":
+                return {}
+            case "enumeration":
+                return min(self._types.of(kind))  # the first, unless the IDL numbers them otherwise
+            case "struct":
+                self._made_up += 1
+                if self._made_up > _MOST_MADE_UP:
+                    raise UsageError(f"{kind} has too many members to leave any out")
+                made = self._types.of(kind)
+                names = dict(_names(made))
+                members = self._schema.definitions[kind].members
+                return made(**{names[each.name]: self._zero_of(each) for each in members})
+        return None
 
-    def _members(
-        self,
-        type_id: str,
-        members: Iterable[Member],
-        value: Mapping[str, Any],
-        path: str,
-        names: dict[str, str],
-    ) -> dict[str, object]:
-        known = {member.name: member for member in members}
+    def _zero_of(self, member: Member) -> object:
+        return None if member.optional else self.zero(member.type)
+
+    def _filled(self, struct: type[Any], type_id: str, value: Mapping[str, Any], path: str) -> object:
+        """Return a struct or an object of a class with members that JSON stands for."""
+        known = {member.name: member for member in self._schema.members(type_id)}
         for name in value:
             if name not in known:
                 near = difflib.get_close_matches(name, known, 1, 0.5)
                 hint = f"; did you mean {near[0]}?" if near else f"; it has {', '.join(known) or 'none'}"
                 raise UsageError(f"{path}: a {unscoped(type_id)} has no member {name!r}{hint}")
-        made = {}
+        names, made = dict(_names(struct)), {}
         for name, member in known.items():
             where = f"{path}.{name}"
             if name in value:
-                made[names[name]] = self.make(member.type, value[name], where)
+                made[names[name]] = self.member(member, value[name], where)
             else:
-                if not isinstance(member.type, Optional):
+                if not member.optional:
                     self.left_out.append(where)
-                made[names[name]] = self.zero(member.type)
-        return made
-
-    def zero(self, kind: Type) -> object:
-        """Return the value of a type that was given none."""
-        match kind:
-            case Builtin("Object" | "Value") | Optional() | Proxy():
-                return None
-            case Builtin("bool"):
-                return False
-            case Builtin("float" | "double"):
-                return 0.0
-            case Builtin("string"):
-                return ""
-            case Builtin():
-                return 0
-            case Sequence(Builtin("byte")):
-                return b""
-            case Sequence():
-                return []
-            case Dictionary():
-                return {}
-            case Named(type_id):
-                made = self._types.of(kind)
-                if type_id in self._definitions.enumerations:
-                    return min(made)  # the first, unless the IDL numbers them otherwise
-                record = self._definitions.records.get(type_id)
-                if record is None or record.kind == "class":
-                    return None
-                self._made_up += 1
-                if self._made_up > _MOST_MADE_UP:
-                    raise UsageError(f"{record.type_id} has too many members to leave any out")
-                names = dict(_names(made))
-                return made(**{names[each.name]: self.zero(each.type) for each in record.members})
+                made[names[name]] = self._zero_of(member)
+        return struct(**made)
 
     def _enumerator(self, type_id: str, value: Any, path: str) -> IntEnum:  # noqa: ANN401
-        enumeration: type[IntEnum] = self._types.of(Named(type_id))
+        enumeration: type[IntEnum] = self._types.of(type_id)
         by_name = {each.name: each for each in enumeration}
         if isinstance(value, str) and unscoped(value) in by_name:
             return by_name[unscoped(value)]
@@ -157,7 +131,7 @@ class FromJson:
             f"{path}: {_shown(value)} is no {unscoped(type_id)}: write one of {', '.join(by_name)}"
         )
 
-    def _class(self, type_id: str | None, value: Any, path: str) -> Value | None:  # noqa: ANN401
+    def _class(self, type_id: str | None, value: Any, path: str) -> object:  # noqa: ANN401
         if value is None:
             return None
         if not isinstance(value, dict):
@@ -172,18 +146,28 @@ class FromJson:
             ) from None
         if type_id is not None and type_id not in type_ids_of(made):
             raise UsageError(f"{path}: {wanted} is no {unscoped(type_id)}")
-        all_members = self._definitions.all_members(wanted)
-        return made(**self._members(wanted, all_members, members, path, dict(_names(made))))
+        return self._filled(made, wanted, members, path)
 
-    def _dictionary(self, kind: Type, key: Type, element: Type, value: Any, path: str) -> object:  # noqa: ANN401
+    def _sequence(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
+        if is_bytes(self._schema, kind):
+            return _bytes(value, path)
+        if not isinstance(value, list):
+            raise self._wrong(kind, value, path)
+        element = self._schema.definitions[kind].element
+        return [self.make(element, item, f"{path}[{index}]") for index, item in enumerate(value)]
+
+    def _dictionary(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
+        definition = self._schema.definitions[kind]
         if isinstance(value, dict):
-            items: list[Any] = [[_key(key, text), item] for text, item in value.items()]
+            items: list[Any] = [[_key(definition.key, text), item] for text, item in value.items()]
         elif isinstance(value, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in value):
             items = value  # pairs: keys may be structs
         else:
-            raise _wrong(kind, value, path)
+            raise self._wrong(kind, value, path)
         return {
-            self.make(key, name, f"{path}: key"): self.make(element, item, f"{path}[{_shown(name)}]")
+            self.make(definition.key, name, f"{path}: key"): self.make(
+                definition.value, item, f"{path}[{_shown(name)}]"
+            )
             for name, item in items
         }
 
@@ -196,6 +180,14 @@ class FromJson:
             return self._proxy_of(value)
         except ZenohIceError as error:
             raise UsageError(f"{path}: {error}") from error
+
+    def _wrong(self, kind: str, value: object, path: str, more: str = "") -> UsageError:
+        return _wrong(self._schema.type_text(kind, scoped=False), value, path, more)
+
+
+def is_bytes(schema: Schema, kind: str) -> bool:
+    """Return whether a type is a sequence of bytes, which is not a list in Python."""
+    return schema.kind(kind) == "sequence" and schema.definitions[kind].element == "byte"
 
 
 def to_json(value: object, of_bytes: Callable[[bytes], Json] | None = None) -> Json:
@@ -240,9 +232,9 @@ def _key_text(key: object) -> str:
     return str(key).lower() if isinstance(key, bool) else str(key)
 
 
-def _key(kind: Type, text: str) -> object:
+def _key(kind: str, text: str) -> object:
     """Return a key of a dictionary, which JSON always has as a text."""
-    if kind == Builtin("string"):
+    if kind == "string":
         return text
     try:
         return json.loads(text)
@@ -263,7 +255,7 @@ def _builtin(name: str, value: Any, path: str) -> object:  # noqa: ANN401
             if lowest <= value <= highest:
                 return value
             raise UsageError(f"{path}: {value} is not between {lowest} and {highest}")
-    raise _wrong(Builtin(name), value, path)
+    raise _wrong(name, value, path)
 
 
 def _bytes(value: Any, path: str) -> bytes:  # noqa: ANN401
@@ -279,7 +271,7 @@ def _bytes(value: Any, path: str) -> bytes:  # noqa: ANN401
     raise UsageError(f"{path}: {_shown(value)} are no bytes: write base64, a list of numbers, or @FILE")
 
 
-def _wrong(kind: Type, value: object, path: str, more: str = "") -> UsageError:
+def _wrong(kind: str, value: object, path: str, more: str = "") -> UsageError:
     return UsageError(f"{path}: {_shown(value)} is no {kind}{more}")
 
 

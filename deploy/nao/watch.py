@@ -38,7 +38,6 @@ _SILENCE: Final = 2.0  # s after which it is told that nothing comes
 def watch(
     settings: Settings,
     address: str,
-    facet: str,
     *,
     count: int,
     seconds: float,
@@ -52,8 +51,8 @@ def watch(
     stream, and whatever a call raises when its servant is not there at the beginning.
     """
     with initialize(settings) as communicator:
-        proxy, name = find_operation(communicator, address, facet, streamed=True)
-        watched = _Watched(proxy, name, facet, rate)
+        proxy, name = find_operation(communicator, address, streamed=True)
+        watched = _Watched(proxy, name, rate)
         with watched.follow():
             limit = time.monotonic() + seconds if seconds else math.inf
             if as_json:
@@ -67,8 +66,8 @@ def watch(
 class _Watched:
     """A stream that is followed: its samples, counted as they are taken."""
 
-    def __init__(self, proxy: DynamicProxy, name: str, facet: str, rate: float | None) -> None:
-        self.title: Final = f"{proxy.proxy.ice_getIdentity()}.{name}" + (f" -f {facet}" if facet else "")
+    def __init__(self, proxy: DynamicProxy, name: str, rate: float | None) -> None:
+        self.title: Final = f"{proxy.proxy.ice_getIdentity()}.{name}"
         self.type_id: Final = proxy.type_id
         self.realm: Final = proxy.proxy.ice_getRealm()
         self.statistics: Final = StreamStatistics()

@@ -112,51 +112,7 @@ _Camera: Final = Interface(
         _Camera_reset,
     ),
     fingerprint="c2ed1eb981db230a",
-    definition="""\
-::jderobot::Camera::getCameraDescription(): ::jderobot::CameraDescription idempotent
-::jderobot::Camera::reset(): void
-::jderobot::Camera::setCameraDescription(::jderobot::CameraDescription description): int throws ::jderobot::ConfigurationNotExistException
-::jderobot::Camera::startCameraStreaming(): string throws ::jderobot::HardwareFailedException
-::jderobot::Camera::stopCameraStreaming(): void
-::jderobot::CameraDescription::fdistx: float
-::jderobot::CameraDescription::fdisty: float
-::jderobot::CameraDescription::height: int
-::jderobot::CameraDescription::name: string
-::jderobot::CameraDescription::posx: float
-::jderobot::CameraDescription::posy: float
-::jderobot::CameraDescription::posz: float
-::jderobot::CameraDescription::rate: float
-::jderobot::CameraDescription::shortDescription: string
-::jderobot::CameraDescription::skew: float
-::jderobot::CameraDescription::streamingUri: string
-::jderobot::CameraDescription::tilt: float
-::jderobot::CameraDescription::u0: float
-::jderobot::CameraDescription::v0: float
-::jderobot::CameraDescription::width: int
-::jderobot::ImageData::description: ::jderobot::ImageDescription
-::jderobot::ImageData::pixelData: sequence<byte>
-::jderobot::ImageData::timeStamp: ::jderobot::Time
-::jderobot::ImageDescription::format: string
-::jderobot::ImageDescription::height: int
-::jderobot::ImageDescription::size: int
-::jderobot::ImageDescription::width: int
-::jderobot::ImageProvider::getImageData(string format): ::jderobot::ImageData throws ::jderobot::ConfigurationNotExistException, ::jderobot::DataNotExistException, ::jderobot::HardwareFailedException idempotent stream
-::jderobot::ImageProvider::getImageDescription(): ::jderobot::ImageDescription idempotent
-::jderobot::ImageProvider::getImageFormat(): sequence<string> idempotent
-::jderobot::JderobotException::what: string
-::jderobot::Time::seconds: long
-::jderobot::Time::useconds: int
-exception ::jderobot::ConfigurationNotExistException extends ::jderobot::JderobotException
-exception ::jderobot::DataNotExistException extends ::jderobot::JderobotException
-exception ::jderobot::HardwareFailedException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::jderobot::Camera extends ::jderobot::ImageProvider
-interface ::jderobot::ImageProvider
-struct ::jderobot::CameraDescription
-struct ::jderobot::ImageData
-struct ::jderobot::ImageDescription
-struct ::jderobot::Time
-""",
+    module=__name__,
 )
 
 

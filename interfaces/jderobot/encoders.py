@@ -59,16 +59,7 @@ _Encoders: Final = Interface(
     "::jderobot::Encoders",
     operations=(_Encoders_getEncodersData,),
     fingerprint="c803dfda64ddd071",
-    definition="""\
-::jderobot::Encoders::getEncodersData(): ::jderobot::EncodersData idempotent stream
-::jderobot::EncodersData::robotcos: float
-::jderobot::EncodersData::robotsin: float
-::jderobot::EncodersData::robottheta: float
-::jderobot::EncodersData::robotx: float
-::jderobot::EncodersData::roboty: float
-interface ::jderobot::Encoders
-struct ::jderobot::EncodersData
-""",
+    module=__name__,
 )
 
 

@@ -115,29 +115,7 @@ _ImageProvider: Final = Interface(
         _ImageProvider_getImageData,
     ),
     fingerprint="c7ab7247c50ccb29",
-    definition="""\
-::jderobot::ImageData::description: ::jderobot::ImageDescription
-::jderobot::ImageData::pixelData: sequence<byte>
-::jderobot::ImageData::timeStamp: ::jderobot::Time
-::jderobot::ImageDescription::format: string
-::jderobot::ImageDescription::height: int
-::jderobot::ImageDescription::size: int
-::jderobot::ImageDescription::width: int
-::jderobot::ImageProvider::getImageData(string format): ::jderobot::ImageData throws ::jderobot::ConfigurationNotExistException, ::jderobot::DataNotExistException, ::jderobot::HardwareFailedException idempotent stream
-::jderobot::ImageProvider::getImageDescription(): ::jderobot::ImageDescription idempotent
-::jderobot::ImageProvider::getImageFormat(): sequence<string> idempotent
-::jderobot::JderobotException::what: string
-::jderobot::Time::seconds: long
-::jderobot::Time::useconds: int
-exception ::jderobot::ConfigurationNotExistException extends ::jderobot::JderobotException
-exception ::jderobot::DataNotExistException extends ::jderobot::JderobotException
-exception ::jderobot::HardwareFailedException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::jderobot::ImageProvider
-struct ::jderobot::ImageData
-struct ::jderobot::ImageDescription
-struct ::jderobot::Time
-""",
+    module=__name__,
 )
 
 

@@ -132,22 +132,7 @@ _Motors: Final = Interface(
         _Motors_stop,
     ),
     fingerprint="7e3d4850ca806dce",
-    definition="""\
-::jderobot::CommandRefusedException::holder: string
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::jderobot::Motors::getL(): float idempotent
-::jderobot::Motors::getV(): float idempotent
-::jderobot::Motors::getW(): float idempotent
-::jderobot::Motors::setL(float l): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::jderobot::Motors::setV(float v): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::jderobot::Motors::setW(float w): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::jderobot::Motors::stop(): void idempotent
-exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::jderobot::Motors
-""",
+    module=__name__,
 )
 
 

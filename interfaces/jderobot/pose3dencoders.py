@@ -65,21 +65,7 @@ _Pose3DEncoders: Final = Interface(
     "::jderobot::Pose3DEncoders",
     operations=(_Pose3DEncoders_getPose3DEncodersData,),
     fingerprint="7f540de96bf2f30a",
-    definition="""\
-::jderobot::Pose3DEncoders::getPose3DEncodersData(): ::jderobot::Pose3DEncodersData idempotent stream
-::jderobot::Pose3DEncodersData::pan: float
-::jderobot::Pose3DEncodersData::roll: float
-::jderobot::Pose3DEncodersData::tilt: float
-::jderobot::Pose3DEncodersData::timeStamp: ::jderobot::Time
-::jderobot::Pose3DEncodersData::x: float
-::jderobot::Pose3DEncodersData::y: float
-::jderobot::Pose3DEncodersData::z: float
-::jderobot::Time::seconds: long
-::jderobot::Time::useconds: int
-interface ::jderobot::Pose3DEncoders
-struct ::jderobot::Pose3DEncodersData
-struct ::jderobot::Time
-""",
+    module=__name__,
 )
 
 

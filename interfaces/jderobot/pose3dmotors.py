@@ -129,43 +129,7 @@ _Pose3DMotors: Final = Interface(
         _Pose3DMotors_stop,
     ),
     fingerprint="4f03cd3e34388213",
-    definition="""\
-::jderobot::CommandRefusedException::holder: string
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::jderobot::Pose3DMotors::getPose3DMotorsData(): ::jderobot::Pose3DMotorsData idempotent
-::jderobot::Pose3DMotors::getPose3DMotorsParams(): ::jderobot::Pose3DMotorsParams idempotent
-::jderobot::Pose3DMotors::setPose3DMotorsData(::jderobot::Pose3DMotorsData data): int throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::jderobot::Pose3DMotors::stop(): void idempotent
-::jderobot::Pose3DMotorsData::pan: float
-::jderobot::Pose3DMotorsData::panSpeed: float
-::jderobot::Pose3DMotorsData::roll: float
-::jderobot::Pose3DMotorsData::tilt: float
-::jderobot::Pose3DMotorsData::tiltSpeed: float
-::jderobot::Pose3DMotorsData::x: float
-::jderobot::Pose3DMotorsData::y: float
-::jderobot::Pose3DMotorsData::z: float
-::jderobot::Pose3DMotorsParams::maxPan: float
-::jderobot::Pose3DMotorsParams::maxPanSpeed: float
-::jderobot::Pose3DMotorsParams::maxRoll: float
-::jderobot::Pose3DMotorsParams::maxTilt: float
-::jderobot::Pose3DMotorsParams::maxTiltSpeed: float
-::jderobot::Pose3DMotorsParams::maxX: float
-::jderobot::Pose3DMotorsParams::maxY: float
-::jderobot::Pose3DMotorsParams::maxZ: float
-::jderobot::Pose3DMotorsParams::minPan: float
-::jderobot::Pose3DMotorsParams::minRoll: float
-::jderobot::Pose3DMotorsParams::minTilt: float
-::jderobot::Pose3DMotorsParams::minX: float
-::jderobot::Pose3DMotorsParams::minY: float
-::jderobot::Pose3DMotorsParams::minZ: float
-exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::jderobot::Pose3DMotors
-struct ::jderobot::Pose3DMotorsData
-struct ::jderobot::Pose3DMotorsParams
-""",
+    module=__name__,
 )
 
 

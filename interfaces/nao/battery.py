@@ -59,16 +59,7 @@ _Battery: Final = Interface(
     "::nao::Battery",
     operations=(_Battery_getBatteryReading,),
     fingerprint="fdeee5f4b0a78b5e",
-    definition="""\
-::nao::Battery::getBatteryReading(): ::nao::BatteryReading idempotent stream
-::nao::BatteryReading::charge: double
-::nao::BatteryReading::current: double
-::nao::BatteryReading::plugged: bool
-::nao::BatteryReading::temperature: double
-::nao::BatteryReading::time: double
-interface ::nao::Battery
-struct ::nao::BatteryReading
-""",
+    module=__name__,
 )
 
 

@@ -55,14 +55,7 @@ _Clock: Final = Interface(
     "::nao::Clock",
     operations=(_Clock_getTime,),
     fingerprint="4286b1d66f43e18f",
-    definition="""\
-::nao::Clock::getTime(): ::nao::ClockReading idempotent stream
-::nao::ClockReading::rate: double
-::nao::ClockReading::simulated: bool
-::nao::ClockReading::time: double
-interface ::nao::Clock
-struct ::nao::ClockReading
-""",
+    module=__name__,
 )
 
 

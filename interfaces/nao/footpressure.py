@@ -70,22 +70,7 @@ _FootPressure: Final = Interface(
     "::nao::FootPressure",
     operations=(_FootPressure_getFeetReading,),
     fingerprint="82d872a79abed63b",
-    definition="""\
-::nao::FeetReading::left: ::nao::FootReading
-::nao::FeetReading::right: ::nao::FootReading
-::nao::FeetReading::time: double
-::nao::FootPressure::getFeetReading(): ::nao::FeetReading idempotent stream
-::nao::FootReading::centerX: double
-::nao::FootReading::centerY: double
-::nao::FootReading::frontLeft: double
-::nao::FootReading::frontRight: double
-::nao::FootReading::rearLeft: double
-::nao::FootReading::rearRight: double
-::nao::FootReading::total: double
-interface ::nao::FootPressure
-struct ::nao::FeetReading
-struct ::nao::FootReading
-""",
+    module=__name__,
 )
 
 

@@ -96,30 +96,7 @@ _Health: Final = Interface(
     "::nao::Health",
     operations=(_Health_getHealth,),
     fingerprint="c1493034b6047a01",
-    definition="""\
-::nao::Health::getHealth(): ::nao::HealthReport idempotent stream
-::nao::HealthEvent::level: ::nao::Severity
-::nao::HealthEvent::message: string
-::nao::HealthEvent::source: string
-::nao::HealthEvent::time: double
-::nao::HealthReport::cameraRates: dictionary<string, double>
-::nao::HealthReport::events: sequence<::nao::HealthEvent>
-::nao::HealthReport::fallen: bool
-::nao::HealthReport::lag: double
-::nao::HealthReport::limitedCommands: long
-::nao::HealthReport::realTimeFactor: double
-::nao::HealthReport::time: double
-::nao::HealthReport::torsoTilt: double
-::nao::HealthReport::uptime: double
-::nao::HealthReport::velocityTimeouts: long
-::nao::Severity::Error = 2
-::nao::Severity::Info = 0
-::nao::Severity::Warning = 1
-enum ::nao::Severity
-interface ::nao::Health
-struct ::nao::HealthEvent
-struct ::nao::HealthReport
-""",
+    module=__name__,
 )
 
 

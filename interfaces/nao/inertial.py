@@ -61,20 +61,7 @@ _InertialUnit: Final = Interface(
     "::nao::InertialUnit",
     operations=(_InertialUnit_getInertialReading,),
     fingerprint="a91b218b53e31a23",
-    definition="""\
-::nao::InertialReading::acceleration: ::nao::Vector3
-::nao::InertialReading::angularVelocity: ::nao::Vector3
-::nao::InertialReading::pitch: double
-::nao::InertialReading::roll: double
-::nao::InertialReading::time: double
-::nao::InertialUnit::getInertialReading(): ::nao::InertialReading idempotent stream
-::nao::Vector3::x: double
-::nao::Vector3::y: double
-::nao::Vector3::z: double
-interface ::nao::InertialUnit
-struct ::nao::InertialReading
-struct ::nao::Vector3
-""",
+    module=__name__,
 )
 
 

@@ -174,35 +174,7 @@ _Joints: Final = Interface(
         _Joints_stop,
     ),
     fingerprint="2693ae7f19237d2c",
-    definition="""\
-::jderobot::CommandRefusedException::holder: string
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::JointLimits::lower: double
-::nao::JointLimits::maxTorque: double
-::nao::JointLimits::maxVelocity: double
-::nao::JointLimits::name: string
-::nao::JointLimits::upper: double
-::nao::JointState::commands: sequence<double>
-::nao::JointState::positions: sequence<double>
-::nao::JointState::stiffnesses: sequence<double>
-::nao::JointState::temperatures: sequence<double>
-::nao::JointState::time: double
-::nao::JointState::torques: sequence<double>
-::nao::JointState::velocities: sequence<double>
-::nao::Joints::getJointLimits(): sequence<::nao::JointLimits> idempotent
-::nao::Joints::getJointNames(): sequence<string> idempotent
-::nao::Joints::getJointState(): ::nao::JointState idempotent stream
-::nao::Joints::setJointPositions(dictionary<string, double> targets, double fraction): dictionary<string, double> throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::nao::Joints::setStiffnesses(dictionary<string, double> stiffnesses, double seconds): dictionary<string, double> throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::nao::Joints::stop(): void idempotent
-exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::Joints
-struct ::nao::JointLimits
-struct ::nao::JointState
-""",
+    module=__name__,
 )
 
 

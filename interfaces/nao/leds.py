@@ -97,24 +97,7 @@ _Leds: Final = Interface(
     "::nao::Leds",
     operations=(_Leds_getLedNames, _Leds_setLed, _Leds_reset, _Leds_getLeds),
     fingerprint="b7c48e082c45efb5",
-    definition="""\
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::LedColor::blue: double
-::nao::LedColor::green: double
-::nao::LedColor::red: double
-::nao::LedState::colors: dictionary<string, ::nao::LedColor>
-::nao::LedState::time: double
-::nao::Leds::getLedNames(): sequence<string> idempotent
-::nao::Leds::getLeds(): ::nao::LedState idempotent stream
-::nao::Leds::reset(): void
-::nao::Leds::setLed(string name, ::nao::LedColor color, double seconds): void throws ::jderobot::InvalidValueException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::Leds
-struct ::nao::LedColor
-struct ::nao::LedState
-""",
+    module=__name__,
 )
 
 

@@ -136,37 +136,7 @@ _Motions: Final = Interface(
     "::nao::Motions",
     operations=(_Motions_getMotions, _Motions_play, _Motions_stop, _Motions_getMotionState),
     fingerprint="7cb5b063368d9991",
-    definition="""\
-::jderobot::CommandRefusedException::holder: string
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::ActionState::count: int
-::nao::ActionState::message: string
-::nao::ActionState::name: string
-::nao::ActionState::progress: double
-::nao::ActionState::status: ::nao::ActionStatus
-::nao::ActionState::time: double
-::nao::ActionStatus::Done = 2
-::nao::ActionStatus::Failed = 4
-::nao::ActionStatus::Idle = 0
-::nao::ActionStatus::Moving = 1
-::nao::ActionStatus::Stopped = 3
-::nao::MotionFacts::description: string
-::nao::MotionFacts::duration: double
-::nao::MotionFacts::name: string
-::nao::MotionFacts::start: string
-::nao::Motions::getMotionState(): ::nao::ActionState idempotent stream
-::nao::Motions::getMotions(): sequence<::nao::MotionFacts> idempotent
-::nao::Motions::play(string name, double pace): void throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::nao::Motions::stop(): void idempotent
-enum ::nao::ActionStatus
-exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::Motions
-struct ::nao::ActionState
-struct ::nao::MotionFacts
-""",
+    module=__name__,
 )
 
 
@@ -320,33 +290,7 @@ _Postures: Final = Interface(
         _Postures_getPostureState,
     ),
     fingerprint="4dfe70f76c3cef8d",
-    definition="""\
-::jderobot::CommandRefusedException::holder: string
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::ActionState::count: int
-::nao::ActionState::message: string
-::nao::ActionState::name: string
-::nao::ActionState::progress: double
-::nao::ActionState::status: ::nao::ActionStatus
-::nao::ActionState::time: double
-::nao::ActionStatus::Done = 2
-::nao::ActionStatus::Failed = 4
-::nao::ActionStatus::Idle = 0
-::nao::ActionStatus::Moving = 1
-::nao::ActionStatus::Stopped = 3
-::nao::Postures::getPosture(): string idempotent
-::nao::Postures::getPostureState(): ::nao::ActionState idempotent stream
-::nao::Postures::getPostures(): sequence<string> idempotent
-::nao::Postures::goToPosture(string name, double fraction): void throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::nao::Postures::stop(): void idempotent
-enum ::nao::ActionStatus
-exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::Postures
-struct ::nao::ActionState
-""",
+    module=__name__,
 )
 
 

@@ -135,33 +135,7 @@ _PoseHead: Final = Interface(
         _PoseHead_getLimits,
     ),
     fingerprint="8c1929ab33b66aff",
-    definition="""\
-::jderobot::CommandRefusedException::holder: string
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::HeadLimits::maxPan: double
-::nao::HeadLimits::maxPanSpeed: double
-::nao::HeadLimits::maxTilt: double
-::nao::HeadLimits::maxTiltSpeed: double
-::nao::HeadLimits::minPan: double
-::nao::HeadLimits::minTilt: double
-::nao::HeadPose::pan: double
-::nao::HeadPose::panSpeed: double
-::nao::HeadPose::tilt: double
-::nao::HeadPose::tiltSpeed: double
-::nao::HeadPose::time: double
-::nao::PoseHead::getLimits(): ::nao::HeadLimits idempotent
-::nao::PoseHead::getPose(): ::nao::HeadPose idempotent stream
-::nao::PoseHead::setPose(double pan, double tilt, double fraction): ::nao::HeadPose throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::nao::PoseHead::setSpeed(double pan, double tilt): ::nao::HeadPose throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::nao::PoseHead::stop(): void idempotent
-exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::PoseHead
-struct ::nao::HeadLimits
-struct ::nao::HeadPose
-""",
+    module=__name__,
 )
 
 

@@ -106,26 +106,7 @@ _Safety: Final = Interface(
         _Safety_getSafetyState,
     ),
     fingerprint="8c9b65cca99f51bc",
-    definition="""\
-::jderobot::CommandRefusedException::holder: string
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::Safety::acquireLease(string holder, double seconds): void throws ::jderobot::CommandRefusedException, ::jderobot::InvalidValueException
-::nao::Safety::emergencyStop(string reason): void idempotent
-::nao::Safety::getSafetyState(): ::nao::SafetyState idempotent stream
-::nao::Safety::releaseLease(): void idempotent
-::nao::Safety::resetEmergencyStop(): void idempotent
-::nao::SafetyState::holder: string
-::nao::SafetyState::reason: string
-::nao::SafetyState::remaining: double
-::nao::SafetyState::stopped: bool
-::nao::SafetyState::time: double
-exception ::jderobot::CommandRefusedException extends ::jderobot::JderobotException
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::Safety
-struct ::nao::SafetyState
-""",
+    module=__name__,
 )
 
 

@@ -68,28 +68,7 @@ _GroundTruth: Final = Interface(
     "::nao::GroundTruth",
     operations=(_GroundTruth_getGroundTruth,),
     fingerprint="db09efea18535142",
-    definition="""\
-::nao::GroundTruth::getGroundTruth(): ::nao::GroundTruthReading idempotent stream
-::nao::GroundTruthReading::angularVelocity: ::nao::Vector3
-::nao::GroundTruthReading::objects: dictionary<string, ::nao::Pose>
-::nao::GroundTruthReading::time: double
-::nao::GroundTruthReading::torso: ::nao::Pose
-::nao::GroundTruthReading::velocity: ::nao::Vector3
-::nao::Pose::orientation: ::nao::Quaternion
-::nao::Pose::position: ::nao::Vector3
-::nao::Quaternion::w: double
-::nao::Quaternion::x: double
-::nao::Quaternion::y: double
-::nao::Quaternion::z: double
-::nao::Vector3::x: double
-::nao::Vector3::y: double
-::nao::Vector3::z: double
-interface ::nao::GroundTruth
-struct ::nao::GroundTruthReading
-struct ::nao::Pose
-struct ::nao::Quaternion
-struct ::nao::Vector3
-""",
+    module=__name__,
 )
 
 
@@ -215,23 +194,7 @@ _Scene: Final = Interface(
         _Scene_pressSensor,
     ),
     fingerprint="14213322158b59a1",
-    definition="""\
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::Scene::getObjects(): sequence<string> idempotent
-::nao::Scene::placeObject(string name, ::nao::Vector3 position): void throws ::jderobot::InvalidValueException
-::nao::Scene::placeRobot(double x, double y, double heading): void throws ::jderobot::InvalidValueException
-::nao::Scene::pressSensor(string name, double seconds): void throws ::jderobot::InvalidValueException
-::nao::Scene::pushRobot(::nao::Vector3 force, double seconds): void throws ::jderobot::InvalidValueException
-::nao::Scene::reset(): void
-::nao::Vector3::x: double
-::nao::Vector3::y: double
-::nao::Vector3::z: double
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::Scene
-struct ::nao::Vector3
-""",
+    module=__name__,
 )
 
 

@@ -78,19 +78,7 @@ _Sonar: Final = Interface(
     "::nao::Sonar",
     operations=(_Sonar_getSonarReading, _Sonar_getSonarLimits),
     fingerprint="ce27c23b47fa7043",
-    definition="""\
-::nao::Sonar::getSonarLimits(): ::nao::SonarLimits idempotent
-::nao::Sonar::getSonarReading(): ::nao::SonarReading idempotent stream
-::nao::SonarLimits::cone: double
-::nao::SonarLimits::farthest: double
-::nao::SonarLimits::nearest: double
-::nao::SonarReading::left: double
-::nao::SonarReading::right: double
-::nao::SonarReading::time: double
-interface ::nao::Sonar
-struct ::nao::SonarLimits
-struct ::nao::SonarReading
-""",
+    module=__name__,
 )
 
 

@@ -79,21 +79,7 @@ _Speech: Final = Interface(
     "::nao::Speech",
     operations=(_Speech_say, _Speech_stop, _Speech_getSpeech),
     fingerprint="37643a6528c53a87",
-    definition="""\
-::jderobot::InvalidValueException::field: string
-::jderobot::JderobotException::what: string
-::nao::Speech::getSpeech(): ::nao::SpeechState idempotent stream
-::nao::Speech::say(string text): void throws ::jderobot::InvalidValueException
-::nao::Speech::stop(): void idempotent
-::nao::SpeechState::count: int
-::nao::SpeechState::speaking: bool
-::nao::SpeechState::text: string
-::nao::SpeechState::time: double
-exception ::jderobot::InvalidValueException extends ::jderobot::JderobotException
-exception ::jderobot::JderobotException
-interface ::nao::Speech
-struct ::nao::SpeechState
-""",
+    module=__name__,
 )
 
 

@@ -69,14 +69,7 @@ _Touch: Final = Interface(
     "::nao::Touch",
     operations=(_Touch_getTouchNames, _Touch_getTouchReading),
     fingerprint="1a5f5e964bdfecd6",
-    definition="""\
-::nao::Touch::getTouchNames(): sequence<string> idempotent
-::nao::Touch::getTouchReading(): ::nao::TouchReading idempotent stream
-::nao::TouchReading::time: double
-::nao::TouchReading::touched: sequence<string>
-interface ::nao::Touch
-struct ::nao::TouchReading
-""",
+    module=__name__,
 )
 
 

@@ -121,7 +121,7 @@ class NewerCalculatorI(Object):
         "::test::Calculator",
         operations=(*NEWER_CALCULATOR.operations, _get_reading),
         fingerprint=NEWER_CALCULATOR.fingerprint,
-        definition=NEWER_CALCULATOR.definition,
+        module=NEWER_CALCULATOR.module,
     )
 
     def add(self, a: float, b: float, current: Current) -> float:

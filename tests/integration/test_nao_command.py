@@ -23,12 +23,13 @@ from deploy.nao.command import app
 from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
 from deploy.nao.doctor.network import check_network
 from naoserver.fake import FakeRobot
+from tests.support.gripper import GripperI
 from tests.support.limits import LIMIT
 from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
-from zenoh_ice import initialize, load_settings
+from zenoh_ice import Current, Object, initialize, load_settings
 
 pytestmark = pytest.mark.xdist_group("nao command")
 
@@ -153,7 +154,7 @@ def test_categories_and_facets_are_listed_and_called(calculator: Any) -> None:
     assert "tools/Calculator -f second" in nao("list", "tools").out
     calculator.counted = 10
     assert nao("call", "tools/Calculator.count").out == "11\n"
-    assert nao("call", "tools/Calculator.count", "--facet", "second").out == "1\n"
+    assert nao("call", "tools/Calculator -f second.count").out == "1\n"
 
 
 @pytest.mark.parametrize(
@@ -223,6 +224,40 @@ def test_a_servant_is_found_by_all_of_its_name(calculator: Any, robot: ServedRob
     assert "  int count()" in nao("describe", "tools/Calculator -f second").out
 
 
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("{", "malformed schema of an interface: "),
+        (" " * 300_000, "300000 characters where at most 262144 are read"),
+        ('{"interface": "::m::I", "definitions": {}}', "does not describe its interface: '::m::I'"),
+    ],
+)
+@pytest.mark.parametrize("words", [("describe", "Liar"), ("call", "Liar.f"), ("watch", "Liar")])
+def test_a_servant_that_describes_nonsense_is_told(
+    robot: ServedRobot, words: tuple[str, ...], text: str, told: str
+) -> None:
+    class Liar(Object):
+        def ice_describe(self, current: Current) -> str:
+            return text
+
+    with initialize(clock="wall", realm=robot.realm, connect=[robot.endpoint]) as communicator:
+        adapter = communicator.createObjectAdapter("Liars")
+        adapter.add(Liar(), "Liar")
+        adapter.activate()
+        outcome = nao(*words)
+    assert told in outcome.err
+    assert (outcome.code, outcome.out) == (1, "")
+
+
+def test_a_servant_without_a_schema_says_what_is_missing(robot: ServedRobot) -> None:
+    with initialize(clock="wall", realm=robot.realm, connect=[robot.endpoint]) as communicator:
+        adapter = communicator.createObjectAdapter("Grippers")
+        adapter.add(GripperI(), "Gripper")
+        adapter.activate()
+        told = nao("describe", "Gripper").err
+    assert "has no readable schema.json: generate it with codegen" in told
+
+
 def test_an_unknown_option_is_no_argument(robot: ServedRobot) -> None:
     assert nao("call", "Head.getPose", "--jsn").code == 2
 
@@ -231,7 +266,7 @@ def test_description_tells_operations_and_types(robot: ServedRobot) -> None:
     text = nao("describe", "Body").out
     assert "dictionary<string, double> setJointPositions(dictionary<string, double> targets, " in text
     assert "JointState getJointState()  [stream, idempotent]" in text
-    assert "struct JointLimits: double lower" in text
+    assert "struct JointLimits: string name, double lower" in text
     assert "did you mean Head.getPose?" in nao("describe", "Head.getPos").err
     (operation,) = json.loads(nao("describe", "Head.getPose", "--json").out)["operations"]
     assert (operation["stream"], operation["results"]) == (

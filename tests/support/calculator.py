@@ -140,20 +140,20 @@ CALCULATOR: Final = Interface(
     "::test::Calculator",
     operations=(_add, _divide, _split, _fail, _sleep, _count, _total, _echo, _who, _getReading),
     fingerprint="c0ffee0000000001",
-    definition="interface ::test::Calculator\n::test::Calculator::add(double a, double b): double",
+    module=__name__,
 )
 SCIENTIFIC: Final = Interface(
     "::test::Scientific",
     bases=(CALCULATOR,),
     operations=(_power,),
     fingerprint="c0ffee0000000002",
-    definition="interface ::test::Scientific extends ::test::Calculator",
+    module=__name__,
 )
 NEWER_CALCULATOR: Final = Interface(
     "::test::Calculator",
     operations=(_add,),
     fingerprint="c0ffee0000000003",
-    definition="interface ::test::Calculator\n::test::Calculator::add(int a, double b): double",
+    module="tests.support.newer.calculator",
 )
 
 

@@ -78,7 +78,6 @@ GRIPPER: Final = Interface(
     "::test::Gripper",
     operations=(_close, _move, _positions, _text, _who, _stop),
     fingerprint="c0ffee0000000010",
-    definition="interface ::test::Gripper",
 )
 
 

@@ -10,8 +10,8 @@ from unittest.mock import patch
 
 from typer.testing import CliRunner
 
+from deploy.nao import NaoError
 from deploy.nao.command import app
-from deploy.nao.errors import NaoError
 from zenoh_ice import ZenohIceError
 
 __all__ = ["Outcome", "at", "nao"]

@@ -41,7 +41,6 @@ NOTEBOOK: Final = Interface(
     "::test::Notebook",
     operations=(_note, _notes, _about, _who),
     fingerprint="c0ffee0000000005",
-    definition="interface ::test::Notebook",
 )
 
 

@@ -20,9 +20,8 @@ import msgspec
 import zenoh
 
 import interfaces
-from deploy.nao.definition_parser import parse_definition
+from deploy.nao import UsageError
 from deploy.nao.dynamic import Types
-from deploy.nao.errors import UsageError
 from deploy.nao.values import FromJson, to_json
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
@@ -35,6 +34,7 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
+from zenoh_ice.calls.mismatch import first_difference
 from zenoh_ice.clocks.estimated_clock import EstimatedClock
 from zenoh_ice.generated import Int, Long, Struct, Value
 from zenoh_ice.identity import Target
@@ -44,6 +44,7 @@ from zenoh_ice.network.presence import Presence
 from zenoh_ice.network.process_status import ProcessStatus, ServantStatus, decode_process_status
 from zenoh_ice.network.servant_tokens import servant_token
 from zenoh_ice.network.session_config import session_config
+from zenoh_ice.reflection import parse_schema, schema_of
 from zenoh_ice.settings import load_settings
 from zenoh_ice.wire.attachment import (
     Attachment,
@@ -381,50 +382,89 @@ def _proxies() -> Door:
     return Door("proxy", sound, _refusable(take))
 
 
-_ZOO = """\
-::circus::Animal::friend: ::circus::Animal
-::circus::Animal::name: string
-::circus::Color::green = 3
-::circus::Color::red = 0
-::circus::Dog::legs: optional int
-::circus::Full::animal: ::circus::Animal
-::circus::Full::place: ::circus::Place
-::circus::Keeper::feed(::circus::Animal star, dictionary<::circus::Place, sequence<::circus::Color>> where): \
-sequence<byte> returnValue, ::circus::Keeper* next throws ::circus::Full idempotent stream
-::circus::Place::row: long
-class ::circus::Animal
-class ::circus::Dog extends ::circus::Animal
-enum ::circus::Color
-exception ::circus::Full
-interface ::circus::Keeper
-struct ::circus::Place
-"""
+_ZOO: dict[str, Any] = {
+    "interface": "::circus::Keeper",
+    "definitions": {
+        name: {"module": "circus", "name": name, "fingerprint": "c0ffee", **entry}
+        for name, entry in {
+            "::circus::Animal": {
+                "kind": "class",
+                "members": [
+                    {"name": "friend", "type": "::circus::Animal"},
+                    {"name": "name", "type": "string"},
+                ],
+            },
+            "::circus::Dog": {
+                "kind": "class",
+                "bases": ["::circus::Animal"],
+                "members": [{"name": "legs", "type": "int", "optional": True}],
+            },
+            "::circus::Color": {
+                "kind": "enumeration",
+                "enumerators": [{"name": "green", "value": 3}, {"name": "red", "value": 0}],
+            },
+            "::circus::Colors": {"kind": "sequence", "element": "::circus::Color"},
+            "::circus::Places": {
+                "kind": "dictionary",
+                "key": "::circus::Place",
+                "value": "::circus::Colors",
+            },
+            "::circus::Bytes": {"kind": "sequence", "element": "byte"},
+            "::circus::Place": {"kind": "struct", "members": [{"name": "row", "type": "long"}]},
+            "::circus::Full": {
+                "kind": "exception",
+                "members": [
+                    {"name": "animal", "type": "::circus::Animal"},
+                    {"name": "place", "type": "::circus::Place"},
+                ],
+            },
+            "::circus::Keeper": {
+                "kind": "interface",
+                "operations": [
+                    {
+                        "name": "feed",
+                        "parameters": [
+                            {"name": "star", "type": "::circus::Animal"},
+                            {"name": "where", "type": "::circus::Places"},
+                        ],
+                        "results": [
+                            {"name": "returnValue", "type": "::circus::Bytes"},
+                            {"name": "next", "type": "::circus::Keeper*"},
+                        ],
+                        "exceptions": {"::circus::Full": ""},
+                        "idempotent": True,
+                        "streamed": True,
+                    }
+                ],
+            },
+        }.items()
+    },
+}
 
 
-def _definitions() -> Door:
+def _schemas() -> Door:
     def take(data: bytes) -> None:
-        definitions = parse_definition(data.decode("utf-8", "replace"))
-        types = Types(definitions)
-        for signature in definitions.operations.values():
-            operation = types.operation(signature)
-            values = FromJson(definitions, types, _DESK.stringToProxy)
-            zeros = tuple(values.zero(parameter.type) for parameter in signature.parameters)
+        schema = parse_schema(data.decode("utf-8", "replace"))
+        assert first_difference(schema, schema) == "they are described alike"
+        types = Types(schema)
+        for _, description in schema.operations():
+            operation = types.operation(description)
+            values = FromJson(schema, types, _DESK.stringToProxy)
+            zeros = tuple(
+                None if each.optional else values.zero(each.type) for each in description.parameters
+            )
             payload = operation.arguments.pack(zeros, "it")
             json.dumps(to_json(operation.arguments.unpack(payload, "it", _DESK)))
             for exception in operation.exceptions:
                 members = {
-                    each.name: values.zero(each.type)
-                    for each in definitions.all_members(exception.ice_type_id)
+                    each.name: None if each.optional else values.zero(each.type)
+                    for each in schema.members(exception.ice_type_id)
                 }
                 wire = msgspec.msgpack.encode({"exception": exception.ice_type_id, "members": members})
                 assert isinstance(decode_error(wire, operation.exceptions, "it", _DESK), ZenohIceError)
 
-    sound = [PoseHeadPrx, CameraPrx, JointsPrx]
-    return Door(
-        "definition",
-        [_ZOO.encode(), *(each.ice_interface.definition.encode() for each in sound)],
-        _refusable(take),
-    )
+    sound = [schema_of(each.ice_interface).as_json() for each in (PoseHeadPrx, CameraPrx, JointsPrx)]
+    return Door("schema", [text.encode() for text in (json.dumps(_ZOO), *sound)], _refusable(take))
 
 
 def _statuses() -> Door:
@@ -475,7 +515,7 @@ DOORS: tuple[Door, ...] = (
     _client_tokens(),
     _clock_readings(),
     _proxies(),
-    _definitions(),
+    _schemas(),
     _statuses(),
     _settings(),
 )

@@ -1,12 +1,18 @@
+"""What changes the fingerprint of an interface, and that the schema says all that it is taken of."""
+
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from tests.support.slice_compiler import compile_text
+from zenoh_ice.calls.mismatch import canonical_lines
+from zenoh_ice.reflection import Definition, Schema
 
 SWITCH = "  interface Switch { void off(); idempotent void rest(); };\n"
 
@@ -25,16 +31,20 @@ module m {
 
 
 def description(directory: Path, text: str, **others: str) -> tuple[str, str]:
-    """Return fingerprint and definition of the interface Lamp."""
+    """Return the fingerprint of the interface Lamp, and the canonical form that its schema has."""
     compilation, diagnostics = compile_text(directory, text, **others)
     assert not diagnostics.has_errors, diagnostics.render()
-    for file in compilation.files:
-        match = re.search(
-            r'"::m::Lamp",.*?fingerprint="(\w+)",\n\s*definition="""\\\n(.*?)"""', file.text, re.DOTALL
-        )
-        if match:
-            return match[1], match[2]
-    raise AssertionError("no interface Lamp")
+    written = next(file.text for file in compilation.files if file.path.name == "schema.json")
+    definitions = msgspec.convert(json.loads(written)["definitions"], dict[str, Definition])
+    schema = Schema("::m::Lamp", definitions).part("::m::Lamp")
+    form = "\n".join(sorted(canonical_lines(schema).values())) + "\n"
+    fingerprint = schema.definitions["::m::Lamp"].fingerprint
+    assert hashlib.sha256(form.encode()).hexdigest().startswith(fingerprint)
+    modules = "".join(file.text for file in compilation.files if file.path.suffix == ".py")
+    generated = re.search(r'Interface\(\n    "::m::Lamp",.*?fingerprint="(\w+)"', modules, re.DOTALL)
+    assert generated is not None
+    assert generated[1] == fingerprint
+    return fingerprint, form
 
 
 @pytest.mark.parametrize(

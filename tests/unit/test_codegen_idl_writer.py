@@ -168,20 +168,7 @@ _Lamp: Final = Interface(
     "::home::Lamp",
     operations=(_Lamp_get, _Lamp_off, _Lamp_rest),
     fingerprint="FINGERPRINT",
-    definition="""\\
-::home::Broken::what: string
-::home::Color::green = 5
-::home::Color::red = 0
-::home::Lamp::get(string which): ::home::Light, sequence<::home::Light> all throws ::home::Broken idempotent stream
-::home::Lamp::off(string context): void
-::home::Lamp::rest(): void idempotent
-::home::Light::color: ::home::Color
-::home::Light::power: float
-enum ::home::Color
-exception ::home::Broken
-interface ::home::Lamp
-struct ::home::Light
-""",
+    module=__name__,
 )
 
 

@@ -1,4 +1,4 @@
-"""Interfaces made at run time from canonical definitions, beside those that codegen made of the same IDL."""
+"""Interfaces made at run time from schemas, beside those that codegen made of the same IDL."""
 
 from __future__ import annotations
 
@@ -17,16 +17,15 @@ from hypothesis import strategies as st
 import interfaces.hfsm
 import interfaces.jderobot
 import interfaces.nao
-from deploy.nao.definition_parser import parse_definition
-from deploy.nao.definitions import Named, Sequence
+from deploy.nao import UsageError
 from deploy.nao.dynamic import Types
-from deploy.nao.errors import UsageError
 from deploy.nao.values import FromJson, to_json
 from tests.support.generated_types import modules_of
 from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, plain, struct_values
 from zenoh_ice import MarshalException
 from zenoh_ice.operation import Interface
+from zenoh_ice.reflection import Schema, parse_schema, schema_of
 from zenoh_ice.wire.codec import encode
 from zenoh_ice.wire.errors import decode_error
 from zenoh_ice.wire.values import TYPE_FIELD
@@ -56,28 +55,29 @@ def everything(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Interf
 
 def hold_alike(interface: Interface, data: st.DataObject) -> None:
     """Check that values of every operation mean the same on both sides, on the wire and in JSON."""
-    definitions = parse_definition(interface.definition)
-    types = Types(definitions)
-    assert set(definitions.operations) == set(interface.all_operations)
+    schema = parse_schema(schema_of(interface).as_json())
+    types = Types(schema)
+    operations = {each.name: each for _, each in schema.operations()}
+    assert set(operations) == set(interface.all_operations)
     for name, generated in interface.all_operations.items():
-        signature = definitions.operations[name]
-        made = types.operation(signature)
+        description = operations[name]
+        made = types.operation(description)
         assert (made.idempotent, made.streamed) == (generated.idempotent, generated.streamed)
         assert {each.ice_type_id for each in made.exceptions} == {
             each.ice_type_id for each in generated.exceptions
         }
         for members, ours, theirs in (
-            (signature.parameters, made.arguments, generated.arguments),
-            (signature.results, made.result, generated.result),
+            (description.parameters, made.arguments, generated.arguments),
+            (description.results, made.result, generated.result),
         ):
             value = data.draw(struct_values(theirs.struct, DESK))
             payload = encode(value, name)
             arrived = ours.unpack(payload, name, DESK)
             if TYPE_FIELD.encode() in payload:
-                continue  # of classes, the definition knows only those that it mentions
+                continue  # of classes, the schema knows only those that it mentions
             text = json.dumps(to_json(arrived, lambda data: base64.b64encode(data).decode()))
-            maker = FromJson(definitions, types, DESK.stringToProxy)
-            again = [maker.make(each.type, json.loads(text).get(each.name), each.name) for each in members]
+            maker = FromJson(schema, types, DESK.stringToProxy)
+            again = [maker.member(each, json.loads(text).get(each.name), each.name) for each in members]
             assert plain(theirs.unpack(ours.pack(tuple(again), name), name, DESK)) == plain(value)
 
 
@@ -97,144 +97,147 @@ def test_everything_of_slice_is_made_as_codegen_makes_it(
         hold_alike(interface, data)
 
 
-def make_all(definition: str) -> None:
-    definitions = parse_definition(definition)
-    types = Types(definitions)
-    for signature in definitions.operations.values():
-        types.operation(signature)
+def text_of(*operations: dict[str, Any], **definitions: dict[str, Any]) -> str:
+    """Return the schema of an interface I with types beside it, as a servant may send it."""
+    entries = {"I": {"kind": "interface", "operations": operations}} | definitions
+    named = {
+        name if "::" in name else f"::m::{name}": {"module": "m", "name": name, "fingerprint": "", **entry}
+        for name, entry in entries.items()
+    }
+    return json.dumps({"interface": "::m::I", "definitions": named})
+
+
+def taking(*types: str) -> dict[str, Any]:
+    """Return an operation f with parameters of these types."""
+    return {"name": "f", "parameters": [{"name": f"p{at}", "type": kind} for at, kind in enumerate(types)]}
+
+
+def struct(*members: tuple[str, str], kind: str = "struct") -> dict[str, Any]:
+    return {"kind": kind, "members": [{"name": name, "type": each} for name, each in members]}
+
+
+def make_all(text: str) -> Schema:
+    schema = parse_schema(text)
+    types = Types(schema)
+    for _, operation in schema.operations():
+        types.operation(operation)
+    return schema
 
 
 def test_an_exception_may_have_members_of_any_name() -> None:
     names = ["self", "args", "what", "members"]
-    lines = ["exception ::a::X", "interface ::a::I", "::a::I::f(): void throws ::a::X"]
-    definitions = parse_definition("\n".join([*lines, *(f"::a::X::{name}: int" for name in names)]))
-    operation = Types(definitions).operation(definitions.operations["f"])
-    wire = encode({"exception": "::a::X", "members": dict.fromkeys(names, 3)}, "x")
+    text = text_of(
+        {"name": "f", "exceptions": {"::m::X": ""}},
+        X=struct(*((name, "int") for name in names), kind="exception"),
+    )
+    schema = parse_schema(text)
+    ((_, description),) = schema.operations()
+    operation = Types(schema).operation(description)
+    wire = encode({"exception": "::m::X", "members": dict.fromkeys(names, 3)}, "x")
     error = decode_error(wire, operation.exceptions, "x")
     assert error.__dict__ == dict.fromkeys(names, 3)
     assert "self=3" in str(error)
 
 
 def test_an_enumeration_without_enumerators_cannot_be_called_with() -> None:
-    definitions = parse_definition("enum ::a::E\ninterface ::a::I\n::a::I::f(::a::E e): void")
-    operation = Types(definitions).operation(definitions.operations["f"])
+    schema = parse_schema(text_of(taking("::m::E"), E={"kind": "enumeration"}))
+    ((_, description),) = schema.operations()
+    operation = Types(schema).operation(description)
     with pytest.raises(MarshalException, match="at least one"):
-        operation.arguments.unpack(b"\x81\xa1e\x01", "x")
+        operation.arguments.unpack(b"\x81\xa2p0\x01", "x")
 
 
 def test_values_beyond_all_measure_are_not_made_up() -> None:
-    lines = ["struct ::a::S0", "::a::S0::x: int", "interface ::a::I", "::a::I::f(::a::S40 s): void"]
-    for number in range(1, 41):
-        lines.append(f"struct ::a::S{number}")
-        lines += [f"::a::S{number}::{name}: ::a::S{number - 1}" for name in "xy"]
-    definitions = parse_definition("\n".join(lines))
-    types = Types(definitions)
-    types.operation(definitions.operations["f"])
+    chain = {f"S{at}": struct(("x", f"::m::S{at - 1}"), ("y", f"::m::S{at - 1}")) for at in range(1, 31)}
+    schema = make_all(text_of(taking("::m::S30"), S0=struct(("x", "int")), **chain))
     with pytest.raises(UsageError, match="too many members to leave any out"):
-        FromJson(definitions, types, DESK.stringToProxy).zero(Named("::a::S40"))
+        FromJson(schema, Types(schema), DESK.stringToProxy).zero("::m::S30")
 
 
-@pytest.mark.parametrize("line", [f"::a::E::x = {'9' * 200}", f"::a::E::x = 1 {'y' * 9000}"])
-def test_what_is_too_long_is_refused_with_its_beginning(line: str) -> None:
-    with pytest.raises(
-        MarshalException, match=r"(a name is too long|' is no number), in '::a::E::x = "
-    ) as caught:
-        parse_definition(f"enum ::a::E\n{line}")
-    assert len(str(caught.value)) < 600
+SEQUENCES = {f"Q{at}": {"kind": "sequence", "element": f"::m::Q{at - 1}"} for at in range(1, 50)}
+DICTIONARIES = {
+    f"D{at}": {"kind": "dictionary", "key": f"::m::D{at - 1}", "value": f"::m::D{at - 1}"}
+    for at in range(1, 30)
+}
+STRUCTS = {f"S{at}": struct(("x", f"::m::S{at - 1}")) for at in range(1, 300)}
+LONG = "x" * 9000
 
 
-@pytest.mark.parametrize("name", ["__init__", "__class__", "_x", "x_", "a__b"])
-def test_a_name_that_means_something_in_python_is_refused(name: str) -> None:
-    with pytest.raises(MarshalException, match="neither a name nor a sign of Slice"):
-        parse_definition(f"struct ::a::S\n::a::S::{name}: int")
-
-
-PIECES = [
-    "::",
-    "a",
-    "::a",
-    "::a::b",
-    "(",
-    ")",
-    ":",
-    ",",
-    "<",
-    ">",
-    "*",
-    "=",
-    " ",
-    "\n",
-    "1",
-    "sequence",
-    "enum",
-    "dictionary",
-    "optional",
-    "struct",
-    "class",
-    "exception",
-    "interface",
-    "extends",
-    "throws",
-    "int",
-    "::a::b: ",
-]
-
-
-@given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join) | st.text(max_size=60))
-def test_any_text_is_a_definition_or_refused(text: str) -> None:
-    with contextlib.suppress(MarshalException):
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "malformed schema of an interface: "),
+        ("[]", "Expected `object`, got `array`"),
+        ('{"interface": "::m::I"}', "missing required field `definitions`"),
+        ('{"interface": "::m::I", "definitions": {}}', "does not describe its interface: '::m::I'"),
+        (text_of(I=struct()), "does not describe its interface: '::m::I'"),
+        (text_of(taking("int"), S={"kind": "union"}), "Invalid enum value 'union'"),
+        (" " * (1 << 18) + text_of(), "characters where at most 262144 are read"),
+        # Types that it does not describe.
+        (text_of(taking("::m::S")), "does not describe a type: '::m::S'"),
+        (text_of(taking("text")), "does not describe a type: 'text'"),
+        (text_of(taking("::m::X"), X=struct(kind="exception")), "does not describe a type: '::m::X'"),
+        (text_of({"name": "f", "exceptions": {"::m::S": ""}}, S=struct()), "describe an exception: '::m::S'"),
+        (text_of(C={"kind": "class", "bases": ["::m::B"]}), "what '::m::C' extends: '::m::B'"),
+        (text_of(C={"kind": "class", "bases": ["::m::I"]}), "what '::m::C' extends: '::m::I'"),
+        # Types that hold or extend themselves, or go too deep.
+        (text_of(S=struct(("s", "::m::S"))), "a type holds itself: '::m::S'"),
+        (text_of(Q={"kind": "sequence", "element": "::m::Q"}), "a type holds itself: '::m::Q'"),
+        (text_of(C={"kind": "class", "bases": ["::m::C"]}), "extends itself, or too many: '::m::C'"),
+        (text_of(taking("::m::Q49"), Q0={"kind": "sequence", "element": "int"}, **SEQUENCES), "too deeply"),
+        (text_of(D0={"kind": "dictionary", "key": "int", "value": "int"}, **DICTIONARIES), "too deeply"),
+        (text_of(taking("::m::S299"), S0=struct(("x", "int")), **STRUCTS), "too deeply"),
+        # Names.
+        (text_of(taking("::m::x?*")), "no scoped name of Slice: '::m::x?'"),
+        (text_of(**{"::m::__init__": struct()}), "no scoped name of Slice: '::m::__init__'"),
+        (text_of(**{f"::m::{LONG}": struct()}), "no scoped name of Slice: '::m::xxx"),
+        (text_of(S=struct(("x", "int"), ("x", "long"))), "'::m::S' has a name twice: 'x'"),
+        (text_of({"name": "f"}, {"name": "f"}), "'::m::I' has a name twice: 'f'"),
+        *(
+            (text_of(S=struct((name, "int"))), "'::m::S' has what is no name of Slice: ")
+            for name in ("__init__", "__class__", "_x", "x_", "a__b", "a b", "", LONG, "\x1b[2J")
+        ),
+        (
+            text_of(E={"kind": "enumeration", "enumerators": [{"name": "x", "value": 10**30}]}),
+            "Expected `int` <= 2147483647",
+        ),
+    ],
+    ids=lambda text: text[:24],
+)
+def test_a_schema_that_makes_no_sense_is_refused(text: str, told: str) -> None:
+    with pytest.raises(MarshalException) as caught:
         make_all(text)
+    assert told in str(caught.value)
+    assert len(str(caught.value)) < 600
+    assert str(caught.value).isprintable()
 
 
 @given(data=st.data())
-def test_a_damaged_definition_is_a_definition_or_refused(data: st.DataObject) -> None:
-    text = data.draw(st.sampled_from(OURS)).definition
+def test_a_damaged_schema_is_a_schema_or_refused(data: st.DataObject) -> None:
+    text = schema_of(data.draw(st.sampled_from(OURS))).as_json()
     at, length = data.draw(st.integers(0, len(text))), data.draw(st.integers(0, 20))
     damaged = text[:at] + data.draw(st.text(max_size=3)) + text[at + length :]
     with contextlib.suppress(MarshalException):
         make_all(damaged)
 
 
-@pytest.mark.parametrize(
-    ("definition", "told"),
-    [
-        (
-            "struct ::m::S\n::m::S::s: ::m::S\ninterface ::m::I\n::m::I::f(::m::S s): void",
-            "does not tell what ::m::S",
-        ),
-        ("class ::m::C extends ::m::C\ninterface ::m::I\n::m::I::f(::m::C c): void", "extends ::m::C"),
-        (
-            "interface ::m::I\n::m::I::f(" + "sequence<" * 50 + "int" + ">" * 50 + " s): void",
-            "nested too deeply",
-        ),
-        ("interface ::m::I\n::m::I::f(text t): void", "'text' is no type"),
-        ("::m::I::f(): void", "there is no interface '::m::I'"),
-        ("interface ::m::I?", "neither a name nor a sign"),
-    ],
+SHAPES = parse_schema(
+    text_of(
+        Color={
+            "kind": "enumeration",
+            "enumerators": [{"name": "Red", "value": 0}, {"name": "Green", "value": 1}],
+        },
+        Colors={"kind": "sequence", "element": "::m::Color"},
+        Line=struct(("color", "::m::Color"), ("name", "string"), ("points", "::m::Points")),
+        Point=struct(("x", "double"), ("y", "int")),
+        Points={"kind": "sequence", "element": "::m::Point"},
+    )
 )
-def test_a_definition_that_makes_no_sense_is_refused(definition: str, told: str) -> None:
-    with pytest.raises(MarshalException, match=re.escape(told)):
-        make_all(definition)
 
 
-SHAPES = """\
-::m::Color::Green = 1
-::m::Color::Red = 0
-::m::Line::color: ::m::Color
-::m::Line::name: string
-::m::Line::points: sequence<::m::Point>
-::m::Point::x: double
-::m::Point::y: int
-enum ::m::Color
-struct ::m::Line
-struct ::m::Point
-"""
-
-
-def made(text: str, kind: Any = None) -> tuple[Any, list[str]]:
-    definitions = parse_definition(SHAPES)
-    maker = FromJson(definitions, Types(definitions), DESK.stringToProxy)
-    return maker.make(kind or Named("::m::Line"), json.loads(text), "line"), maker.left_out
+def made(text: str, kind: str = "::m::Line") -> tuple[Any, list[str]]:
+    maker = FromJson(SHAPES, Types(SHAPES), DESK.stringToProxy)
+    return maker.make(kind, json.loads(text), "line"), maker.left_out
 
 
 def test_what_is_left_out_is_zero_and_told() -> None:
@@ -262,7 +265,7 @@ def test_what_does_not_fit_is_told_with_its_path(text: str, told: str) -> None:
 
 
 def test_enumerators_are_taken_by_name_and_by_number() -> None:
-    assert to_json(made('["Green", 0, "::m::Color::Red"]', Sequence(Named("::m::Color")))[0]) == [
+    assert to_json(made('["Green", 0, "::m::Color::Red"]', "::m::Colors")[0]) == [
         "Green",
         "Red",
         "Red",

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
+import pytest
+
 from zenoh_ice.calls.mismatch import first_difference
 from zenoh_ice.generated import Interface, Operation, Struct
+from zenoh_ice.reflection import Schema, parse_schema
 
 
 class Nothing(Struct):
@@ -24,23 +30,76 @@ def test_lineage_has_each_interface_once_and_itself_first() -> None:
     assert set(bottom.all_operations) == {"a", "b", "c"}
 
 
-def test_difference_names_the_first_member_and_what_each_side_has() -> None:
-    assert first_difference("a\nb: int\nc", "a\nb: long\nc") == (
-        "the proxy has `b: int` where the servant has `b: long`"
+def schema(**definitions: dict[str, Any]) -> Schema:
+    """Return the schema of an interface L that is described as JSON, with the types beside it."""
+    text = json.dumps(
+        {
+            "interface": "::m::L",
+            "definitions": {
+                f"::m::{name}": {"module": "", "name": "", "fingerprint": "", **entry}
+                for name, entry in ({"L": {"kind": "interface"}} | definitions).items()
+            },
+        }
     )
-    assert first_difference("a\nb", "a") == "the servant lacks `b`"
-    assert first_difference("a", "a\nb") == "the proxy lacks `b`"
-    assert first_difference("a\nb", "b\na") == "the same members stand in another order"
-    assert first_difference(
-        "::m::L::get(): int\n::m::L::off(): void\ninterface ::m::L",
-        "::m::L::get(int a): int\n::m::L::aaa: int\ninterface ::m::L",
-    ) == ("the proxy lacks `::m::L::aaa: int`")
-    assert first_difference("::m::L::get(): int", "::m::L::get(int a): int") == (
-        "the proxy has `::m::L::get(): int` where the servant has `::m::L::get(int a): int`"
-    )
-    assert first_difference("class ::m::A extends ::m::B", "class ::m::A") == (
-        "the proxy has `class ::m::A extends ::m::B` where the servant has `class ::m::A`"
-    )
-    assert first_difference("::m::C::red = 0\nenum ::m::C", "::m::C::red = 1\nenum ::m::C") == (
-        "the proxy has `::m::C::red = 0` where the servant has `::m::C::red = 1`"
-    )
+    return parse_schema(text)
+
+
+def struct(**members: str) -> dict[str, Any]:
+    return {"kind": "struct", "members": [{"name": name, "type": kind} for name, kind in members.items()]}
+
+
+def interface(*operations: dict[str, Any]) -> dict[str, Any]:
+    return {"kind": "interface", "operations": operations}
+
+
+GET: dict[str, Any] = {"name": "get", "results": [{"name": "returnValue", "type": "int"}]}
+GET_OF: dict[str, Any] = {**GET, "parameters": [{"name": "a", "type": "int"}]}
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "difference"),
+    [
+        (
+            {"S": struct(a="int", b="int", c="int")},
+            {"S": struct(a="int", b="long", c="int")},
+            "the proxy has `::m::S::b: int` where the servant has `::m::S::b: long`",
+        ),
+        ({"S": struct(a="int", b="int")}, {"S": struct(a="int")}, "the servant lacks `::m::S::b: int`"),
+        ({"S": struct(a="int")}, {"S": struct(a="int", b="int")}, "the proxy lacks `::m::S::b: int`"),
+        ({"S": struct(a="int", b="int")}, {"S": struct(b="int", a="int")}, "they are described alike"),
+        (
+            {"L": interface(GET, {"name": "off"})},
+            {"L": interface({"name": "aaa"}, GET_OF)},
+            "the proxy lacks `::m::L::aaa(): void`",
+        ),
+        (
+            {"L": interface(GET)},
+            {"L": interface(GET_OF)},
+            "the proxy has `::m::L::get(): int` where the servant has `::m::L::get(int a): int`",
+        ),
+        (
+            {"L": interface(GET)},
+            {"L": interface({**GET, "streamed": True})},
+            "the proxy has `::m::L::get(): int` where the servant has `::m::L::get(): int stream`",
+        ),
+        (
+            {"A": {"kind": "class", "bases": ["::m::B"]}, "B": {"kind": "class"}},
+            {"A": {"kind": "class"}, "B": {"kind": "class"}},
+            "the proxy has `class ::m::A extends ::m::B` where the servant has `class ::m::A`",
+        ),
+        (
+            {"C": {"kind": "enumeration", "enumerators": [{"name": "red", "value": 0}]}},
+            {"C": {"kind": "enumeration", "enumerators": [{"name": "red", "value": 1}]}},
+            "the proxy has `::m::C::red = 0` where the servant has `::m::C::red = 1`",
+        ),
+        (
+            {"S": struct(a="::m::Q"), "Q": {"kind": "sequence", "element": "int"}},
+            {"S": struct(a="::m::Q"), "Q": {"kind": "sequence", "element": "byte"}},
+            "the proxy has `::m::S::a: sequence<int>` where the servant has `::m::S::a: sequence<byte>`",
+        ),
+    ],
+)
+def test_difference_names_the_first_member_and_what_each_side_has(
+    ours: dict[str, Any], theirs: dict[str, Any], difference: str
+) -> None:
+    assert first_difference(schema(**ours), schema(**theirs)) == difference

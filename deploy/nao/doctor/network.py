@@ -11,11 +11,10 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final
 
-from deploy.nao.connection import find_servant, proxy_of, servants
+from deploy.nao.connection import ask_processes, find_servant, nobody, process_name, proxy_of, servants
 from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
-from deploy.nao.listing import nobody, servant_name
+from deploy.nao.listing import servant_name
 from deploy.nao.ports import holder_of, listens
-from deploy.nao.processes import ask_processes, process_name
 from deploy.nao.quantities import count_text, duration_text
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.network.process_status import ProcessStatus
@@ -46,7 +45,7 @@ def check_network(settings: Settings) -> Iterator[Finding]:
             if not found:
                 yield _nobody(communicator)
                 return
-            processes = ask_processes(communicator, {info.server for info in found})
+            processes = ask_processes(communicator, found)
             names = ", ".join(process_name(status, server) for server, status in processes.items())
             yield ok(
                 f"realm {communicator.realm}: {count_text(len(found), 'servant')} of"
@@ -173,7 +172,7 @@ def _check_answers(
         info = next((each for each in found if each.server == server and "=" not in each.identity), None)
         if info is None or not isinstance(status, ProcessStatus):
             continue
-        proxy = proxy_of(communicator, info.identity, info.facet)
+        proxy = proxy_of(communicator, info)
         times = []
         try:
             for _ in range(_PINGS):
