@@ -5,8 +5,9 @@ What a subcommand does is imported when it runs, so that help and completion com
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -35,16 +36,16 @@ def _examples(*lines: str) -> str:
     return "Examples:\n\n" + "\n\n".join(lines)
 
 
-@app.callback(
-    epilog=_examples(
-        "nao list",
-        "nao call Head.getPose",
-        "nao watch Body",
-        "nao doctor",
-    )
-)
+def _argument(metavar: str, text: str, complete: Callable[..., list[str]] | None = None) -> Any:  # noqa: ANN401
+    return typer.Argument(metavar=metavar, help=text, autocompletion=complete, show_default=False)
+
+
+@app.callback(epilog=_examples("nao list", "nao call Head.getPose", "nao watch Body", "nao doctor"))
 def nao() -> None:
     """Look at a running robot and everything around it, and call whatever it serves."""
+
+
+_PATTERN = "Part of the name of a servant or of its interface, or a pattern with * and ?."
 
 
 @app.command(
@@ -55,15 +56,7 @@ def nao() -> None:
 def list_(
     *,
     settings: Settings,
-    pattern: Annotated[
-        str,
-        typer.Argument(
-            metavar="PATTERN",
-            help="Part of the name of a servant or of its interface, or a pattern with * and ?.",
-            autocompletion=complete_servant,
-            show_default=False,
-        ),
-    ] = "",
+    pattern: Annotated[str, _argument("PATTERN", _PATTERN, complete_servant)] = "",
     json: _Json = False,
 ) -> None:
     """List who is alive: interfaces, who serves them, and for how long."""
@@ -77,21 +70,19 @@ def list_(
 def describe(
     *,
     settings: Settings,
-    servant: Annotated[
-        str,
-        typer.Argument(
-            metavar="SERVANT[.OPERATION]",
-            help="What to tell about.",
-            autocompletion=complete_call,
-            show_default=False,
-        ),
-    ],
+    servant: Annotated[str, _argument("SERVANT[.OPERATION]", "What to describe.", complete_call)],
     json: _Json = False,
 ) -> None:
-    """Tell what a servant can do: operations, parameters, types."""
+    """Describe what a servant can do: operations, parameters, types."""
     from deploy.nao.describing import describe
 
     describe(settings, servant, as_json=json)
+
+
+_VALUES = (
+    "Its arguments as JSON, in their order or by name; @FILE reads one from a file, @- from"
+    " standard input. Members of a struct that are left out are zero."
+)
 
 
 @app.command(
@@ -109,24 +100,8 @@ def describe(
 def call(
     *,
     settings: Settings,
-    operation: Annotated[
-        str,
-        typer.Argument(
-            metavar="SERVANT.OPERATION",
-            help="What to call.",
-            autocompletion=complete_call,
-            show_default=False,
-        ),
-    ],
-    arguments: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="VALUE|NAME=VALUE",
-            help="Its arguments as JSON, in their order or by name; @FILE reads one from a file, @- from"
-            " standard input. Members of a struct that are left out are zero.",
-            show_default=False,
-        ),
-    ] = None,
+    operation: Annotated[str, _argument("SERVANT.OPERATION", "What to call.", complete_call)],
+    arguments: Annotated[list[str] | None, _argument("VALUE|NAME=VALUE", _VALUES)] = None,
     json: _Json = False,
 ) -> None:
     """Call an operation of a servant and print what it returns."""
@@ -137,6 +112,9 @@ def call(
     from deploy.nao.call import call
 
     call(settings, operation, words, as_json=json)
+
+
+_STREAM = "What to watch; the servant alone will do if it has one stream."
 
 
 @app.command(
@@ -151,15 +129,7 @@ def call(
 def watch(
     *,
     settings: Settings,
-    stream: Annotated[
-        str,
-        typer.Argument(
-            metavar="SERVANT[.OPERATION]",
-            help="What to watch; the servant alone will do if it has one stream.",
-            autocompletion=complete_stream,
-            show_default=False,
-        ),
-    ],
+    stream: Annotated[str, _argument("SERVANT[.OPERATION]", _STREAM, complete_stream)],
     count: Annotated[int, typer.Option(min=0, help="End after so many samples; 0 means never.")] = 0,
     seconds: Annotated[
         float, typer.Option(min=0.0, callback=finite, help="End after so many seconds; 0 means never.")
@@ -179,6 +149,9 @@ def watch(
     watch(settings, stream, count=count, seconds=seconds, rate=rate, with_values=values, as_json=json)
 
 
+_FILE = "Where to write it; its ending, .png, .jpg or .ppm, says the format. Default: CAMERA.png."
+
+
 @app.command(
     epilog=_examples(
         "nao save-image Camera",
@@ -190,23 +163,8 @@ def watch(
 def save_image(
     *,
     settings: Settings,
-    camera: Annotated[
-        str,
-        typer.Argument(
-            metavar="CAMERA",
-            help="Servant that gives images.",
-            autocompletion=complete_camera,
-            show_default=False,
-        ),
-    ],
-    file: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="FILE",
-            help="Where to write it; its ending, .png, .jpg or .ppm, says the format. Default: CAMERA.png.",
-            show_default=False,
-        ),
-    ] = None,
+    camera: Annotated[str, _argument("CAMERA", "Servant that gives images.", complete_camera)],
+    file: Annotated[Path | None, _argument("FILE", _FILE)] = None,
     json: _Json = False,
 ) -> None:
     """Take an image with a camera and write it to a file."""
@@ -227,7 +185,7 @@ def status(
     ] = False,
     json: _Json = False,
 ) -> None:
-    """Tell how the robot is, and the processes that serve."""
+    """Show how the robot is, and the processes that serve."""
     from deploy.nao.status import status
 
     status(settings, every_servant=every_servant, as_json=json)
@@ -238,7 +196,7 @@ def status(
 )
 @with_settings(defaults=_DEFAULTS)
 def doctor(*, settings: Settings, json: _Json = False) -> None:
-    """Look for what does not work here, and say how to mend it.
+    """Look for what does not work here, and say how to fix it.
 
     It looks at what is installed, at the machine, and at the network. The exit code is 1 if something failed.
     """

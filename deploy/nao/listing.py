@@ -17,6 +17,8 @@ from zenoh_ice.settings import Settings
 
 __all__ = ["list_servants", "servant_name"]
 
+_HEAD = ("SERVANT", "INTERFACE", "SERVED BY", "FOR")
+
 
 def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
     """Print the servants whose name or interface fits a pattern.
@@ -37,8 +39,8 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
         return
     _print_table([_row(info, own[_kind(info)], processes[info.server]) for info in found])
     if for_people():
-        told = f"{count_text(len(found), 'servant')} in realm {settings.realm}"
-        console().print(f"{told}, {count_text(len(processes), 'process', 'processes')}", style="dim")
+        counted = f"{count_text(len(found), 'servant')} in realm {settings.realm}"
+        console().print(f"{counted}, {count_text(len(processes), 'process', 'processes')}", style="dim")
 
 
 def _fits(info: ServantInfo, pattern: str) -> bool:
@@ -51,9 +53,8 @@ def _fits(info: ServantInfo, pattern: str) -> bool:
 
 def servant_name(info: ServantInfo) -> str:
     """Return identity and facet as people write them; `*` stands for all names of a category."""
-    identity = (
-        info.identity.removesuffix(ANY_NAME) + "*" if info.identity.endswith(ANY_NAME) else info.identity
-    )
+    has_any_name = info.identity.endswith(ANY_NAME)
+    identity = info.identity.removesuffix(ANY_NAME) + "*" if has_any_name else info.identity
     return f"{identity} -f {info.facet}" if info.facet else identity
 
 
@@ -67,12 +68,12 @@ def _own_interfaces(communicator: Communicator, found: list[ServantInfo]) -> dic
     for info in found:
         if (kind := _kind(info)) in own:
             continue
-        own[kind] = next(iter(info.interfaces), "")
+        own[kind] = ", ".join(info.interfaces)
         if len(info.interfaces) > 1:
             try:
                 own[kind] = proxy_of(communicator, info).ice_id()
-            except ZenohIceError:  # it hangs, or is gone: what is known by its token has to do
-                own[kind] = ", ".join(info.interfaces)
+            except ZenohIceError:  # it hangs, or is gone: its token has to do
+                continue
     return own
 
 
@@ -82,7 +83,6 @@ def _row(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) ->
 
 
 def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> Json:
-    interfaces: dict[str, Json] = dict(info.interfaces)
     server: dict[str, Json] = {"id": info.server}
     if isinstance(process, ProcessStatus):
         server |= {"program": process.program, "pid": process.pid, "host": process.host}
@@ -90,7 +90,7 @@ def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError
         "servant": info.identity,
         "facet": info.facet,
         "interface": own,
-        "interfaces": interfaces,
+        "interfaces": dict[str, Json](info.interfaces),
         "server": server,
         "since": info.since,
         "replicated": info.replicated,
@@ -98,21 +98,19 @@ def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError
 
 
 def _print_table(rows: list[tuple[str, str, str, str]]) -> None:
-    head = ("SERVANT", "INTERFACE", "SERVED BY", "FOR")
+    widths = [max(map(len, column)) for column in zip(_HEAD, *rows, strict=True)]
     if not for_people():
-        widths = [max(len(row[column]) for row in (head, *rows)) for column in range(len(head))]
-        for row in (head, *rows):
-            print_line(
-                "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-            )
+        for row in (_HEAD, *rows):
+            print_line("  ".join(map(str.ljust, row, widths)).rstrip())
         return
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     # On a narrow terminal the names stay whole: they are what is typed next.
-    longest = max(len(row[0]) for row in (head, *rows))
-    for title, style, least in zip(head, ("bold", "cyan", "", ""), (longest, None, None, None), strict=True):
+    for title, style, least in zip(
+        _HEAD, ("bold", "cyan", "", ""), (widths[0], None, None, None), strict=True
+    ):
         table.add_column(title, style=style, no_wrap=True, overflow="ellipsis", min_width=least)
     for row in rows:
         table.add_row(*map(Text, row))

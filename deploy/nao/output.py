@@ -41,7 +41,7 @@ def console() -> Console:
 
 
 def note(text: str) -> None:
-    """Tell a person something beside the result; programs are not bothered."""
+    """Write a person something beside the result; programs do not get it."""
     if sys.stderr.isatty():
         from rich.console import Console
         from rich.text import Text
@@ -78,7 +78,7 @@ def pretty(value: Json, columns: int, *, whole: bool = False) -> str:
 
     Unless it is to be `whole`, long lists and texts are cut, and numbers rounded.
     """
-    return "".join(_lines(value if whole else _cut(value), columns, 0, 0))
+    return _layout(value if whole else _cut(value), columns, 0, 0)
 
 
 class _More(int):
@@ -89,10 +89,10 @@ def _cut(value: Json) -> Json:
     match value:
         case dict():
             return {key: _cut(item) for key, item in value.items()}
-        case list() if len(value) > _MOST_ITEMS + _FEW:
-            return [*(_cut(item) for item in value[:_MOST_ITEMS]), _More(len(value) - _MOST_ITEMS)]
         case list():
-            return [_cut(item) for item in value]
+            shown = len(value) if len(value) <= _MOST_ITEMS + _FEW else _MOST_ITEMS
+            more = [_More(len(value) - shown)] if shown < len(value) else []
+            return [*map(_cut, value[:shown]), *more]
         case str() if len(value) > _LONGEST_TEXT:
             return f"{value[:_LONGEST_TEXT]}..."
         case float():
@@ -100,38 +100,33 @@ def _cut(value: Json) -> Json:
     return value
 
 
-def _lines(value: Json, columns: int, indent: int, before: int) -> list[str]:
-    """Return the pieces of a value that begins `before` characters into a line."""
+def _layout(value: Json, columns: int, indent: int, before: int) -> str:
+    """Return a value that begins `before` characters into a line."""
     flat = _flat(value)
     if not isinstance(value, dict | list) or not value or before + len(flat) < columns:
-        return [flat]
+        return flat
     margin = " " * (indent + _INDENT)
-    pieces: list[str] = []
     if isinstance(value, dict):
-        for key, item in value.items():
-            name = f"{_text(key)}: "
-            start = len(margin) + len(name)
-            pieces += [",\n" if pieces else "", margin, name]
-            pieces += _lines(item, columns - 1, indent + _INDENT, start)
-        return ["{\n", *pieces, "\n", " " * indent, "}"]
-    if all(not isinstance(item, dict | list) for item in value):
-        pieces = _filled([_flat(item) for item in value], columns - len(margin), margin)
+        entries = [(f"{margin}{_flat(key)}: ", item) for key, item in value.items()]
+    elif any(isinstance(item, dict | list) for item in value):
+        entries = [(margin, item) for item in value]
     else:
-        for item in value:
-            pieces += [",\n" if pieces else "", margin]
-            pieces += _lines(item, columns - 1, indent + _INDENT, len(margin))
-    return ["[\n", *pieces, "\n", " " * indent, "]"]
+        return f"[\n{_filled([_flat(item) for item in value], columns, margin)}\n{' ' * indent}]"
+    body = ",\n".join(
+        head + _layout(item, columns - 1, indent + _INDENT, len(head)) for head, item in entries
+    )
+    return ("{%s}" if isinstance(value, dict) else "[%s]") % f"\n{body}\n{' ' * indent}"
 
 
-def _filled(items: list[str], columns: int, margin: str) -> list[str]:
-    """Return plain items as lines that are as long as they may be."""
-    lines = [""]
-    for index, item in enumerate(items):
-        text = item if index == len(items) - 1 else f"{item}, "
-        if lines[-1] and len(lines[-1]) + len(text.rstrip()) > columns:
-            lines.append("")
-        lines[-1] += text
-    return ["\n".join(f"{margin}{line.rstrip()}" for line in lines)]
+def _filled(items: list[str], columns: int, margin: str) -> str:
+    """Return plain items in lines that are as long as they may be."""
+    lines = [margin + items[0]]
+    for item in items[1:]:
+        if len(lines[-1]) + len(item) + 3 > columns:
+            lines.append(margin + item)
+        else:
+            lines[-1] += f", {item}"
+    return ",\n".join(lines)
 
 
 def _flat(value: Json) -> str:
@@ -139,14 +134,9 @@ def _flat(value: Json) -> str:
         case _More():
             return f"... {int(value)} more"
         case dict():
-            items = (f"{_text(key)}: {_flat(item)}" for key, item in value.items())
-            return "{" + ", ".join(items) + "}"
+            return "{" + ", ".join(f"{_flat(key)}: {_flat(item)}" for key, item in value.items()) + "}"
         case list():
             return "[" + ", ".join(map(_flat, value)) + "]"
-    return _text(value)
-
-
-def _text(value: object) -> str:
     text = json.dumps(value, ensure_ascii=False)
     # It may come from elsewhere, and must not steer the terminal.
     return text if text.isprintable() else json.dumps(value)

@@ -1,4 +1,4 @@
-"""What is told of a stream: its rate, the age of its samples, and what was lost."""
+"""Figures of a stream: its rate, the age of its samples, and what was lost."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from deploy.nao.connection import find_operation
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import console, for_people, pretty, print_json, print_line, width
 from deploy.nao.quantities import bytes_text, count_text, duration_text, rate_text, span_text
-from deploy.nao.statistics import StreamStatistics, Summary
+from deploy.nao.statistics import StreamStatistics
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Sample, initialize
 from zenoh_ice.settings import Settings
@@ -30,9 +30,9 @@ __all__ = ["watch"]
 _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
 _MOST_WAITING: Final = 1024  # samples that were received and not yet looked at
-_LOOK: Final = 0.1  # s after which it is looked whether the end has come
 _FEW_WAITING: Final = 4  # of those that may be images
-_SILENCE: Final = 2.0  # s after which it is told that nothing comes
+_LOOK: Final = 0.1  # s after which it is looked whether the end has come
+_SILENCE: Final = 2.0  # s after which the view says that nothing comes
 
 
 def watch(
@@ -52,29 +52,33 @@ def watch(
     """
     with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address, streamed=True)
-        watched = _Watched(proxy, name, rate)
+        watched = _Watched(proxy, name, rate, count or math.inf, seconds or math.inf)
         with watched.follow():
-            limit = time.monotonic() + seconds if seconds else math.inf
             if as_json:
-                _print_samples(watched, count, limit, with_values=with_values)
+                _print_samples(watched, with_values=with_values)
             elif for_people():
-                _show(watched, count, limit, with_values=with_values)
+                _show(watched, with_values=with_values)
             else:
-                _print_lines(watched, count, limit)
+                _print_lines(watched)
 
 
 class _Watched:
     """A stream that is followed: its samples, counted as they are taken."""
 
-    def __init__(self, proxy: DynamicProxy, name: str, rate: float | None) -> None:
+    def __init__(
+        self, proxy: DynamicProxy, name: str, rate: float | None, count: float, seconds: float
+    ) -> None:
         self.title: Final = f"{proxy.proxy.ice_getIdentity()}.{name}"
         self.type_id: Final = proxy.type_id
         self.realm: Final = proxy.proxy.ice_getRealm()
         self.statistics: Final = StreamStatistics()
         self.newest: Sample[Any] | None = None
+        self.rate: Final = rate
+        self.is_there: Final = proxy.is_there
         self._proxy: Final = proxy
         self._name: Final = name
-        self.rate: Final = rate
+        self._left = count
+        self._limit: Final = time.monotonic() + seconds
         self._arrived: Final[queue.Queue[tuple[Sample[Any], float, float]]] = queue.Queue(1)
         self._ended: Final = threading.Event()
 
@@ -101,40 +105,53 @@ class _Watched:
                 self._arrived.put(arrived, timeout=_LOOK)
                 return
 
-    def next(self, timeout: float) -> Sample[Any] | None:
-        """Return the next sample, or None when none comes within some seconds."""
+    def samples(self, period: float, report: Callable[[], None] | None = None) -> Iterator[Sample[Any]]:
+        """Yield samples until the end; call a function once a period, and at the end."""
+        due = time.monotonic() + period
         try:
-            sample, arrived, age = self._arrived.get(timeout=max(0.0, timeout))
-        except queue.Empty:
-            return None
-        self.statistics.add(sample, arrived, age)
-        self.newest = sample
-        return sample
+            while self._left > 0 and (now := time.monotonic()) < self._limit:
+                if now >= due:
+                    if report is not None:
+                        report()
+                    due = max(due + period, now)
+                try:
+                    wait = max(0.0, min(due, self._limit) - time.monotonic())
+                    sample, arrived, age = self._arrived.get(timeout=wait)
+                except queue.Empty:
+                    continue
+                self.statistics.add(sample, arrived, age)
+                self.newest = sample
+                self._left -= 1
+                yield sample
+        finally:
+            if report is not None:
+                report()
 
     def value(self, sample: Sample[Any]) -> object:
         """Return what the sample brought: a value, or several by name."""
         results = self._proxy.results(self._name, sample.value)
         return next(iter(results.values())) if len(results) == 1 else results
 
-    def size(self) -> int | None:
-        """Return how many bytes the newest sample has on the wire."""
-        if self.newest is None:
-            return None
-        return len(self._proxy.operation(self._name).result.pack_result(self.newest.value, self.title))
+    def figures(self) -> list[tuple[str, str, str]]:
+        """Return name, figure and detail of what is known of the stream."""
+        summary = self.statistics.summary()
+        rows = [("rate", "-", ""), ("age", "-", "")]
+        if summary.rate is not None and summary.interval is not None:
+            shortest, longest = map(duration_text, summary.interval)
+            rows[0] = "rate", rate_text(summary.rate), f"every {shortest} to {longest}"
+        if summary.age is not None and summary.oldest is not None:
+            rows[1] = "age", duration_text(summary.age), f"at most {duration_text(summary.oldest)}"
+        if self.newest is not None:
+            size = len(self._proxy.operation(self._name).result.pack_result(self.newest.value, self.title))
+            flow = f"{bytes_text(size * summary.rate)} a second" if summary.rate is not None else ""
+            rows.append(("size", bytes_text(size), flow))
+        name = "skipped" if self.rate else "lost"
+        return [*rows, (name, str(summary.lost), f"of {summary.received + summary.lost}")]
 
-    def is_there(self) -> bool:
-        """Return whether the servant is there."""
-        return self._proxy.is_there()
 
-
-def _print_samples(watched: _Watched, count: int, limit: float, *, with_values: bool) -> None:
+def _print_samples(watched: _Watched, *, with_values: bool) -> None:
     """Print every sample as a line of JSON."""
-    left = count or math.inf
-    while left > 0 and (now := time.monotonic()) < limit:
-        sample = watched.next(min(_LINE, limit - now))
-        if sample is None:
-            continue
-        left -= 1
+    for sample in watched.samples(_LINE):
         line: dict[str, Json] = {
             "sequence": sample.sequence,
             "time": to_json(sample.time),
@@ -144,85 +161,41 @@ def _print_samples(watched: _Watched, count: int, limit: float, *, with_values: 
         print_json({**line, "value": to_json(watched.value(sample))} if with_values else line)
 
 
-def _print_lines(watched: _Watched, count: int, limit: float) -> None:
-    """Print a line a second of what there is to tell."""
+def _print_lines(watched: _Watched) -> None:
+    """Print the figures once a second."""
     print_line(f"{watched.title} of {watched.type_id} in realm {watched.realm}")
 
-    def tell() -> None:
-        summary = watched.statistics.summary()
-        print_line("  ".join(f"{name} {text}" for name, text, _ in _figures(summary, watched)))
+    def report() -> None:
+        print_line("  ".join(f"{name} {text}" for name, text, _ in watched.figures()))
 
-    _follow(watched, count, limit, _LINE, tell)
+    for _ in watched.samples(_LINE, report):
+        pass
 
 
-def _show(watched: _Watched, count: int, limit: float, *, with_values: bool) -> None:
+def _show(watched: _Watched, *, with_values: bool) -> None:
     """Show figures and the newest value in place."""
     from rich.live import Live
 
-    with (
-        Live(console=console(), auto_refresh=False, vertical_overflow="crop") as live,
-        _logs_above(),
-    ):
-        _follow(
-            watched,
-            count,
-            limit,
-            _REDRAW,
-            lambda: live.update(_view(watched, live.console.height, with_values=with_values), refresh=True),
-        )
+    with Live(console=console(), auto_refresh=False, vertical_overflow="crop") as live, _logs_above():
+
+        def draw() -> None:
+            live.update(_view(watched, live.console.height, with_values=with_values), refresh=True)
+
+        for _ in watched.samples(_REDRAW, draw):
+            pass
 
 
 @contextmanager
 def _logs_above() -> Iterator[None]:
-    """Let logs go where the view has put itself: it takes them, and moves down."""
-    moved = [
-        (handler, handler.setStream(sys.stderr))
-        for handler in logging.getLogger().handlers
-        if isinstance(handler, logging.StreamHandler)
-    ]
+    """Let logs go to what the view has put in place of stderr: it takes them, and moves down."""
+    handlers = [each for each in logging.getLogger().handlers if isinstance(each, logging.StreamHandler)]
+    before = [handler.setStream(sys.stderr) for handler in handlers]
     try:
         yield
     finally:
-        for handler, stream in moved:
+        for handler, stream in zip(handlers, before, strict=True):
             if stream is not None:
                 handler.setStream(stream)
-
-
-def _follow(watched: _Watched, count: int, limit: float, period: float, tell: Callable[[], None]) -> None:
-    """Take samples until the end, and tell of them once a period."""
-    left = count or math.inf
-    due = time.monotonic() + period
-    try:
-        while left > 0 and (now := time.monotonic()) < limit:
-            if now >= due:
-                tell()
-                due = max(due + period, now)
-            if watched.next(min(due, limit) - time.monotonic()) is not None:
-                left -= 1
-    finally:
-        tell()
-
-
-def _figures(summary: Summary, watched: _Watched) -> list[tuple[str, str, str]]:
-    """Return name, figure and detail of what there is to tell of a stream."""
-    size = watched.size()
-    rows = []
-    if summary.rate is not None and summary.interval is not None:
-        shortest, longest = summary.interval
-        every = f"every {duration_text(shortest)} to {duration_text(longest)}"
-        rows.append(("rate", rate_text(summary.rate), every))
-    else:
-        rows.append(("rate", "-", ""))
-    if summary.age is not None and summary.oldest is not None:
-        rows.append(("age", duration_text(summary.age), f"at most {duration_text(summary.oldest)}"))
-    else:
-        rows.append(("age", "-", ""))
-    if size is not None:
-        flow = f"{bytes_text(size * summary.rate)} a second" if summary.rate is not None else ""
-        rows.append(("size", bytes_text(size), flow))
-    name = "skipped" if watched.rate else "lost"
-    rows.append((name, str(summary.lost), f"of {summary.received + summary.lost}"))
-    return rows
 
 
 def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
@@ -242,7 +215,7 @@ def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
     grid.add_column(style="dim")
     grid.add_column(justify="right", min_width=8)
     grid.add_column(style="dim")
-    for name, figure, detail in _figures(summary, watched):
+    for name, figure, detail in watched.figures():
         style = "bold red" if name == "lost" and summary.lost else "bold"
         grid.add_row(name, Text(figure, style=style), detail)
     parts: list[RenderableType] = [head, grid]
@@ -252,10 +225,9 @@ def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
         parts.append(Text("the server is gone; this goes on as soon as it is back", "bold red"))
     elif summary.silence > _SILENCE:
         parts.append(Text(f"nothing came for {span_text(summary.silence)}", "yellow"))
-    sample = watched.newest
-    if with_values and sample is not None:
+    if with_values and watched.newest is not None:
         room = rows - len(parts) - 6
-        lines = pretty(to_json(watched.value(sample), shown_bytes), width()).splitlines()
+        lines = pretty(to_json(watched.value(watched.newest), shown_bytes), width()).splitlines()
         if len(lines) > room:
             lines = [*lines[: max(0, room - 1)], f"... {len(lines) - room + 1} more lines"]
         text = Text("\n".join(lines), no_wrap=True, overflow="ellipsis")

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Final
 from unittest.mock import patch
 
 import msgpack
@@ -382,62 +382,48 @@ def _proxies() -> Door:
     return Door("proxy", sound, _refusable(take))
 
 
-_ZOO: dict[str, Any] = {
-    "interface": "::circus::Keeper",
+_ANIMAL, _PLACE, _KEEPER = "::circus::Animal", "::circus::Place", "::circus::Keeper"
+
+
+def _named(**types: str) -> list[dict[str, Any]]:
+    return [{"name": name, "type": kind} for name, kind in types.items()]
+
+
+_CIRCUS: dict[str, dict[str, Any]] = {
+    _ANIMAL: {"kind": "class", "members": _named(friend=_ANIMAL, name="string")},
+    "::circus::Dog": {
+        "kind": "class",
+        "bases": [_ANIMAL],
+        "members": [{"name": "legs", "type": "int", "optional": True}],
+    },
+    "::circus::Color": {
+        "kind": "enumeration",
+        "enumerators": [{"name": "green", "value": 3}, {"name": "red", "value": 0}],
+    },
+    "::circus::Colors": {"kind": "sequence", "element": "::circus::Color"},
+    "::circus::Places": {"kind": "dictionary", "key": _PLACE, "value": "::circus::Colors"},
+    "::circus::Bytes": {"kind": "sequence", "element": "byte"},
+    _PLACE: {"kind": "struct", "members": _named(row="long")},
+    "::circus::Full": {"kind": "exception", "members": _named(animal=_ANIMAL, place=_PLACE)},
+    _KEEPER: {
+        "kind": "interface",
+        "operations": [
+            {
+                "name": "feed",
+                "parameters": _named(star=_ANIMAL, where="::circus::Places"),
+                "results": _named(returnValue="::circus::Bytes", next=f"{_KEEPER}*"),
+                "exceptions": {"::circus::Full": ""},
+                "idempotent": True,
+                "streamed": True,
+            }
+        ],
+    },
+}
+_ZOO: Final = {
+    "interface": _KEEPER,
     "definitions": {
         name: {"module": "circus", "name": name, "fingerprint": "c0ffee", **entry}
-        for name, entry in {
-            "::circus::Animal": {
-                "kind": "class",
-                "members": [
-                    {"name": "friend", "type": "::circus::Animal"},
-                    {"name": "name", "type": "string"},
-                ],
-            },
-            "::circus::Dog": {
-                "kind": "class",
-                "bases": ["::circus::Animal"],
-                "members": [{"name": "legs", "type": "int", "optional": True}],
-            },
-            "::circus::Color": {
-                "kind": "enumeration",
-                "enumerators": [{"name": "green", "value": 3}, {"name": "red", "value": 0}],
-            },
-            "::circus::Colors": {"kind": "sequence", "element": "::circus::Color"},
-            "::circus::Places": {
-                "kind": "dictionary",
-                "key": "::circus::Place",
-                "value": "::circus::Colors",
-            },
-            "::circus::Bytes": {"kind": "sequence", "element": "byte"},
-            "::circus::Place": {"kind": "struct", "members": [{"name": "row", "type": "long"}]},
-            "::circus::Full": {
-                "kind": "exception",
-                "members": [
-                    {"name": "animal", "type": "::circus::Animal"},
-                    {"name": "place", "type": "::circus::Place"},
-                ],
-            },
-            "::circus::Keeper": {
-                "kind": "interface",
-                "operations": [
-                    {
-                        "name": "feed",
-                        "parameters": [
-                            {"name": "star", "type": "::circus::Animal"},
-                            {"name": "where", "type": "::circus::Places"},
-                        ],
-                        "results": [
-                            {"name": "returnValue", "type": "::circus::Bytes"},
-                            {"name": "next", "type": "::circus::Keeper*"},
-                        ],
-                        "exceptions": {"::circus::Full": ""},
-                        "idempotent": True,
-                        "streamed": True,
-                    }
-                ],
-            },
-        }.items()
+        for name, entry in _CIRCUS.items()
     },
 }
 

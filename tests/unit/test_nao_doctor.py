@@ -27,7 +27,7 @@ SHARED_MEMORY = Path("/dev/shm")
 
 
 def told(findings: Iterator[Finding], level: Level) -> list[str]:
-    return [f"{each.text} | {each.mend}" for each in findings if each.level == level]
+    return [f"{each.text} | {each.fix}" for each in findings if each.level == level]
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ class TestSharedMemory:
         monkeypatch.setattr(machine, "memory_space", lambda: "")
         (found,) = about_shared_memory()
         assert (found.level, "go over the network" in found.text) == (Level.NOTE, True)
-        assert str(Path(sys.executable).resolve()) in found.mend
+        assert str(Path(sys.executable).resolve()) in found.fix
 
     def test_without_proc_is_not_used(self, monkeypatch: pytest.MonkeyPatch) -> None:
         is_dir = Path.is_dir
@@ -109,14 +109,14 @@ class TestSharedMemory:
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         assert (found.level, "no room" in found.text) == (Level.WARNING, True)
-        assert "ulimit -f" in found.mend
+        assert "ulimit -f" in found.fix
 
     def test_that_another_process_cannot_read_is_told_with_why(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(os, "getpid", lambda: 1)  # whose memory is another
         (found,) = about_shared_memory()
         assert found.level == Level.WARNING
         assert "another process cannot read it: an image" in found.text
-        assert "shared_memory = false" in found.mend
+        assert "shared_memory = false" in found.fix
 
 
 def test_a_process_that_cannot_render_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

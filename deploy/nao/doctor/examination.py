@@ -11,7 +11,7 @@ from deploy.nao.doctor.finding import Finding, Level, fail
 from deploy.nao.doctor.installation import check_installation
 from deploy.nao.doctor.machine import check_machine
 from deploy.nao.doctor.network import check_network
-from deploy.nao.output import console, for_people, print_json, print_line, width
+from deploy.nao.output import console, print_json, width
 from deploy.nao.values import Json
 from zenoh_ice import ZenohIceError
 from zenoh_ice.settings import Settings
@@ -29,19 +29,21 @@ def examine(settings: Settings, *, as_json: bool) -> bool:
         "machine": check_machine,
         "network": lambda: check_network(settings),
     }
-    told: list[Json] = []
+    found: list[Json] = []
     counts: Counter[Level] = Counter()
     for name, check in checks.items():
         if not as_json:
-            _print_head(name)
+            console().print(name, style="bold")
         for finding in _guarded(name, check):
             counts[finding.level] += 1
             if as_json:
-                told.append({"check": name, "level": finding.level.value, **finding.texts})
+                found.append(
+                    {"check": name, "level": finding.level, "text": finding.text, "fix": finding.fix}
+                )
             else:
                 _print(finding)
     if as_json:
-        print_json(told)
+        print_json(found)
     else:
         _print_result(counts)
     return not counts[Level.FAILURE]
@@ -52,32 +54,20 @@ def _guarded(name: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Find
     try:
         yield from check()
     except (OSError, ValueError, ZenohIceError) as error:
-        yield fail(f"the {name} could not be looked at further: {error}", "mend this first")
-
-
-def _print_head(name: str) -> None:
-    if for_people():
-        console().print(f"[bold]{name}[/bold]")
-    else:
-        print_line(name)
+        yield fail(f"the {name} could not be looked at further: {error}", "fix this first")
 
 
 def _print(finding: Finding) -> None:
-    lines = _wrapped(finding.text)
-    mend = _wrapped(f"mend: {finding.mend}") if finding.mend else []
-    if not for_people():
-        print_line(f"  {finding.level:<4} {lines[0]}")
-        for line in (*lines[1:], *mend):
-            print_line(" " * _MARGIN + line)
-        return
     from rich.text import Text
 
-    out = console()
-    out.print(Text.assemble("  ", (f"{finding.level:<4}", _COLORS[finding.level]), f" {lines[0]}"))
-    for line in lines[1:]:
-        out.print(Text(" " * _MARGIN + line))
-    for line in mend:
-        out.print(Text(" " * _MARGIN + line, style="bold" if finding.level != Level.NOTE else "dim"))
+    lines = [Text(line) for line in _wrapped(finding.text)]
+    level = Text(f"{finding.level:<4}", _COLORS[finding.level])
+    lines[0] = Text.assemble("  ", level, " ", lines[0])
+    style = "dim" if finding.level == Level.NOTE else "bold"
+    fix = _wrapped(f"fix: {finding.fix}") if finding.fix else []
+    lines[1:] = [Text(" " * _MARGIN) + line for line in (*lines[1:], *(Text(each, style) for each in fix))]
+    for line in lines:
+        console().print(line)
 
 
 def _wrapped(text: str) -> list[str]:
@@ -92,7 +82,4 @@ def _print_result(counts: Counter[Level]) -> None:
         text, style = "it works, but see the warnings", "yellow"
     else:
         text, style = "all is well", "bold green"
-    if for_people():
-        console().print(text, style=style)
-    else:
-        print_line(text)
+    console().print(text, style=style)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 
 __all__ = ["Finding", "Level", "fail", "note", "ok", "warn"]
 
@@ -15,7 +16,7 @@ class Level(StrEnum):
     NOTE = "note"
     """Something that may be meant to be so."""
     WARNING = "warn"
-    """Something that will make trouble, sooner or later."""
+    """Something that will cause trouble, sooner or later."""
     FAILURE = "FAIL"
     """Something that does not work."""
 
@@ -26,30 +27,11 @@ class Finding:
 
     level: Level
     text: str
-    mend: str = ""
+    fix: str = ""
     """What to do about it; empty when there is nothing to do."""
 
-    @property
-    def texts(self) -> dict[str, str]:
-        """What is said of it, by name."""
-        return {"text": self.text, "mend": self.mend}
 
-
-def ok(text: str) -> Finding:
-    """Return that something is as it should be."""
-    return Finding(Level.OK, text)
-
-
-def note(text: str, mend: str = "") -> Finding:
-    """Return something that may be meant to be so."""
-    return Finding(Level.NOTE, text, mend)
-
-
-def warn(text: str, mend: str) -> Finding:
-    """Return something that will make trouble."""
-    return Finding(Level.WARNING, text, mend)
-
-
-def fail(text: str, mend: str) -> Finding:
-    """Return something that does not work."""
-    return Finding(Level.FAILURE, text, mend)
+ok = partial(Finding, Level.OK)
+note = partial(Finding, Level.NOTE)
+warn = partial(Finding, Level.WARNING)
+fail = partial(Finding, Level.FAILURE)
