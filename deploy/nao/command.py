@@ -5,7 +5,7 @@ What a subcommand does is imported when it runs, so that help and completion com
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,15 +32,21 @@ _DEFAULTS = {"clock": "wall"}
 _Json = Annotated[bool, typer.Option("--json", help="Print JSON on one line, for programs.")]
 
 
-def _examples(*lines: str) -> str:
-    return "Examples:\n\n" + "\n\n".join(lines)
+def _command(
+    *examples: str,
+    defaults: Mapping[str, object] = _DEFAULTS,
+    **options: Any,  # noqa: ANN401 - those of typer
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return what makes a function a subcommand, with the common options, and examples in its help."""
+    epilog = "Examples:\n\n" + "\n\n".join(examples)
+    return lambda function: app.command(epilog=epilog, **options)(with_settings(defaults=defaults)(function))
 
 
 def _argument(metavar: str, text: str, complete: Callable[..., list[str]] | None = None) -> Any:  # noqa: ANN401
     return typer.Argument(metavar=metavar, help=text, autocompletion=complete, show_default=False)
 
 
-@app.callback(epilog=_examples("nao list", "nao call Head.getPose", "nao watch Body", "nao doctor"))
+@app.callback(epilog="Examples:\n\nnao list\n\nnao call Head.getPose\n\nnao watch Body\n\nnao doctor")
 def nao() -> None:
     """Look at a running robot and everything around it, and call whatever it serves."""
 
@@ -48,11 +54,9 @@ def nao() -> None:
 _PATTERN = "Part of the name of a servant or of its interface, or a pattern with * and ?."
 
 
-@app.command(
-    "list",
-    epilog=_examples("nao list", "nao list motors", "nao list 'Left*'", "nao list --json | jq '.[].servant'"),
+@_command(
+    "nao list", "nao list motors", "nao list 'Left*'", "nao list --json | jq '.[].servant'", name="list"
 )
-@with_settings(defaults=_DEFAULTS)
 def list_(
     *,
     settings: Settings,
@@ -65,8 +69,7 @@ def list_(
     list_servants(settings, pattern, as_json=json)
 
 
-@app.command(epilog=_examples("nao describe Head", "nao describe Head.setPose"))
-@with_settings(defaults=_DEFAULTS)
+@_command("nao describe Head", "nao describe Head.setPose")
 def describe(
     *,
     settings: Settings,
@@ -85,18 +88,15 @@ _VALUES = (
 )
 
 
-@app.command(
-    epilog=_examples(
-        "nao call Head.getPose",
-        "nao call Head.setPose 0.3 -0.1 0.5",
-        "nao call Head.setPose pan=0.3 tilt=-0.1 fraction=0.5",
-        """nao call LeftShoulderMotors.setPose3DMotorsData '{"tilt": 1.2}'""",
-        "nao call Camera.getImageData RGB8 --json",
-    ),
+@_command(
+    "nao call Head.getPose",
+    "nao call Head.setPose 0.3 -0.1 0.5",
+    "nao call Head.setPose pan=0.3 tilt=-0.1 fraction=0.5",
+    """nao call LeftShoulderMotors.setPose3DMotorsData '{"tilt": 1.2}'""",
+    "nao call Camera.getImageData RGB8 --json",
     # Negative numbers are no options.
     context_settings={"ignore_unknown_options": True},
 )
-@with_settings(defaults=_DEFAULTS)
 def call(
     *,
     settings: Settings,
@@ -117,15 +117,12 @@ def call(
 _STREAM = "What to watch; the servant alone will do if it has one stream."
 
 
-@app.command(
-    epilog=_examples(
-        "nao watch Body",
-        "nao watch Camera.getImageData --no-values",
-        "nao watch Head.getPose --seconds 5 | tee rate.txt",
-        "nao watch Head.getPose --count 1 --json",
-    )
+@_command(
+    "nao watch Body",
+    "nao watch Camera.getImageData --no-values",
+    "nao watch Head.getPose --seconds 5 | tee rate.txt",
+    "nao watch Head.getPose --count 1 --json",
 )
-@with_settings(defaults=_DEFAULTS)
 def watch(
     *,
     settings: Settings,
@@ -152,14 +149,9 @@ def watch(
 _FILE = "Where to write it; its ending, .png, .jpg or .ppm, says the format. Default: CAMERA.png."
 
 
-@app.command(
-    epilog=_examples(
-        "nao save-image Camera",
-        "nao save-image CameraBottom floor.jpg",
-        "nao save-image CameraOutside robot.png",
-    )
+@_command(
+    "nao save-image Camera", "nao save-image CameraBottom floor.jpg", "nao save-image CameraOutside robot.png"
 )
-@with_settings(defaults=_DEFAULTS)
 def save_image(
     *,
     settings: Settings,
@@ -173,10 +165,7 @@ def save_image(
     save_image(settings, camera, file, as_json=json)
 
 
-@app.command(
-    epilog=_examples("nao status", "nao status --all", "nao status --json | jq .robot.Battery.charge")
-)
-@with_settings(defaults=_DEFAULTS)
+@_command("nao status", "nao status --all", "nao status --json | jq .robot.Battery.charge")
 def status(
     *,
     settings: Settings,
@@ -191,10 +180,7 @@ def status(
     status(settings, every_servant=every_servant, as_json=json)
 
 
-@app.command(
-    epilog=_examples("nao doctor", "nao doctor --connect tcp/192.168.1.20:7447", "nao doctor --json")
-)
-@with_settings(defaults=_DEFAULTS)
+@_command("nao doctor", "nao doctor --connect tcp/192.168.1.20:7447", "nao doctor --json")
 def doctor(*, settings: Settings, json: _Json = False) -> None:
     """Look for what does not work here, and say how to fix it.
 
@@ -206,8 +192,7 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
         raise typer.Exit(1)
 
 
-@app.command(epilog=_examples("nao router", "nao router --config keys/router.toml"))
-@with_settings(defaults=ROUTER_DEFAULTS)
+@_command("nao router", "nao router --config keys/router.toml", defaults=ROUTER_DEFAULTS)
 def router(*, settings: Settings) -> None:
     """Pass on what several machines say, as far as each may.
 

@@ -93,7 +93,7 @@ def _ask(context: typer.Context, incomplete: str, names: Callable[[Communicator]
     try:
         settings = load_settings(options.get("config"), flags, defaults={"clock": "wall"})
         with initialize(settings, timeout=min(settings.timeout, _CALL_LIMIT)) as communicator:
-            return sorted(name for name in names(communicator) if name.startswith(incomplete))
+            return sorted({name for name in names(communicator) if name.startswith(incomplete)})
     except (ZenohIceError, NaoError):
         return []
 
@@ -101,19 +101,15 @@ def _ask(context: typer.Context, incomplete: str, names: Callable[[Communicator]
 def _identities(communicator: Communicator) -> list[str]:
     from deploy.nao.connection import servants
 
-    return list({info.identity for info in servants(communicator) if not info.facet})
+    return sorted({info.identity for info in servants(communicator) if not info.facet})
 
 
 def _by_kind(communicator: Communicator, names: Callable[[str, DynamicProxy], list[str]]) -> list[str]:
     """Return names of all servants; of those with the same interfaces only one is asked."""
-    from deploy.nao.connection import find_servant, servants
+    from deploy.nao.connection import by_kind, find_servant, servants
 
-    kinds: dict[tuple[str, ...], set[str]] = {}
-    for info in servants(communicator):
-        if not info.facet:
-            kinds.setdefault((*info.interfaces, *info.interfaces.values()), set()).add(info.identity)
     found: list[str] = []
-    for identities in kinds.values():
-        proxy = find_servant(communicator, next(iter(identities)))
-        found += [name for identity in identities for name in names(identity, proxy)]
+    for kind in by_kind(info for info in servants(communicator) if not info.facet):
+        proxy = find_servant(communicator, kind[0].identity)
+        found += [name for info in kind for name in names(info.identity, proxy)]
     return found

@@ -19,6 +19,7 @@ from zenoh_ice.wire.text import printable
 
 __all__ = [
     "ask_processes",
+    "by_kind",
     "find_operation",
     "find_servant",
     "nobody",
@@ -54,6 +55,14 @@ def servants(communicator: Communicator) -> list[ServantInfo]:
             break
         time.sleep(_LOOK)
     return known
+
+
+def by_kind(found: Iterable[ServantInfo]) -> list[list[ServantInfo]]:
+    """Return servants grouped by their interfaces: of each group only one needs to be asked for more."""
+    kinds: dict[frozenset[tuple[str, str]], list[ServantInfo]] = {}
+    for info in found:
+        kinds.setdefault(frozenset(info.interfaces.items()), []).append(info)
+    return list(kinds.values())
 
 
 def nobody(communicator: Communicator) -> ZenohIceError | NaoError:
@@ -110,20 +119,16 @@ def find_operation(
     identity, name = split(communicator, text)
     proxy = find_servant(communicator, identity)
     choices = [each for each in proxy.interface_operations.values() if each.streamed or not streamed]
-    if not name:
-        if streamed and len(choices) == 1:
-            return proxy, choices[0].name
-        raise UsageError(
-            f"{identity} has no streams, it can only be called"
-            if streamed and not choices
-            else f"name an operation of {identity}, such as {_examples(identity, choices)}"
-        )
-    if not operation_of(proxy, identity, name, choices).streamed and streamed:
-        raise UsageError(
-            f"{identity}.{name} is no stream, it can only be called; "
-            + (f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams")
-        )
-    return proxy, name
+    if name:
+        if not operation_of(proxy, identity, name, choices).streamed and streamed:
+            there_is = f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams"
+            raise UsageError(f"{identity}.{name} is no stream, it can only be called; {there_is}")
+        return proxy, name
+    if streamed and not choices:
+        raise UsageError(f"{identity} has no streams, it can only be called")
+    if streamed and len(choices) == 1:
+        return proxy, choices[0].name
+    raise UsageError(f"name an operation of {identity}, such as {_examples(identity, choices)}")
 
 
 def operation_of(

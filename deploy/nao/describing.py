@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import textwrap
 
+import msgspec
+
 from deploy.nao.connection import find_servant, operation_of, split
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import for_people, print_json, print_line, width
-from deploy.nao.values import Json
 from zenoh_ice import initialize
-from zenoh_ice.operation import OBJECT_TYPE_ID
-from zenoh_ice.reflection import Member, OperationDescription, unscoped
+from zenoh_ice.reflection import OperationDescription, unscoped
 from zenoh_ice.settings import Settings
 
 __all__ = ["describe"]
@@ -24,7 +24,6 @@ def describe(settings: Settings, address: str, *, as_json: bool) -> None:
     with initialize(settings) as communicator:
         identity, name = split(communicator, address)
         proxy = find_servant(communicator, identity)
-    owners = {each.name: owner for owner, each in proxy.schema.operations()}
     shown = list(proxy.interface_operations.values())
     if name:
         shown = [operation_of(proxy, identity, name, shown)]
@@ -34,9 +33,7 @@ def describe(settings: Settings, address: str, *, as_json: bool) -> None:
                 "servant": identity,
                 "interface": proxy.type_id,
                 "fingerprint": proxy.fingerprint,
-                "operations": [
-                    _operation_as_json(proxy, owners.get(each.name, OBJECT_TYPE_ID), each) for each in shown
-                ],
+                "operations": [msgspec.to_builtins(each) for each in shown],
             }
         )
         return
@@ -48,21 +45,6 @@ def describe(settings: Settings, address: str, *, as_json: bool) -> None:
         if operation.exceptions:
             _print_wrapped(f"throws {', '.join(sorted(map(unscoped, operation.exceptions)))}", "    ")
     _print_types(proxy, shown)
-
-
-def _operation_as_json(proxy: DynamicProxy, owner: str, operation: OperationDescription) -> Json:
-    def members(each: tuple[Member, ...]) -> list[Json]:
-        return [{"name": member.name, "type": proxy.type_text(member)} for member in each]
-
-    return {
-        "name": operation.name,
-        "interface": owner,
-        "parameters": members(operation.parameters),
-        "results": members(operation.results),
-        "throws": list[Json](sorted(operation.exceptions)),
-        "idempotent": operation.idempotent,
-        "stream": operation.streamed,
-    }
 
 
 def _print_types(proxy: DynamicProxy, shown: list[OperationDescription]) -> None:
@@ -89,16 +71,14 @@ def _print_types(proxy: DynamicProxy, shown: list[OperationDescription]) -> None
 
 
 def _print_wrapped(text: str, margin: str = "") -> None:
-    if not for_people():  # but for a program, such as grep
-        print_line(f"{margin}{text}")
-        return
-    lines = textwrap.wrap(
-        text,
-        width(),
-        initial_indent=margin,
-        subsequent_indent=f"{margin}    ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    for line in lines:
-        print_line(line)
+    if for_people():  # a program, such as grep, has it on one line
+        text = textwrap.fill(
+            text,
+            width(),
+            initial_indent=margin,
+            subsequent_indent=f"{margin}    ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        margin = ""
+    print_line(margin + text)

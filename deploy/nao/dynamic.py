@@ -95,10 +95,25 @@ class Types:
         """Return a class by its type id; raises KeyError when the schema has none of this id."""
         if self._schema.kind(type_id) != "class":
             raise KeyError(type_id)
-        if type_id not in self._made:
-            self._make_class(type_id)
-        made: type[Value] = self._made[type_id]
-        return made
+        known: type[Value] | None = self._made.get(type_id)
+        if known is not None:
+            return known
+        definition = self._schema.definitions[type_id]
+        base = self.class_of(definition.bases[0]) if definition.bases else Value
+        names = {_python(member.name): member.name for member in definition.members}
+        # Classes refer to each other: the types of the members come when the class is there.
+        made: Any = msgspec.defstruct(
+            _python(type_id),
+            [(name, object) for name in names],
+            bases=(base,),
+            tag=" ".join(self._schema.lineage(type_id)),
+            rename=names,
+            module=__name__,
+        )
+        self._made[type_id] = made
+        for member in definition.members:
+            made.__annotations__[_python(member.name)] = self.of(member.type, optional=member.optional)
+        return made  # type: ignore[no-any-return]
 
     def _defined(self, type_id: str, definition: Definition) -> Any:  # noqa: ANN401 - as above
         match definition.kind:
@@ -120,21 +135,6 @@ class Types:
                 else self._struct(_python(type_id), definition.members)
             )
         return self._made[type_id]
-
-    def _make_class(self, type_id: str) -> None:
-        definition = self._schema.definitions[type_id]
-        base = self.class_of(definition.bases[0]) if definition.bases else Value
-        # Classes refer to each other: the types of the members come when the class is there.
-        made = self._made[type_id] = msgspec.defstruct(
-            _python(type_id),
-            [(_python(member.name), object) for member in definition.members],
-            bases=(base,),
-            tag=" ".join(self._schema.lineage(type_id)),
-            rename={_python(member.name): member.name for member in definition.members},
-            module=__name__,
-        )
-        for member in definition.members:
-            made.__annotations__[_python(member.name)] = self.of(member.type, optional=member.optional)
 
     def _struct(
         self, name: str, members: Iterable[Member], base: type[msgspec.Struct] = Struct
@@ -172,11 +172,13 @@ class DynamicProxy:
         self.types: Final = Types(self.schema)
         self.interface_operations: Final = {each.name: each for _, each in self.schema.operations()}
         """Those of its interface and of what that extends, by name."""
-        of_every_servant = {each.name: each for each in OBJECT_DEFINITION.operations}
-        self.operations: Final = of_every_servant | self.interface_operations
-        self._made: dict[str, Operation[..., Any]] = dict(OBJECT_INTERFACE.all_operations)
-        for name in self.interface_operations:
-            self._made.pop(name, None)
+        self.operations: Final = {each.name: each for each in OBJECT_DEFINITION.operations}
+        self.operations.update(self.interface_operations)
+        self._made = {
+            name: made
+            for name, made in OBJECT_INTERFACE.all_operations.items()
+            if name not in self.interface_operations
+        }
         interface = Interface(self.type_id, fingerprint=self.fingerprint)
         typed: type[ObjectPrx] = type("DynamicPrx", (ObjectPrx,), {"ice_interface": interface})
         self.proxy: Final[ObjectPrx] = typed.uncheckedCast(proxy)
@@ -193,11 +195,8 @@ class DynamicProxy:
         operation = self.operations[name]
         returned = [self.type_text(each) for each in operation.results if each.name == RETURN_VALUE]
         parameters = [f"{self.type_text(each)} {each.name}" for each in operation.parameters]
-        outs = [
-            f"out {self.type_text(each)} {each.name}"
-            for each in operation.results
-            if each.name != RETURN_VALUE
-        ]
+        results = [each for each in operation.results if each.name != RETURN_VALUE]
+        outs = [f"out {self.type_text(each)} {each.name}" for each in results]
         return f"{returned[0] if returned else 'void'} {name}({', '.join([*parameters, *outs])})"
 
     def type_text(self, member: Member) -> str:

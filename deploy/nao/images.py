@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,15 +26,6 @@ _MEMBERS: Final = {"description", "pixelData"}
 _COMPRESSION: Final = 6
 
 
-@dataclass(frozen=True, slots=True)
-class _Image:
-    width: int
-    height: int
-    format: str
-    data: bytes
-    time: float | None
-
-
 def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: bool) -> None:
     """Take an image with a camera and write it to a file, by default `Camera.png`.
 
@@ -53,18 +43,24 @@ def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: b
             raise NaoError(
                 f"{camera} is a {proxy.type_id}, which gives no images; `nao list Camera` shows who does"
             )
-        image = _take(proxy, operation, pixel_format)
-    data = _encode(image, path)
+        image: Any = proxy.invoke(operation, [pixel_format])[RETURN_VALUE]
+    try:
+        shape, stamp = image.description, getattr(image, "timeStamp", None)
+        size = shape.width, shape.height
+        taken = None if stamp is None else stamp.seconds + stamp.useconds * 1e-6
+        data = _encode(*size, shape.format, image.pixelData, path.suffix.lower())
+    except (AttributeError, TypeError) as error:
+        raise NaoError(f"{operation} gives no image that can be saved: {error}") from error
     try:
         path.write_bytes(data)
     except OSError as error:
         raise NaoError(f"cannot write {path}: {error.strerror}") from error
     if as_json:
-        size: dict[str, Json] = {"width": image.width, "height": image.height, "bytes": len(data)}
-        print_json({"file": str(path), **size, "time": image.time})
+        figures: dict[str, Json] = {"width": size[0], "height": size[1], "bytes": len(data)}
+        print_json({"file": str(path), **figures, "time": taken})
         return
-    taken = "" if image.time is None else f", taken at robot time {image.time:.3f} s"
-    print_line(f"wrote {path}: {image.width}x{image.height}, {bytes_text(len(data))}{taken}")
+    when = "" if taken is None else f", taken at robot time {taken:.3f} s"
+    print_line(f"wrote {path}: {size[0]}x{size[1]}, {bytes_text(len(data))}{when}")
 
 
 def image_operation(proxy: DynamicProxy) -> str | None:
@@ -78,28 +74,15 @@ def image_operation(proxy: DynamicProxy) -> str | None:
     return None
 
 
-def _take(proxy: DynamicProxy, operation: str, pixel_format: str) -> _Image:
-    value: Any = proxy.invoke(operation, [pixel_format])[RETURN_VALUE]
-    try:
-        shape, stamp = value.description, getattr(value, "timeStamp", None)
-        taken = None if stamp is None else stamp.seconds + stamp.useconds * 1e-6
-        return _Image(shape.width, shape.height, shape.format, value.pixelData, taken)
-    except (AttributeError, TypeError) as error:
-        raise NaoError(f"{operation} gives no image that can be saved: {error}") from error
-
-
-def _encode(image: _Image, path: Path) -> bytes:
+def _encode(width: int, height: int, pixel_format: str, data: bytes, suffix: str) -> bytes:
     """Return the contents of the file."""
-    if image.format == "JPEG":
-        return image.data
-    width, height = image.width, image.height
-    if image.format != "RGB8" or width <= 0 or height <= 0 or len(image.data) != 3 * width * height:
+    if pixel_format == "JPEG":
+        return data
+    if pixel_format != "RGB8" or width <= 0 or height <= 0 or len(data) != 3 * width * height:
         raise NaoError(
-            f"the camera gave {len(image.data)} bytes of {image.format} that are no image of {width}x{height}"
+            f"the camera gave {len(data)} bytes of {pixel_format} that are no image of {width}x{height}"
         )
-    if path.suffix.lower() == ".ppm":
-        return b"P6 %d %d 255\n" % (width, height) + image.data
-    return png(width, height, image.data)
+    return b"P6 %d %d 255\n" % (width, height) + data if suffix == ".ppm" else png(width, height, data)
 
 
 def png(width: int, height: int, rgb: bytes) -> bytes:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from fnmatch import fnmatchcase
 
 from deploy.nao import NaoError
-from deploy.nao.connection import ask_processes, nobody, process_name, proxy_of, servants
-from deploy.nao.output import console, for_people, print_json, print_line
+from deploy.nao.connection import ask_processes, by_kind, nobody, process_name, proxy_of, servants
+from deploy.nao.output import console, for_people, print_json
 from deploy.nao.quantities import count_text, span_text
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
@@ -33,11 +34,16 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
         if not found and not as_json:
             raise NaoError(f"none of {count_text(len(everything), 'servant')} fits {pattern!r}")
         processes = ask_processes(communicator, found)
-        own = _own_interfaces(communicator, found)
+        own = {
+            id(info): interface
+            for kind in by_kind(found)
+            for interface in [_own_interface(communicator, kind)]
+            for info in kind
+        }
     if as_json:
-        print_json([_as_json(info, own[_kind(info)], processes[info.server]) for info in found])
+        print_json([_as_json(info, own[id(info)], processes[info.server]) for info in found])
         return
-    _print_table([_row(info, own[_kind(info)], processes[info.server]) for info in found])
+    _print_table([_row(info, own[id(info)], processes[info.server]) for info in found])
     if for_people():
         counted = f"{count_text(len(found), 'servant')} in realm {settings.realm}"
         console().print(f"{counted}, {count_text(len(processes), 'process', 'processes')}", style="dim")
@@ -58,23 +64,12 @@ def servant_name(info: ServantInfo) -> str:
     return f"{identity} -f {info.facet}" if info.facet else identity
 
 
-def _kind(info: ServantInfo) -> tuple[str, ...]:
-    return (*sorted(info.interfaces), *sorted(info.interfaces.values()))
-
-
-def _own_interfaces(communicator: Communicator, found: list[ServantInfo]) -> dict[tuple[str, ...], str]:
-    """Return which interface is the servants' own, by what they have; only one of each kind is asked."""
-    own: dict[tuple[str, ...], str] = {}
-    for info in found:
-        if (kind := _kind(info)) in own:
-            continue
-        own[kind] = ", ".join(info.interfaces)
-        if len(info.interfaces) > 1:
-            try:
-                own[kind] = proxy_of(communicator, info).ice_id()
-            except ZenohIceError:  # it hangs, or is gone: its token has to do
-                continue
-    return own
+def _own_interface(communicator: Communicator, kind: list[ServantInfo]) -> str:
+    """Return which interface is the own one of servants that have the same; one of them is asked."""
+    if len(kind[0].interfaces) > 1:
+        with suppress(ZenohIceError):  # it hangs, or is gone: its token has to do
+            return proxy_of(communicator, kind[0]).ice_id()
+    return ", ".join(kind[0].interfaces)
 
 
 def _row(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> tuple[str, str, str, str]:
@@ -98,20 +93,12 @@ def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError
 
 
 def _print_table(rows: list[tuple[str, str, str, str]]) -> None:
-    widths = [max(map(len, column)) for column in zip(_HEAD, *rows, strict=True)]
-    if not for_people():
-        for row in (_HEAD, *rows):
-            print_line("  ".join(map(str.ljust, row, widths)).rstrip())
-        return
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
-    # On a narrow terminal the names stay whole: they are what is typed next.
-    for title, style, least in zip(
-        _HEAD, ("bold", "cyan", "", ""), (widths[0], None, None, None), strict=True
-    ):
-        table.add_column(title, style=style, no_wrap=True, overflow="ellipsis", min_width=least)
-    for row in rows:
-        table.add_row(*map(Text, row))
-    console().print(table)
+    widths = [max(map(len, column)) for column in zip(_HEAD, *rows, strict=True)]
+    for row in (_HEAD, *rows):
+        styles = ("dim",) * len(row) if row is _HEAD else ("bold", "cyan", "", "")
+        line = Text("  ").join(map(Text, map(str.ljust, row, widths), styles))
+        line.rstrip()
+        # On a narrow terminal the names stay whole: they are what is typed next.
+        console().print(line, no_wrap=True, overflow="ellipsis", soft_wrap=not for_people())

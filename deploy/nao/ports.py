@@ -65,10 +65,7 @@ def _command_of(process: str) -> str:
     try:
         words = Path(f"/proc/{process}/cmdline").read_bytes().decode(errors="replace").split("\0")
     except OSError:
-        return "process"
-    names = [Path(word).name for word in words if word]
-    if not names:
-        return "process"
-    if names[0].startswith("python") and len(names) > 1:
-        return next((name for name in names[1:] if not name.startswith("-")), names[0])
-    return names[0]
+        words = []
+    names = [Path(word).name for word in words if word] or ["process"]
+    scripts = [name for name in names[1:] if not name.startswith("-")]
+    return scripts[0] if scripts and names[0].startswith("python") else names[0]

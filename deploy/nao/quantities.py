@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 __all__ = ["bytes_text", "count_text", "duration_text", "rate_text", "span_text"]
+
+_DURATIONS: Final = (("us", 1e6), ("ms", 1e3), ("s", 1))
+_SIZES: Final = (("B", 1), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9))
 
 
 def span_text(seconds: float) -> str:
@@ -21,10 +25,8 @@ def duration_text(seconds: float) -> str:
     """Return a short duration with three digits: `85 us`, `1.23 ms`, `4.5 s`."""
     if not math.isfinite(seconds):
         return "-"
-    for unit, scale in (("us", 1e6), ("ms", 1e3)):
-        if abs(seconds) * scale < 1000:
-            return f"{_three_digits(seconds * scale)} {unit}"
-    return f"{_three_digits(seconds)} s"
+    unit, scale = next(each for each in _DURATIONS if abs(seconds) * each[1] < 1000 or each[1] == 1)
+    return f"{_three_digits(seconds * scale)} {unit}"
 
 
 def rate_text(rate: float) -> str:
@@ -34,10 +36,8 @@ def rate_text(rate: float) -> str:
 
 def bytes_text(size: float) -> str:
     """Return a number of bytes: `86 B`, `57.6 kB`, `3.69 MB`."""
-    for unit, scale in (("B", 1), ("kB", 1e3), ("MB", 1e6)):
-        if size < 1000 * scale:
-            return f"{size:.0f} B" if unit == "B" else f"{_three_digits(size / scale)} {unit}"
-    return f"{_three_digits(size / 1e9)} GB"
+    unit, scale = next(each for each in _SIZES if size < 1000 * each[1] or each[1] == 1e9)
+    return f"{size:.0f} B" if scale == 1 else f"{_three_digits(size / scale)} {unit}"
 
 
 def count_text(number: int, singular: str, plural: str = "") -> str:
@@ -46,6 +46,4 @@ def count_text(number: int, singular: str, plural: str = "") -> str:
 
 
 def _three_digits(value: float) -> str:
-    if abs(value) >= 100:
-        return f"{value:.0f}"
-    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"
+    return f"{value:.{0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2}f}"

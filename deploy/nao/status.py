@@ -1,4 +1,4 @@
-"""Tell how a robot and the processes around it are."""
+"""Show how a robot and the processes around it are."""
 
 from __future__ import annotations
 
@@ -18,16 +18,9 @@ from zenoh_ice.wire.text import printable
 
 __all__ = ["status"]
 
-_READINGS: Final[Mapping[str, str]] = {
-    "::nao::Clock": "getTime",
-    "::nao::Health": "getHealth",
-    "::nao::Battery": "getBatteryReading",
-    "::nao::Safety": "getSafetyState",
-}
-"""What is asked of a robot: an operation by the interface that has it."""
 _MOST_EVENTS: Final = 5
 _MOST_SERVANTS: Final = 8
-"""Servants of a process that are told of, besides those with troubles."""
+"""Servants of a process that are shown, besides those with troubles."""
 
 
 def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
@@ -42,64 +35,42 @@ def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
         processes = ask_processes(communicator, found)
         readings = _read_robot(communicator, found)
     if as_json:
-        print_json(
-            {
-                "realm": settings.realm,
-                "robot": readings,
-                "processes": [_as_json(server, process) for server, process in processes.items()],
-            }
-        )
+        shown = [_as_json(server, process) for server, process in processes.items()]
+        print_json({"realm": settings.realm, "robot": readings, "processes": shown})
         return
     out = console()
-    for line in _robot_lines(readings):
-        out.print(line, soft_wrap=not for_people())
+    for name, text in _robot_lines(readings):
+        out.print(f"[dim]{name:<9}[/dim] {text}", soft_wrap=not for_people())
     for server, process in processes.items():
         out.print()
-        _print_process(server, process, found, every_servant=every_servant)
-
-
-def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[str, Json]:
-    """Return what the robot's servants tell, by the name of their interface."""
-    readings: dict[str, Json] = {}
-    for type_id, operation in _READINGS.items():
-        info = next((each for each in found if type_id in each.interfaces and not each.facet), None)
-        if info is None:
-            continue
-        name = type_id.rpartition("::")[2]
-        try:
-            (result,) = find_servant(communicator, info.identity).invoke(operation, ()).values()
-        except (ZenohIceError, KeyError, ValueError) as error:
-            readings[name] = {"error": str(error)}
+        if isinstance(process, ProcessStatus):
+            _print_process(process, every_servant=every_servant)
         else:
-            readings[name] = to_json(result)
-    return readings
+            names = [info.identity for info in found if info.server == server]
+            out.print(f"[bold]process {_escaped(server[:8])}[/bold]  [bold red]does not answer[/bold red]")
+            out.print(f"  it serves {_escaped(', '.join(names[:6]))}" + (" ..." if len(names) > 6 else ""))
 
 
-def _robot_lines(readings: Mapping[str, Any]) -> list[str]:
-    """Return what people are told of the robot, a line for each matter."""
-    lines: list[tuple[str, str]] = []
-    for name, tell in _TELLERS.items():
-        reading = readings.get(name)
-        if reading is None:
-            continue
-        try:
-            error = reading.get("error")
-            lines += tell(reading) if error is None else [(name.lower(), f"[red]{_escaped(error)}[/red]")]
-        except (AttributeError, KeyError, TypeError, ValueError):
-            lines.append((name.lower(), f"[red]another version of the interface nao::{name}[/red]"))
-    return [f"[dim]{name:<9}[/dim] {text}" for name, text in lines]
+def _as_json(server: str, process: ProcessStatus | ZenohIceError) -> Json:
+    if not isinstance(process, ProcessStatus):
+        return {"id": server, "error": str(process)}
+    figures: Any = to_json(process)
+    return {"id": server, **figures}
 
 
-def _clock_lines(clock: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+# The robot: what is asked of each of its interfaces, and what people are shown of the answer.
+
+
+def _clock(clock: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     kind = "simulated" if clock["simulated"] else "real"
     yield "robot", f"{kind}, robot time {clock['time']:.1f} s, {clock['rate']:.2f} times real time"
 
 
-def _battery_lines(battery: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _battery(battery: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "battery", f"{100 * battery['charge']:.0f} %" + (", charging" if battery["plugged"] else "")
 
 
-def _safety_lines(safety: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _safety(safety: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if safety["stopped"]:
         yield "safety", f"[bold red]emergency stop: {_escaped(safety['reason'])}[/bold red]"
     elif safety["holder"]:
@@ -108,7 +79,7 @@ def _safety_lines(safety: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "safety", "everybody may command"
 
 
-def _health_lines(health: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _health(health: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     posture = "[bold red]fallen[/bold red]" if health["fallen"] else "upright"
     tilt = math.degrees(health["torsoTilt"])
     yield "posture", f"{posture}, torso {tilt:.0f} degrees from the vertical"
@@ -121,64 +92,40 @@ def _health_lines(health: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "", f"[{color}]{text}[/{color}]"
 
 
-_TELLERS: Final[Mapping[str, Callable[[Mapping[str, Any]], Iterator[tuple[str, str]]]]] = {
-    "Clock": _clock_lines,
-    "Battery": _battery_lines,
-    "Safety": _safety_lines,
-    "Health": _health_lines,
+_READINGS: Final[dict[str, tuple[str, Callable[[Mapping[str, Any]], Iterator[tuple[str, str]]]]]] = {
+    "Clock": ("getTime", _clock),
+    "Battery": ("getBatteryReading", _battery),
+    "Safety": ("getSafetyState", _safety),
+    "Health": ("getHealth", _health),
 }
 
 
-def _print_process(
-    server: str, process: ProcessStatus | ZenohIceError, found: list[ServantInfo], *, every_servant: bool
-) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    out = console()
-    if not isinstance(process, ProcessStatus):
-        names = [info.identity for info in found if info.server == server]
-        out.print(Text.assemble((f"process {server[:8]}", "bold"), ("  does not answer", "bold red")))
-        out.print(Text(f"  it serves {', '.join(names[:6])}" + (" ..." if len(names) > 6 else "")))
-        return
-    head = f"  pid {process.pid} on {printable(process.host)}, for {span_text(time.time() - process.since)}"
-    out.print(Text.assemble((printable(process.program), "bold"), head))
-    memory = "shared memory" if process.shared_memory else "no shared memory"
-    versions = f"visualhfsm {process.version}, zenoh {process.zenoh}, Python {process.python}, {memory}"
-    out.print(Text(f"  {printable(versions)}", style="dim"))
-    rows = sorted(process.servants.items(), key=lambda item: (-_trouble(item[1]), -item[1].calls, item[0]))
-    shown = [
-        row
-        for index, row in enumerate(rows)
-        if every_servant or _trouble(row[1]) or (row[1].calls and index < _MOST_SERVANTS)
-    ]
-    table = Table(box=None, padding=(0, 0, 0, 2), header_style="dim")
-    table.add_column("SERVANT", no_wrap=True, overflow="ellipsis", min_width=24)
-    for title in ("CALLS", "FAILED", "REFUSED", "RUNNING", "BUSY"):
-        table.add_column(title, justify="right", no_wrap=True)
-    for name, each in shown:
-        table.add_row(
-            Text(printable(name.rpartition("@")[0] or name)),
-            str(each.calls),
-            _counted(each.failed),
-            _counted(each.refused),
-            str(each.running or "-"),
-            duration_text(each.busy_for) if each.busy_for else "-",
-        )
-    if shown:
-        out.print(table)
-    if len(rows) > len(shown):
-        rest = f"{len(rows) - len(shown)} more" if shown else count_text(len(rows), "servant")
-        calls = sum(each.calls for each in process.servants.values()) - sum(each.calls for _, each in shown)
-        out.print(Text(f"  {rest}, with {count_text(calls, 'call')}", style="dim"))
+def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[str, Json]:
+    """Return what the robot's servants answer, by the name of their interface."""
+    readings: dict[str, Json] = {}
+    for name, (operation, _) in _READINGS.items():
+        info = next((each for each in found if f"::nao::{name}" in each.interfaces and not each.facet), None)
+        if info is None:
+            continue
+        try:
+            (result,) = find_servant(communicator, info.identity).invoke(operation, ()).values()
+        except (ZenohIceError, KeyError, ValueError) as error:
+            readings[name] = {"error": str(error)}
+        else:
+            readings[name] = to_json(result)
+    return readings
 
 
-def _trouble(servant: ServantStatus) -> int:
-    return servant.failed + servant.refused + (servant.busy_for > 0)
-
-
-def _counted(number: int) -> str:
-    return f"[yellow]{number}[/yellow]" if number else "-"
+def _robot_lines(readings: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield what people are shown of the robot: a title and a text with rich's markup for each line."""
+    for name, reading in readings.items():
+        try:
+            if "error" in reading:
+                yield name.lower(), f"[red]{_escaped(reading['error'])}[/red]"
+            else:
+                yield from list(_READINGS[name][1](reading))
+        except (AttributeError, KeyError, TypeError, ValueError):
+            yield name.lower(), f"[red]another version of the interface nao::{name}[/red]"
 
 
 def _escaped(text: str) -> str:
@@ -187,8 +134,39 @@ def _escaped(text: str) -> str:
     return escape(printable(text))
 
 
-def _as_json(server: str, process: ProcessStatus | ZenohIceError) -> Json:
-    if not isinstance(process, ProcessStatus):
-        return {"id": server, "error": str(process)}
-    told = to_json(process)
-    return {"id": server, **told} if isinstance(told, dict) else told
+def _print_process(process: ProcessStatus, *, every_servant: bool) -> None:
+    from rich.table import Table
+
+    out = console()
+    where = f"pid {process.pid} on {_escaped(process.host)}, for {span_text(time.time() - process.since)}"
+    out.print(f"[bold]{_escaped(process.program)}[/bold]  {where}")
+    memory = "shared memory" if process.shared_memory else "no shared memory"
+    versions = f"visualhfsm {process.version}, zenoh {process.zenoh}, Python {process.python}, {memory}"
+    out.print(f"  [dim]{_escaped(versions)}[/dim]")
+    rows = sorted(process.servants.items(), key=lambda item: (-_trouble(item[1]), -item[1].calls, item[0]))
+    shown = [
+        (name, each)
+        for index, (name, each) in enumerate(rows)
+        if every_servant or _trouble(each) or (each.calls and index < _MOST_SERVANTS)
+    ]
+    table = Table(box=None, padding=(0, 0, 0, 2), header_style="dim")
+    table.add_column("SERVANT", no_wrap=True, overflow="ellipsis", min_width=24)
+    for title in ("CALLS", "FAILED", "REFUSED", "RUNNING", "BUSY"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for name, each in shown:
+        failed, refused = (
+            f"[yellow]{count}[/yellow]" if count else "-" for count in (each.failed, each.refused)
+        )
+        busy = duration_text(each.busy_for) if each.busy_for else "-"
+        identity = _escaped(name.rpartition("@")[0] or name)
+        table.add_row(identity, str(each.calls), failed, refused, str(each.running or "-"), busy)
+    if shown:
+        out.print(table)
+    if len(rows) > len(shown):
+        rest = f"{len(rows) - len(shown)} more" if shown else count_text(len(rows), "servant")
+        calls = sum(each.calls for _, each in rows) - sum(each.calls for _, each in shown)
+        out.print(f"  [dim]{rest}, with {count_text(calls, 'call')}[/dim]")
+
+
+def _trouble(servant: ServantStatus) -> int:
+    return servant.failed + servant.refused + (servant.busy_for > 0)

@@ -17,6 +17,7 @@ from deploy.nao import UsageError
 from deploy.nao.dynamic import Types
 from zenoh_ice import ObjectPrx, ZenohIceError
 from zenoh_ice.reflection import Member, Schema, unscoped
+from zenoh_ice.wire.text import cut
 from zenoh_ice.wire.values import TYPE_FIELD, Value, type_ids_of
 
 __all__ = ["FromJson", "Json", "is_bytes", "to_json"]
@@ -69,13 +70,12 @@ class FromJson:
                 return self._dictionary(kind, value, path)
             case "enumeration":
                 return self._enumerator(kind, value, path)
-            case "struct":
-                if not isinstance(value, dict):
-                    raise self._wrong(kind, value, path, ", a JSON object with its members")
+            case "struct" if isinstance(value, dict):
                 return self._filled(self._types.of(kind), kind, value, path)
-            case "class":
-                return self._class(kind, value, path)
-        return self._class(None, value, path)  # Object, Value, or an interface by value
+            case "struct":
+                raise self._wrong(kind, value, path, ", a JSON object with its members")
+        # Object, Value, or an interface by value are any class.
+        return None if value is None else self._class(kind, value, path)
 
     def zero(self, kind: str) -> object:
         """Return the value of a type that was given none."""
@@ -92,32 +92,29 @@ class FromJson:
                 self._made_up += 1
                 if self._made_up > _MOST_MADE_UP:
                     raise UsageError(f"{kind} has too many members to leave any out")
-                made = self._types.of(kind)
-                names = dict(_names(made))
-                members = self._schema.definitions[kind].members
-                return made(**{names[each.name]: self._zero_of(each) for each in members})
+                return self._filled(self._types.of(kind), kind, {}, "")
         return None
 
-    def _zero_of(self, member: Member) -> object:
-        return None if member.optional else self.zero(member.type)
-
     def _filled(self, struct: type[Any], type_id: str, value: Mapping[str, Any], path: str) -> object:
-        """Return a struct or an object of a class with members that JSON stands for."""
+        """Return a struct or an object of a class with members that JSON stands for.
+
+        Without a path it is one that was left out itself.
+        """
         known = {member.name: member for member in self._schema.members(type_id)}
         for name in value:
             if name not in known:
                 near = difflib.get_close_matches(name, known, 1, 0.5)
                 hint = f"; did you mean {near[0]}?" if near else f"; it has {', '.join(known) or 'none'}"
                 raise UsageError(f"{path}: a {unscoped(type_id)} has no member {name!r}{hint}")
-        names, made = dict(_names(struct)), {}
-        for name, member in known.items():
-            where = f"{path}.{name}"
-            if name in value:
-                made[names[name]] = self.member(member, value[name], where)
+        made = {}
+        for wire, name in _names(struct):
+            member, where = known[wire], f"{path}.{wire}"
+            if wire in value:
+                made[name] = self.member(member, value[wire], where)
             else:
-                if not member.optional:
+                made[name] = None if member.optional else self.zero(member.type)
+                if path and not member.optional:
                     self.left_out.append(where)
-                made[names[name]] = self._zero_of(member)
         return struct(**made)
 
     def _enumerator(self, type_id: str, value: Any, path: str) -> IntEnum:  # noqa: ANN401
@@ -131,21 +128,19 @@ class FromJson:
             f"{path}: {_shown(value)} is no {unscoped(type_id)}: write one of {', '.join(by_name)}"
         )
 
-    def _class(self, type_id: str | None, value: Any, path: str) -> object:  # noqa: ANN401
-        if value is None:
-            return None
+    def _class(self, kind: str, value: object, path: str) -> object:
         if not isinstance(value, dict):
             raise UsageError(f"{path}: {_shown(value)} is no class: write null or a JSON object")
         members = dict(value)
-        wanted = str(members.pop(TYPE_FIELD, type_id) or "").partition(" ")[0]
+        wanted = str(members.pop(TYPE_FIELD, kind)).partition(" ")[0]
         try:
             made = self._types.class_of(wanted)
         except KeyError:
             raise UsageError(
                 f"{path}: give the type of the class under {TYPE_FIELD!r}, such as '::module::Class'"
             ) from None
-        if type_id is not None and type_id not in type_ids_of(made):
-            raise UsageError(f"{path}: {wanted} is no {unscoped(type_id)}")
+        if self._schema.kind(kind) == "class" and kind not in type_ids_of(made):
+            raise UsageError(f"{path}: {wanted} is no {unscoped(kind)}")
         return self._filled(made, wanted, members, path)
 
     def _sequence(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
@@ -164,12 +159,9 @@ class FromJson:
             items = value  # pairs: keys may be structs
         else:
             raise self._wrong(kind, value, path)
-        return {
-            self.make(definition.key, name, f"{path}: key"): self.make(
-                definition.value, item, f"{path}[{_shown(name)}]"
-            )
-            for name, item in items
-        }
+        keys = [self.make(definition.key, key, f"{path}: key") for key, _ in items]
+        values = [self.make(definition.value, item, f"{path}[{_shown(key)}]") for key, item in items]
+        return dict(zip(keys, values, strict=True))
 
     def _proxy(self, value: Any, path: str) -> ObjectPrx:  # noqa: ANN401
         if not isinstance(value, str):
@@ -212,10 +204,12 @@ def to_json(value: object, of_bytes: Callable[[bytes], Json] | None = None) -> J
                 return {_key_text(key): to_json(item, of_bytes) for key, item in value.items()}
             return [[to_json(key, of_bytes), to_json(item, of_bytes)] for key, item in value.items()]
         case msgspec.Struct():
-            members = {wire: to_json(getattr(value, name), of_bytes) for wire, name in _names(type(value))}
-            return (
-                {TYPE_FIELD: type_ids_of(type(value))[0], **members} if isinstance(value, Value) else members
+            kind: dict[str, Json] = (
+                {TYPE_FIELD: type_ids_of(type(value))[0]} if isinstance(value, Value) else {}
             )
+            return kind | {
+                wire: to_json(getattr(value, name), of_bytes) for wire, name in _names(type(value))
+            }
         case ObjectPrx():
             return value.ice_toString()
     return str(value)
@@ -259,16 +253,13 @@ def _builtin(name: str, value: Any, path: str) -> object:  # noqa: ANN401
 
 
 def _bytes(value: Any, path: str) -> bytes:  # noqa: ANN401
-    if isinstance(value, bytes):
-        return value
     try:
-        if isinstance(value, list):
+        if isinstance(value, bytes | list):
             return bytes(value)
-        if isinstance(value, str):
-            return base64.b64decode(value, validate=True)
-    except (TypeError, ValueError, binascii.Error):
-        pass
-    raise UsageError(f"{path}: {_shown(value)} are no bytes: write base64, a list of numbers, or @FILE")
+        return base64.b64decode(value, validate=True)
+    except (TypeError, ValueError, binascii.Error) as error:
+        text = f"{path}: {_shown(value)} are no bytes: write base64, a list of numbers, or @FILE"
+        raise UsageError(text) from error
 
 
 def _wrong(kind: str, value: object, path: str, more: str = "") -> UsageError:
@@ -276,5 +267,4 @@ def _wrong(kind: str, value: object, path: str, more: str = "") -> UsageError:
 
 
 def _shown(value: object) -> str:
-    text = json.dumps(value, ensure_ascii=False, default=str)
-    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
+    return cut(json.dumps(value, ensure_ascii=False, default=str), _LONGEST_SHOWN)

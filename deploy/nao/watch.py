@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import math
 import queue
+import statistics
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
@@ -17,7 +20,6 @@ from deploy.nao.connection import find_operation
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import console, for_people, pretty, print_json, print_line, width
 from deploy.nao.quantities import bytes_text, count_text, duration_text, rate_text, span_text
-from deploy.nao.statistics import StreamStatistics
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Sample, initialize
 from zenoh_ice.settings import Settings
@@ -25,13 +27,14 @@ from zenoh_ice.settings import Settings
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-__all__ = ["watch"]
+__all__ = ["StreamStatistics", "watch"]
 
 _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
 _MOST_WAITING: Final = 1024  # samples that were received and not yet looked at
 _FEW_WAITING: Final = 4  # of those that may be images
 _LOOK: Final = 0.1  # s after which it is looked whether the end has come
+_WINDOW: Final = 5.0  # s over which rates, intervals and ages are taken
 _SILENCE: Final = 2.0  # s after which the view says that nothing comes
 
 
@@ -60,6 +63,52 @@ def watch(
                 _show(watched, with_values=with_values)
             else:
                 _print_lines(watched)
+
+
+class StreamStatistics:
+    """Count what a stream brings; rates and ages are those of the last five seconds."""
+
+    def __init__(self) -> None:
+        self.received = 0
+        self.lost = 0
+        """Samples that were sent and did not come; those that a rate left out, too."""
+        self.restarts = 0
+        """How often the numbers began again: the server was restarted."""
+        self._last = time.monotonic()
+        self._sequence: int | None = None
+        self._arrivals: Final[deque[tuple[float, float]]] = deque()
+
+    def add(self, sample: Sample[Any], arrived: float, age: float) -> None:
+        """Count a sample that arrived at a time of the monotonic clock with an age in s."""
+        self.received += 1
+        self.lost += sample.lost
+        self.restarts += self._sequence is not None and sample.sequence <= self._sequence
+        self._sequence, self._last = sample.sequence, arrived
+        self._arrivals.append((arrived, age))
+        self._forget(arrived)
+
+    def intervals(self) -> list[float]:
+        """Return the times in s between samples."""
+        self._forget(time.monotonic())
+        return [after[0] - before[0] for before, after in itertools.pairwise(self._arrivals)]
+
+    def rate(self) -> float | None:
+        """Return how many samples came a second; None before the second."""
+        intervals = self.intervals()
+        return len(intervals) / sum(intervals) if sum(intervals) > 0 else None
+
+    def ages(self) -> list[float]:
+        """Return the ages of samples in s on arrival; below 0 when the clocks of the machines differ."""
+        self._forget(time.monotonic())
+        return [age for _, age in self._arrivals]
+
+    def silence(self) -> float:
+        """Return the seconds since the newest came, or since the beginning."""
+        return time.monotonic() - self._last
+
+    def _forget(self, now: float) -> None:
+        while self._arrivals and now - self._arrivals[0][0] > _WINDOW:
+            self._arrivals.popleft()
 
 
 class _Watched:
@@ -134,19 +183,20 @@ class _Watched:
 
     def figures(self) -> list[tuple[str, str, str]]:
         """Return name, figure and detail of what is known of the stream."""
-        summary = self.statistics.summary()
+        figures = self.statistics
+        intervals, rate, ages = figures.intervals(), figures.rate(), figures.ages()
         rows = [("rate", "-", ""), ("age", "-", "")]
-        if summary.rate is not None and summary.interval is not None:
-            shortest, longest = map(duration_text, summary.interval)
-            rows[0] = "rate", rate_text(summary.rate), f"every {shortest} to {longest}"
-        if summary.age is not None and summary.oldest is not None:
-            rows[1] = "age", duration_text(summary.age), f"at most {duration_text(summary.oldest)}"
+        if intervals and rate is not None:
+            every = f"every {duration_text(min(intervals))} to {duration_text(max(intervals))}"
+            rows[0] = "rate", rate_text(rate), every
+        if ages:
+            rows[1] = "age", duration_text(statistics.mean(ages)), f"at most {duration_text(max(ages))}"
         if self.newest is not None:
             size = len(self._proxy.operation(self._name).result.pack_result(self.newest.value, self.title))
-            flow = f"{bytes_text(size * summary.rate)} a second" if summary.rate is not None else ""
+            flow = f"{bytes_text(size * rate)} a second" if rate is not None else ""
             rows.append(("size", bytes_text(size), flow))
         name = "skipped" if self.rate else "lost"
-        return [*rows, (name, str(summary.lost), f"of {summary.received + summary.lost}")]
+        return [*rows, (name, str(figures.lost), f"of {figures.received + figures.lost}")]
 
 
 def _print_samples(watched: _Watched, *, with_values: bool) -> None:
@@ -204,27 +254,21 @@ def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
     from rich.table import Table
     from rich.text import Text
 
-    summary = watched.statistics.summary()
-    head = Text.assemble(
-        (watched.title, "bold"),
-        (f"  {watched.type_id.removeprefix('::')} in realm {watched.realm}", "dim"),
-        no_wrap=True,
-        overflow="ellipsis",
-    )
+    figures = watched.statistics
+    realm = f"  {watched.type_id.removeprefix('::')} in realm {watched.realm}"
+    head = Text.assemble((watched.title, "bold"), (realm, "dim"), no_wrap=True, overflow="ellipsis")
     grid = Table.grid(padding=(0, 2))
-    grid.add_column(style="dim")
-    grid.add_column(justify="right", min_width=8)
-    grid.add_column(style="dim")
+    for column in ({"style": "dim"}, {"justify": "right", "min_width": 8}, {"style": "dim"}):
+        grid.add_column(**column)
     for name, figure, detail in watched.figures():
-        style = "bold red" if name == "lost" and summary.lost else "bold"
-        grid.add_row(name, Text(figure, style=style), detail)
+        grid.add_row(name, Text(figure, "bold red" if name == "lost" and figures.lost else "bold"), detail)
     parts: list[RenderableType] = [head, grid]
-    if summary.restarts:
-        parts.append(Text(f"the server was restarted ({count_text(summary.restarts, 'time')})", "yellow"))
+    if figures.restarts:
+        parts.append(Text(f"the server was restarted ({count_text(figures.restarts, 'time')})", "yellow"))
     if not watched.is_there():
         parts.append(Text("the server is gone; this goes on as soon as it is back", "bold red"))
-    elif summary.silence > _SILENCE:
-        parts.append(Text(f"nothing came for {span_text(summary.silence)}", "yellow"))
+    elif figures.silence() > _SILENCE:
+        parts.append(Text(f"nothing came for {span_text(figures.silence())}", "yellow"))
     if with_values and watched.newest is not None:
         room = rows - len(parts) - 6
         lines = pretty(to_json(watched.value(watched.newest), shown_bytes), width()).splitlines()

@@ -269,9 +269,9 @@ def test_description_tells_operations_and_types(robot: ServedRobot) -> None:
     assert "struct JointLimits: string name, double lower" in text
     assert "did you mean Head.getPose?" in nao("describe", "Head.getPos").err
     (operation,) = json.loads(nao("describe", "Head.getPose", "--json").out)["operations"]
-    assert (operation["stream"], operation["results"]) == (
+    assert (operation["streamed"], operation["results"]) == (
         True,
-        [{"name": "returnValue", "type": "HeadPose"}],
+        [{"name": "returnValue", "type": "::nao::HeadPose"}],
     )
 
 

@@ -14,8 +14,7 @@ from uuid import uuid4
 
 import pytest
 
-from deploy.nao.doctor import machine
-from deploy.nao.doctor.finding import Finding, Level
+from deploy.nao.doctor import Finding, Level, machine
 from deploy.nao.doctor.installation import check_installation
 from deploy.nao.doctor.machine import check_machine
 from deploy.nao.doctor.network import check_network

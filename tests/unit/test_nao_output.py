@@ -15,7 +15,7 @@ from PIL import Image
 from deploy.nao.images import png
 from deploy.nao.output import pretty
 from deploy.nao.quantities import bytes_text, count_text, duration_text, span_text
-from deploy.nao.statistics import StreamStatistics
+from deploy.nao.watch import StreamStatistics
 from zenoh_ice import Sample
 
 VALUES: st.SearchStrategy[Any] = st.recursive(
@@ -93,19 +93,16 @@ def samples(statistics: StreamStatistics, *sequences: int, period: float = 0.1) 
 def test_a_gap_in_the_numbers_is_a_loss_and_a_lower_number_a_restart() -> None:
     statistics = StreamStatistics()
     samples(statistics, 7, 8, 11, 1, 2)
-    summary = statistics.summary()
-    assert (summary.received, summary.lost, summary.restarts) == (5, 2, 1)
+    assert (statistics.received, statistics.lost, statistics.restarts) == (5, 2, 1)
 
 
 def test_rate_interval_and_age_are_those_of_what_came() -> None:
     statistics = StreamStatistics()
-    assert (statistics.summary().rate, statistics.summary().age) == (None, None)
+    assert (statistics.rate(), statistics.ages()) == (None, [])
     samples(statistics, 1, 2, 3, 4, 5)
-    summary = statistics.summary()
-    assert summary.rate == pytest.approx(10.0)
-    assert summary.interval == pytest.approx((0.1, 0.1))
-    assert summary.age == pytest.approx(0.006)
-    assert summary.oldest == pytest.approx(0.010)
+    assert statistics.rate() == pytest.approx(10.0)
+    assert statistics.intervals() == pytest.approx([0.1, 0.1, 0.1, 0.1])
+    assert statistics.ages() == pytest.approx([0.002, 0.004, 0.006, 0.008, 0.010])
 
 
 def test_what_is_written_as_png_is_the_image() -> None:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from deploy.nao.doctor.finding import Finding, Level, fail
+from deploy.nao.doctor import Finding, Level, fail
 from deploy.nao.doctor.installation import check_installation
 from deploy.nao.doctor.machine import check_machine
 from deploy.nao.doctor.network import check_network
@@ -60,14 +60,13 @@ def _guarded(name: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Find
 def _print(finding: Finding) -> None:
     from rich.text import Text
 
-    lines = [Text(line) for line in _wrapped(finding.text)]
-    level = Text(f"{finding.level:<4}", _COLORS[finding.level])
-    lines[0] = Text.assemble("  ", level, " ", lines[0])
-    style = "dim" if finding.level == Level.NOTE else "bold"
+    first, *others = _wrapped(finding.text)
+    level = Text(f"  {finding.level:<4} ", _COLORS[finding.level])
+    console().print(level + Text(first))
+    fix_style = "dim" if finding.level == Level.NOTE else "bold"
     fix = _wrapped(f"fix: {finding.fix}") if finding.fix else []
-    lines[1:] = [Text(" " * _MARGIN) + line for line in (*lines[1:], *(Text(each, style) for each in fix))]
-    for line in lines:
-        console().print(line)
+    for line, style in (*((each, "") for each in others), *((each, fix_style) for each in fix)):
+        console().print(Text(" " * _MARGIN) + Text(line, style))
 
 
 def _wrapped(text: str) -> list[str]:

@@ -12,9 +12,9 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, req
 from pathlib import Path
 from typing import Final
 
-from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
+from deploy.nao.doctor import Finding, fail, note, ok, warn
 
-__all__ = ["check_installation"]
+__all__ = ["check_installation", "installed_version"]
 
 _DISTRIBUTION: Final = "visualhfsm"
 _OLDEST_PYTHON: Final = (3, 11)
@@ -46,32 +46,29 @@ def _check_versions() -> Iterator[Finding]:
     python = platform.python_version()
     if sys.version_info < _OLDEST_PYTHON:
         yield fail(f"Python {python} is too old", "install Python 3.11 or newer, and this program with it")
-    wrong = []
-    for name, wanted in _requirements(""):
-        found = _installed(name)
-        if found is None:
-            wrong.append(f"{name} is missing")
-        elif _numbers(found) < _numbers(wanted):
-            wrong.append(f"{name} {found} is older than {wanted}")
+    installed = {name: (installed_version(name), wanted) for name, wanted in _requirements("")}
+    wrong = [
+        f"{name} is missing" if found is None else f"{name} {found} is older than {wanted}"
+        for name, (found, wanted) in installed.items()
+        if found is None or _numbers(found) < _numbers(wanted)
+    ]
     if wrong:
         yield fail("; ".join(wrong), f"pip install --upgrade {_DISTRIBUTION}")
         return
-    own = _installed(_DISTRIBUTION)
+    own = installed_version(_DISTRIBUTION)
     if own is None:
         yield note(f"{_DISTRIBUTION} is not installed; this runs from a copy of its sources")
-    zenoh = _installed("eclipse-zenoh")
+    zenoh = installed_version("eclipse-zenoh")
     yield ok(f"Python {python}, {_DISTRIBUTION} {own or 'of the sources'}, zenoh {zenoh}")
 
 
 def _check_extras() -> Iterator[Finding]:
     ready = []
     for extra, purpose in _EXTRAS.items():
-        missing = [name for name, _ in _requirements(extra) if _installed(name) is None]
+        missing = ", ".join(name for name, _ in _requirements(extra) if installed_version(name) is None)
         if missing:
-            yield note(
-                f"{purpose}: not installed ({', '.join(missing)})",
-                f"if you want it: pip install '{_DISTRIBUTION}[{extra}]'",
-            )
+            install = f"if you want it: pip install '{_DISTRIBUTION}[{extra}]'"
+            yield note(f"{purpose}: not installed ({missing})", install)
         else:
             ready.append(purpose)
     if ready:
@@ -80,36 +77,37 @@ def _check_extras() -> Iterator[Finding]:
 
 def _check_names() -> Iterator[Finding]:
     """Yield modules that are imported, or would be, in place of those that are meant."""
+    found = list(_hiding_names())
+    yield from found or [ok("no module hides one of ours")]
+
+
+def _hiding_names() -> Iterator[Finding]:
     root = Path(__file__).resolve().parents[3]
-    shadowed = False
     places: dict[Path | None, list[str]] = {}
     for name in _PACKAGES:
         places.setdefault(_place_of(name), []).append(name)
     for place, names in places.items():
         if place is None:
-            shadowed = True
             yield fail(f"missing: {', '.join(names)}", f"pip install --force-reinstall {_DISTRIBUTION}")
         elif place != root:
-            shadowed = True
             yield fail(
                 f"imported from {place} instead of ours: {', '.join(names)}",
                 f"rename them, or take {place} out of PYTHONPATH",
             )
-    for name, owners in packages_distributions().items():
-        for owner in set(owners) - {_DISTRIBUTION} if name in _PACKAGES else ():
-            shadowed = True
+    distributions = packages_distributions()
+    for name in _PACKAGES:
+        for owner in set(distributions.get(name, ())) - {_DISTRIBUTION}:
             yield fail(f"{owner} has a package {name} as well", f"pip uninstall {owner}, or use a virtualenv")
-    for folder in _searched_first():
-        sources = (path for name in (*_PACKAGES, *_OTHERS) for path in _sources_of(folder, name))
-        found = [str(path.relative_to(folder)) for path in sources if path.is_file()]
+    # The folders that Python looks into before those of installed packages.
+    listed = (".", *os.environ.get("PYTHONPATH", "").split(os.pathsep))
+    for folder in dict.fromkeys(Path(each).resolve() for each in listed if each):
+        files = [each for name in (*_PACKAGES, *_OTHERS) for each in (f"{name}.py", f"{name}/__init__.py")]
+        found = [each for each in sorted(files) if (folder / each).is_file()]
         if found and folder != root:
-            shadowed = True
             yield warn(
                 f"programs that start here import from {folder} what is not meant: {', '.join(found)}",
                 "rename those, or start elsewhere",
             )
-    if not shadowed:
-        yield ok("no module hides one of ours")
 
 
 def _place_of(name: str) -> Path | None:
@@ -117,16 +115,6 @@ def _place_of(name: str) -> Path | None:
     spec = importlib.util.find_spec(name)
     locations = list(spec.submodule_search_locations or ()) if spec else []
     return Path(locations[0]).resolve().parent if locations else None
-
-
-def _searched_first() -> list[Path]:
-    """Return the folders that Python looks into before those of installed packages."""
-    listed = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    return list(dict.fromkeys(Path(each).resolve() for each in (".", *listed) if each))
-
-
-def _sources_of(folder: Path, name: str) -> tuple[Path, Path]:
-    return folder / f"{name}.py", folder / name / "__init__.py"
 
 
 def _requirements(extra: str) -> Iterator[tuple[str, str]]:
@@ -143,7 +131,8 @@ def _requirements(extra: str) -> Iterator[tuple[str, str]]:
             yield match[1], match[2] or "0"
 
 
-def _installed(name: str) -> str | None:
+def installed_version(name: str) -> str | None:
+    """Return the version of a distribution, or None when it is not installed."""
     try:
         return version(name)
     except PackageNotFoundError:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
+from deploy.nao.doctor import Finding, fail, note, ok, warn
 from deploy.nao.quantities import bytes_text, count_text
 from zenoh_ice.wire.memory_file import memory_space
 from zenoh_ice.wire.pieces import Pieces
@@ -163,14 +163,11 @@ def _last_line(output: bytes) -> str:
 def _check_limits() -> Iterator[Finding]:
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     if 0 <= files < _FEW_FILES:
-        yield warn(
-            f"a process may open only {files} files; each link takes one",
-            "ulimit -n 4096, before you start it",
-        )
+        text = f"a process may open only {files} files; each link takes one"
+        yield warn(text, "ulimit -n 4096, before you start it")
 
 
 def _check_clock() -> Iterator[Finding]:
     if time.time() < _OLDEST_TIME:
-        yield fail(
-            f"the machine's clock says {time.strftime('%Y-%m-%d')}", "set it: sudo timedatectl set-ntp true"
-        )
+        date = time.strftime("%Y-%m-%d")
+        yield fail(f"the machine's clock says {date}", "set it: sudo timedatectl set-ntp true")

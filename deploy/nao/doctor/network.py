@@ -6,13 +6,13 @@ import importlib.util
 import math
 import statistics
 import time
-from collections.abc import Iterator, Sequence
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
 from deploy.nao.connection import ask_processes, find_servant, nobody, process_name, proxy_of, servants
-from deploy.nao.doctor.finding import Finding, fail, note, ok, warn
+from deploy.nao.doctor import Finding, fail, note, ok, warn
+from deploy.nao.doctor.installation import installed_version
 from deploy.nao.listing import servant_name
 from deploy.nao.ports import holder_of, listens
 from deploy.nao.quantities import count_text, duration_text
@@ -35,9 +35,10 @@ _Processes = dict[str, ProcessStatus | ZenohIceError]
 
 def check_network(settings: Settings) -> Iterator[Finding]:
     """Yield what is found about the endpoints, and about those who serve in the realm."""
-    states = [listens(endpoint) for endpoint in settings.connect]
-    yield from _check_endpoints(settings.connect, states)
-    if states and all(state is False for state in states):
+    states = {endpoint: listens(endpoint) for endpoint in settings.connect}
+    for endpoint, state in states.items():
+        yield _endpoint(endpoint, state)
+    if states and all(state is False for state in states.values()):
         return
     try:
         with initialize(settings) as communicator:
@@ -60,20 +61,15 @@ def check_network(settings: Settings) -> Iterator[Finding]:
         yield fail(str(error), "leave --listen and VISUALHFSM_LISTEN away: only servers need a fixed port")
 
 
-def _check_endpoints(endpoints: Sequence[str], states: Sequence[bool | None]) -> Iterator[Finding]:
-    for endpoint, state in zip(endpoints, states, strict=True):
-        if state is False:
-            yield fail(
-                f"nothing listens at {endpoint}",
-                "start a robot server, for instance: naoserver-sim"
-                if endpoint == DEFAULT_ENDPOINT
-                else f"start a server with --listen {endpoint}, or see where it listens, and set --connect",
-            )
-        elif state is True:
-            holder = holder_of(endpoint)
-            yield ok(f"{endpoint} is open" + (f", held by {holder}" if holder else ""))
-        else:
-            yield note(f"{endpoint} is not looked at without a link")
+def _endpoint(endpoint: str, state: bool | None) -> Finding:
+    if state is None:
+        return note(f"{endpoint} is not looked at without a link")
+    if state:
+        holder = holder_of(endpoint)
+        return ok(f"{endpoint} is open" + (f", held by {holder}" if holder else ""))
+    start = "start a robot server, for instance: naoserver-sim"
+    elsewhere = f"start a server with --listen {endpoint}, or see where it listens, and set --connect"
+    return fail(f"nothing listens at {endpoint}", start if endpoint == DEFAULT_ENDPOINT else elsewhere)
 
 
 def _nobody(communicator: Communicator) -> Finding:
@@ -88,38 +84,21 @@ def _nobody(communicator: Communicator) -> Finding:
 
 def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
     """Yield processes that hang or are of other versions than this one."""
-    ours = {"visualhfsm": _version("visualhfsm"), "zenoh": _version("eclipse-zenoh")}
-    same = True
+    wrong = False
     for server, status in processes.items():
         if not isinstance(status, ProcessStatus):
-            same = False
-            served = [info.identity for info in found if info.server == server]
-            yield fail(
-                f"the process that serves {_few(served)} does not answer: {status}",
-                "if it is stopped or hangs, end it and start it again",
-            )
+            wrong = True
+            served = _few([info.identity for info in found if info.server == server])
+            text = f"the process that serves {served} does not answer: {status}"
+            yield fail(text, "if it is stopped or hangs, end it and start it again")
             continue
-        theirs = {"visualhfsm": status.version, "zenoh": status.zenoh}
-        for name, own in ours.items():
-            if own is not None and theirs[name] != own:
-                same = False
+        for name, theirs in (("visualhfsm", status.version), ("eclipse-zenoh", status.zenoh)):
+            own = installed_version(name)
+            if own not in {None, theirs}:
+                wrong = True
                 who = f"{process_name(status, server)} on {status.host}"
-                yield warn(
-                    f"{who} has {name} {theirs[name]}, here it is {own}",
-                    "install the same version on both sides",
-                )
-        busy = [name for name, each in status.servants.items() if each.busy_for > 1.0]
-        if busy:
-            yield warn(
-                f"{', '.join(busy)} is busy: calls may be refused",
-                "call it less often, or let its operations end sooner",
-            )
-        if status.since > time.time() + 1.0:
-            yield warn(
-                f"the clock of {status.host} is ahead of this machine's by more than a second",
-                "let both follow a time server: sudo timedatectl set-ntp true",
-            )
-    if same:
+                yield warn(f"{who} has {name} {theirs}, here it is {own}", "install the same on both sides")
+    if not wrong:
         yield ok("all processes answer, and have the versions of this machine")
 
 
@@ -173,24 +152,23 @@ def _check_answers(
         if info is None or not isinstance(status, ProcessStatus):
             continue
         proxy = proxy_of(communicator, info)
-        times = []
         try:
-            for _ in range(_PINGS):
-                started = time.perf_counter()
-                proxy.ice_ping()
-                times.append(time.perf_counter() - started)
+            times = [_timed(proxy.ice_ping) for _ in range(_PINGS)]
         except ZenohIceError as error:
             yield fail(f"{info.identity} does not answer: {error}", "end its process and start it again")
             continue
-        name = process_name(status, server)
         usual = statistics.median(times)
-        text = f"{name} answers within {duration_text(usual)}, at most {duration_text(max(times))}"
-        if usual > _SLOW:
-            yield warn(
-                f"{text}: slowly", "look at the load of the machine and at the network, WLAN above all"
-            )
-        else:
-            yield ok(text)
+        name, longest = process_name(status, server), duration_text(max(times))
+        text = f"{name} answers within {duration_text(usual)}, at most {longest}"
+        fix = "look at the load of the machine and at the network, WLAN above all"
+        yield warn(f"{text}: slowly", fix) if usual > _SLOW else ok(text)
+
+
+def _timed(call: Callable[[], object]) -> float:
+    """Return how many seconds a call takes."""
+    started = time.perf_counter()
+    call()
+    return time.perf_counter() - started
 
 
 def _check_clocks(communicator: Communicator, found: list[ServantInfo]) -> Iterator[Finding]:
@@ -222,10 +200,3 @@ def _check_clocks(communicator: Communicator, found: list[ServantInfo]) -> Itera
 
 def _few(names: list[str]) -> str:
     return ", ".join(names[:3]) + (" ..." if len(names) > 3 else "")
-
-
-def _version(distribution: str) -> str | None:
-    try:
-        return version(distribution)
-    except PackageNotFoundError:
-        return None
