@@ -79,27 +79,27 @@ class FromJson:
 
     def zero(self, kind: str) -> object:
         """Return the value of a type that was given none."""
-        if kind in _ZEROS:
-            return _ZEROS[kind]
+        return self.make(kind, self._zero(kind), "")
+
+    def _zero(self, kind: str) -> object:
+        """Return what stands in JSON for a type that was given no value."""
         match self._schema.kind(kind):
             case "sequence":
-                return b"" if is_bytes(self._schema, kind) else []
-            case "dictionary":
+                return []
+            case "dictionary" | "struct":
                 return {}
-            case "enumeration":
-                return min(self._types.of(kind))  # the first, unless the IDL numbers them otherwise
-            case "struct":
-                self._made_up += 1
-                if self._made_up > _MOST_MADE_UP:
-                    raise UsageError(f"{kind} has too many members to leave any out")
-                return self._filled(self._types.of(kind), kind, {}, "")
-        return None
+            case "enumeration":  # the first, unless the IDL numbers them otherwise
+                return min((each.value for each in self._schema.definitions[kind].enumerators), default=None)
+        return _ZEROS.get(kind)
 
     def _filled(self, struct: type[Any], type_id: str, value: Mapping[str, Any], path: str) -> object:
         """Return a struct or an object of a class with members that JSON stands for.
 
         Without a path it is one that was left out itself.
         """
+        self._made_up += not path
+        if self._made_up > _MOST_MADE_UP:
+            raise UsageError(f"{type_id} has too many members to leave any out")
         known = {member.name: member for member in self._schema.members(type_id)}
         for name in value:
             if name not in known:
@@ -109,12 +109,12 @@ class FromJson:
         made = {}
         for wire, name in _names(struct):
             member, where = known[wire], f"{path}.{wire}"
-            if wire in value:
-                made[name] = self.member(member, value[wire], where)
-            else:
-                made[name] = None if member.optional else self.zero(member.type)
-                if path and not member.optional:
-                    self.left_out.append(where)
+            if wire in value or member.optional:
+                made[name] = self.member(member, value.get(wire), where)
+                continue
+            made[name] = self.zero(member.type)
+            if path:
+                self.left_out.append(where)
         return struct(**made)
 
     def _enumerator(self, type_id: str, value: Any, path: str) -> IntEnum:  # noqa: ANN401
