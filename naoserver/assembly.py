@@ -101,9 +101,11 @@ class Assembly:
         self.health: Final = self._add_health()
 
     def drop_client(self, client: str) -> None:
-        """Stop what a lost client drives, and take its lease back."""
+        """Stop what a lost client drives or streams, and take its lease back."""
         with ExitStack() as steps:  # each whatever the others raise
             steps.callback(self._safety.drop_client, client)
+            for camera in self.cameras:
+                steps.callback(camera.drop_client, client)
             for watched in self.watched:
                 steps.callback(watched.drop_client, client)
 

@@ -163,7 +163,8 @@ class CameraPrx(ImageProviderPrx):
         )
 
     def startCameraStreaming(self, context: Mapping[str, str] | None = None) -> str:
-        """Take images even while nobody is subscribed; returns the key of the stream.
+        """Take images even while nobody is subscribed, until the caller stops them or is gone; returns the
+        key of the stream.
 
         Raises HardwareFailedException.
         """
@@ -178,7 +179,9 @@ class CameraPrx(ImageProviderPrx):
         )
 
     def stopCameraStreaming(self, context: Mapping[str, str] | None = None) -> None:
-        """Undo startCameraStreaming: images are again taken only for who asks."""
+        """Undo the caller's startCameraStreaming: once nobody else has called it, images are taken only on
+        request.
+        """
         return (self if context is None else self.ice_context(context)).ice_invoke(
             _Camera_stopCameraStreaming,
         )
@@ -217,14 +220,17 @@ class Camera(ImageProvider):
 
     @abstractmethod
     def startCameraStreaming(self, current: Current) -> str:
-        """Take images even while nobody is subscribed; returns the key of the stream.
+        """Take images even while nobody is subscribed, until the caller stops them or is gone; returns the
+        key of the stream.
 
         Raises HardwareFailedException.
         """
 
     @abstractmethod
     def stopCameraStreaming(self, current: Current) -> None:
-        """Undo startCameraStreaming: images are again taken only for who asks."""
+        """Undo the caller's startCameraStreaming: once nobody else has called it, images are taken only on
+        request.
+        """
 
     @abstractmethod
     def reset(self, current: Current) -> None:

@@ -30,8 +30,8 @@ _LONGEST_NAME = 64  # characters of a client's text that are told back
 class CameraI(Camera):
     """Serve one camera of a robot.
 
-    No image is taken while nobody asks, listens or has called startCameraStreaming. A call returns the newest
-    image if it is younger than one period, else it takes one.
+    No image is taken while nobody asks, listens or has started streaming with startCameraStreaming. A call
+    returns the newest image if it is younger than one period, else it takes one.
     """
 
     def __init__(self, robot: Robot, facts: CameraFacts, options: CameraOptions, events: EventLog) -> None:
@@ -44,7 +44,8 @@ class CameraI(Camera):
         self._options = options
         self._events = events
         self._settings = options  # replaced as a whole, so that it may be read without a lock
-        self._streaming = False
+        self._streaming: set[str] = set()
+        """The clients that have started streaming. One operation on it at a time, so it needs no lock."""
         self._newest: Frame | None = None
         self._taking = threading.Lock()  # held while an image is taken: who waits gets that image
         self._meter = RateMeter(robot.clock.now)
@@ -118,33 +119,34 @@ class CameraI(Camera):
         return 0
 
     def startCameraStreaming(self, current: Current) -> str:
-        """Take images from now on, whether anybody listens or not; returns the key of the stream.
+        """Take images until the caller stops streaming or is gone; returns the key of the stream.
 
         Raises HardwareFailedException when no image can be taken.
         """
+        self._streaming.add(current.client)  # before the wait for an image: the client may die meanwhile
         try:
             self._fresh()
         except HardwareFailure as failure:
+            self._streaming.discard(current.client)
             self._report(failure)
             raise HardwareFailedException(str(failure)) from failure
-        self._streaming = True
         return _key(current)
 
-    def stopCameraStreaming(self, current: Current) -> None:  # noqa: ARG002
-        """Take images only for who asks."""
-        self._streaming = False
+    def stopCameraStreaming(self, current: Current) -> None:
+        """Take no more images for the caller's sake; others that started streaming keep theirs."""
+        self._streaming.discard(current.client)
 
     def reset(self, current: Current) -> None:  # noqa: ARG002
         """Return to the settings with which the server was started."""
         self._settings = self._options
-        self._streaming = False
+        self._streaming.clear()
 
     # -- for the server ----------------------------------------------------------------------------------
 
     @property
     def wanted(self) -> bool:
         """Whether images are to be taken without being asked for."""
-        return self._streaming or self.getImageDataPublisher.listening
+        return bool(self._streaming) or self.getImageDataPublisher.listening
 
     @property
     def period(self) -> float:
@@ -155,6 +157,10 @@ class CameraI(Camera):
     def delivered_rate(self) -> float:
         """Images taken a second of robot time, lately."""
         return self._meter.rate
+
+    def drop_client(self, client: str) -> None:
+        """Stop streaming on behalf of a lost client."""
+        self._streaming.discard(client)
 
     def publish(self) -> bool:
         """Take an image and send it to whoever listens; returns whether there was one."""

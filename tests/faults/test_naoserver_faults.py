@@ -12,7 +12,7 @@ from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import served_to_client, wait_for
+from tests.support.robot_server import eventually, served_to_client, wait_for
 from zenoh_ice import MarshalException, UnknownException
 
 DRIVER = """
@@ -27,6 +27,17 @@ with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
     while True:
         time.sleep(float(period))
         head.setSpeed(0.1, 0.0)
+"""
+
+WATCHER = """
+import sys, time
+from interfaces.jderobot import CameraPrx
+from zenoh_ice import initialize
+realm, endpoint = sys.argv[1:]
+with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
+    CameraPrx.checkedCast(communicator.stringToProxy("Camera")).startCameraStreaming()
+    print("streaming", flush=True)
+    time.sleep(600)
 """
 
 
@@ -143,6 +154,16 @@ def test_a_camera_without_gl_names_the_package_and_all_else_works():
             report = nao.proxy(HealthPrx, "Health").getHealth()
             assert any(e.source == "Camera" and "libegl1" in e.message for e in report.events)
             wait_for(nao.proxy(PoseHeadPrx, "Head").getPose, lambda _: True)
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
+def test_a_camera_streams_no_longer_than_the_client_that_started_it_lives(nao, end):
+    camera = nao.proxy(CameraPrx, "Camera")
+    with ComponentProcess([sys.executable, "-c", WATCHER, nao.realm, nao.endpoint]) as watcher:
+        watcher.wait_for("streaming")
+        assert camera.getCameraDescription().streamingUri
+        watcher.process.send_signal(end)
+        eventually(lambda: not camera.getCameraDescription().streamingUri)
 
 
 class BrokenCamera(FakeRobot):

@@ -95,6 +95,17 @@ def test_streaming_without_listeners_is_started_and_stopped(robot, nao):
     assert camera.getCameraDescription().streamingUri == ""
 
 
+def test_streaming_goes_on_until_the_last_client_that_started_it_has_stopped_it_or_is_gone(nao):
+    camera = nao.proxy(CameraPrx, "Camera")
+    with nao.client() as first, nao.client() as second:
+        for client in (first, second):
+            client.proxy(CameraPrx, "Camera").startCameraStreaming()
+        camera.stopCameraStreaming()  # it has started none
+        first.proxy(CameraPrx, "Camera").stopCameraStreaming()
+        assert camera.getCameraDescription().streamingUri
+    eventually(lambda: not camera.getCameraDescription().streamingUri)
+
+
 def test_formats_hold_the_same_picture(nao):
     camera = nao.proxy(CameraPrx, "Camera")
     description = camera.getCameraDescription()
