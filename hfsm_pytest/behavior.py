@@ -5,16 +5,19 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 from hfsm_runtime import Component, VirtualRun
 from hfsm_runtime.component import parameters_of, proxies_of
-from hfsm_runtime.robot import stop_robot
-from hfsm_runtime.supervision import UNAVAILABLE, ErrorRecord
+from hfsm_runtime.robot import commands_taken, stop_robot
+from hfsm_runtime.supervision import UNAVAILABLE, ErrorRecord, OnRefused
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
 from hfsm_runtime.virtual import Change
+from interfaces.jderobot import CommandRefusedException
+from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
 from .calls import Call
@@ -40,8 +43,9 @@ class Behavior:
     """A component under test. Made by the fixture `behavior`; nothing runs but while the time is moved on.
 
     An exception in its code fails the test, unless `on_error` is given: then the policy applies, `errors`
-    tells what happened, and when it is `stop` the robot is stopped as by the real component. Automata are
-    named by their name, their path (`followBall/green`: the states that own them) or their id.
+    tells what happened, and when it is `stop` the robot is stopped as by the real component. A refused
+    command is no error where the document lets it pause the component. Automata are named by their name,
+    their path (`followBall/green`: the states that own them) or their id.
     """
 
     def __init__(
@@ -72,11 +76,13 @@ class Behavior:
             self._set_parameters(component, parameters or {})
             self._connect(component)
             self._journal: Final = Journal(self._communicator.calls, self._clock.now)
+            safety = SafetyPrx.uncheckedCast(self._communicator.stringToProxy("Safety"))
             self.run: Final = VirtualRun(
                 component,
                 clock=self._clock,
                 on_error=on_error,
                 on_halt=lambda: stop_robot(self.component),
+                commands_taken=partial(commands_taken, safety),
             )
             """The driver of the automata, and in its `tree` all that is known of them."""
         except BaseException:
@@ -114,10 +120,10 @@ class Behavior:
         A path holds when it, or anything below it, is active. Raises BehaviorFailed after `limit` s.
         """
         holds = self._condition(condition)
-        end = self.time + limit
+        end = self._clock.now() + limit  # the component's own time may stand still
         step = min(run.automaton.period for run in self.run.tree.runs)
         while not holds():
-            if self.time >= end - 1e-9 or self.run.halted or self.run.finished:
+            if self._clock.now() >= end - 1e-9 or self.run.halted or self.run.finished:
                 what = "halted" if self.run.halted else "finished" if self.run.finished else f"{limit:g} s"
                 raise BehaviorFailed(
                     f"{_describe(condition)} did not come true: {what} at {self.time:.3f} s, "
@@ -125,7 +131,7 @@ class Behavior:
                 )
             # To the next multiple of the shortest period: there the cycles are.
             left = (int(self.time / step + 1e-6) + 1) * step - self.time
-            self.advance(min(left, end - self.time))
+            self.advance(min(left, end - self._clock.now()))
         return self.time
 
     # -- what it is doing ----------------------------------------------------------------------------------
@@ -340,7 +346,10 @@ class Behavior:
     def _check(self) -> None:
         new = self._journal.failures[self._tolerated :]
         self._tolerated = len(self._journal.failures)
+        pauses = self.component._hfsm_on_refused is OnRefused.PAUSE
         for run, error in new:
+            if pauses and isinstance(error, CommandRefusedException):
+                continue
             if self._strict and not (self._away and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
                 raise BehaviorFailed(

@@ -6,11 +6,13 @@ import inspect
 import shlex
 import time
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path, PurePath
 from typing import Annotated, Final, NoReturn
 
 import typer
 
+from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, Settings, command, initialize
 
 from .component import Component, parameters_of
@@ -18,10 +20,10 @@ from .control.breakpoints import Breakpoint
 from .control.monitor import Monitor
 from .errors import ComponentError
 from .parameters import make_component, option_of, with_parameters
+from .robot import commands_taken, servers_present, stop_robot
 from .robot import connect as connect_proxies
-from .robot import servers_present, stop_robot
 from .runtime import Runtime
-from .supervision import OnError
+from .supervision import OnError, OnRefused
 
 __all__ = ["main", "make_app"]
 
@@ -32,6 +34,15 @@ _OnError = Annotated[
     typer.Option(
         "--on-error",
         help="What follows an exception in a state's or transition's code; by default as the document says.",
+        show_default=False,
+    ),
+]
+_OnRefused = Annotated[
+    OnRefused | None,
+    typer.Option(
+        "--on-refused",
+        help="What follows when the robot refuses a command, as after an emergency stop; by default as the "
+        "document says.",
         show_default=False,
     ),
 ]
@@ -119,6 +130,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         settings: Settings,
         parameters: dict[str, object],
         on_error: _OnError = None,
+        on_refused: _OnRefused = None,
         seconds: _Seconds = None,
         begin_at: _BeginAt = None,
         breakpoint: _Breakpoints = None,
@@ -138,12 +150,14 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
                 return servers_present(runtime.component, communicator)
 
             if record is None:
-                runtime = Runtime(made, communicator.clock, on_error, present)
+                runtime = Runtime(made, communicator.clock, on_error, present, on_refused=on_refused)
             else:
                 from .recording.run import RecordedRuntime, recording  # only who records pays for loading it
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
-                runtime = RecordedRuntime(made, communicator.clock, recorder, on_error, present)
+                runtime = RecordedRuntime(
+                    made, communicator.clock, recorder, on_error, present, on_refused=on_refused
+                )
             if first is not None:
                 runtime.begin_at(*first)
             runtime.breakpoints.set(breakpoints, runtime.tree, parameters_of(made))
@@ -192,7 +206,7 @@ def _run(runtime: Runtime, communicator: Communicator, seconds: float | None, *,
     with Monitor(runtime, communicator):
         try:
             runtime.start()
-            _wait(runtime, seconds)
+            _wait(runtime, seconds, SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")))
             if runtime.failed and stay_halted:
                 _end(runtime)
                 typer.echo("halted; Ctrl-C ends the component", err=True)
@@ -213,10 +227,11 @@ def _end(runtime: Runtime) -> None:
     stop_robot(runtime.component)
 
 
-def _wait(runtime: Runtime, seconds: float | None) -> None:
-    """Wait until the component ends or its time is over."""
+def _wait(runtime: Runtime, seconds: float | None, safety: SafetyPrx) -> None:
+    """Wait until the component ends or its time is over, and let it go on after refused commands."""
     end = None if seconds is None else round(seconds * 1e9)
     while not runtime.ended.is_set():
+        runtime.retry(partial(commands_taken, safety))
         if end is None:
             runtime.ended.wait(_LOOK)
         elif runtime.timeline.now() < end:

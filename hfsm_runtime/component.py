@@ -17,7 +17,7 @@ from .automaton import Automaton
 from .errors import ComponentError, MissingLibraryError, NotConnectedError, VariablesError
 from .events import make_event
 from .source_map import locate
-from .supervision import OnError
+from .supervision import OnError, OnRefused
 
 __all__ = [
     "Component",
@@ -101,9 +101,9 @@ class _ItsClock:
 class Component:
     """What user code sees as `self`: proxies and functions of the document, the clock and the log.
 
-    A subclass names the document it was generated from and what follows an error (`stop` or `continue`), and
-    defines `automaton`. Nobody must rely on `__init__`, `clock`, `log`, `sleep` and `send`: a document may
-    call functions of its own so.
+    A subclass names the document it was generated from, what follows an error (`stop` or `continue`) and a
+    refused command (`pause` or `error`), and defines `automaton`. Nobody must rely on `__init__`, `clock`,
+    `log`, `sleep` and `send`: a document may call functions of its own so.
     """
 
     clock = _ItsClock()
@@ -116,15 +116,24 @@ class Component:
 
     _hfsm_document: ClassVar[str] = ""
     _hfsm_on_error: ClassVar[OnError] = OnError.STOP
+    _hfsm_on_refused: ClassVar[OnRefused] = OnRefused.PAUSE
     _hfsm_log: ClassVar[logging.Logger] = log
     _hfsm_clock: Clock = WallClock()
     _hfsm_sleep: Callable[[float], None] | None = None
     _hfsm_send: Callable[[str, object], None] | None = None
 
-    def __init_subclass__(cls, *, document: str = "", on_error: str = "stop", **others: Any) -> None:  # noqa: ANN401
+    def __init_subclass__(
+        cls,
+        *,
+        document: str = "",
+        on_error: str = "stop",
+        on_refused: str = "pause",
+        **others: Any,  # noqa: ANN401
+    ) -> None:
         super().__init_subclass__(**others)
         cls._hfsm_document = document
         cls._hfsm_on_error = OnError(on_error)
+        cls._hfsm_on_refused = OnRefused(on_refused)
         cls._hfsm_log = logging.getLogger(PurePath(document).stem or cls.__name__)
         if isinstance(inspect.getattr_static(cls, "log"), logging.Logger):
             cls.log = cls._hfsm_log

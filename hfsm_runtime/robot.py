@@ -6,15 +6,19 @@ import logging
 from concurrent.futures import Future, wait
 from typing import Any, Final
 
+from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 
 from .component import Component, proxies_of
 from .errors import ComponentError
 
-__all__ = ["connect", "servers_present", "stop_robot"]
+__all__ = ["commands_taken", "connect", "servers_present", "stop_robot"]
 
 _STOP: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
+
+_ASK: Final = 1000.0
+"""The longest wait in wall milliseconds for who may command the robot."""
 
 _logger = logging.getLogger(__name__)
 
@@ -55,6 +59,19 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
         ):
             return False
     return True
+
+
+def commands_taken(safety: SafetyPrx, holder: str) -> bool:
+    """Return whether the robot may take commands again after it refused one.
+
+    `holder` is who held it then; empty when nobody did. `Safety` knows of emergency stops and leases. Where
+    it cannot be asked, or nothing it knows is the reason, only another command can find out.
+    """
+    try:
+        state = safety.ice_invocationTimeout(_ASK).getSafetyState()
+    except ZenohIceError:
+        return True
+    return not state.stopped and (not state.holder or state.holder != holder)
 
 
 def stop_robot(component: Component) -> None:

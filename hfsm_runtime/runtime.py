@@ -17,7 +17,7 @@ from .control.carrying import FirstValues
 from .control.replacement import Replacement
 from .errors import ComponentStoppedError, ReloadRefusedError, UnknownElementError
 from .events import make_event
-from .supervision import ErrorRecord, OnError, Supervision
+from .supervision import ErrorRecord, OnError, OnRefused, Refusal, Supervision
 from .threads import Threads
 from .timeline import Timeline
 from .tree import ChangeKind, Run, Tree
@@ -31,6 +31,8 @@ _GAP: Final = 0.5
 """Wall seconds in which a moment without any cycle may come by itself, to replace the automata in."""
 _END: Final = 0.5
 """Wall seconds that running cycles have to end when it does not, while no other begins."""
+RETRY: Final = 1.0
+"""The shortest time in wall seconds from a refused command until the automata may try again."""
 
 
 class Status(StrEnum):
@@ -56,6 +58,8 @@ class Runtime:
         clock: Clock,
         on_error: OnError | None = None,
         servers_present: Callable[[], bool] = lambda: True,
+        *,
+        on_refused: OnRefused | None = None,
     ) -> None:
         self.component = component
         self.generation = 0
@@ -64,6 +68,8 @@ class Runtime:
         self.ended = threading.Event()
         self.failed = False
         """Whether an error ended the component."""
+        self.refusal: Refusal | None = None
+        """The refused command that pauses the component; None while it runs or somebody has paused it."""
         self.clock = clock
         """The clock of the component."""
         equip(component, clock, self._sleep, self.send)
@@ -74,13 +80,16 @@ class Runtime:
             self.timeline,
             component._hfsm_log,
             on_error=on_error or component._hfsm_on_error,
+            on_refused=on_refused or component._hfsm_on_refused,
             file=source_of(component),
             document=component._hfsm_document,
             halt=self._halt,
+            refused=self._refused,
             servers_present=servers_present,
             entered=self._entered,
         )
         self._on_error = on_error
+        self._on_refused = on_refused
         self._threads = Threads(self.tree, self.timeline, self._supervision, self._crashed)
         self.tree.on_change.append(self._changed)
 
@@ -137,15 +146,29 @@ class Runtime:
             )
 
     def pause(self) -> None:
-        """Let running cycles end and start none."""
-        self._threads.pause()
-
-    def resume(self) -> None:
-        """Go on after a pause."""
+        """Let running cycles end and start none, until `resume`."""
         with self.tree.lock:
-            if not self.ended.is_set():
+            self.refusal = None
+            self._threads.pause()
+
+    def resume(self, after: Refusal | None = None) -> None:
+        """Go on after a pause, or only after the pause for one refused command."""
+        with self.tree.lock:
+            if not self.ended.is_set() and (after is None or after is self.refusal):
+                self.refusal = None
                 self.breakpoints.go_on()
                 self._threads.resume()
+
+    def retry(self, commands_taken: Callable[[str], bool]) -> None:
+        """Go on after a refused command if commands are taken again; call it now and then.
+
+        `commands_taken` is asked with the name of whom the refusal said to hold the robot, at the earliest
+        1 s after it. Commands may be refused anew, and the component pauses again.
+        """
+        refusal = self.refusal
+        if refusal is None or time.monotonic() - refusal.since < RETRY or not commands_taken(refusal.holder):
+            return
+        self.resume(refusal)
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError."""
@@ -204,6 +227,7 @@ class Runtime:
                 self._supervision.turn_to(
                     self.component._hfsm_log,
                     on_error=self._on_error or self.component._hfsm_on_error,
+                    on_refused=self._on_refused or self.component._hfsm_on_refused,
                     file=source_of(self.component),
                     document=self.component._hfsm_document,
                 )
@@ -269,12 +293,21 @@ class Runtime:
         hits = self.breakpoints.reached(run, transition, parameter_values(self.component))
         if not hits:
             return False
-        self._threads.pause()
+        with self.tree.lock:
+            self.refusal = None
+            self._threads.pause()
         self.breakpoints.stop_at(run, hits)
         for hit in hits:
             if hit.trouble:
                 self._supervision.note(run, hit.trouble)
         return True
+
+    def _refused(self, refusal: Refusal) -> None:
+        """Pause on the thread of the automaton whose command was refused, unless it is paused already."""
+        with self.tree.lock:
+            if not self.timeline.paused:
+                self._threads.pause()
+                self.refusal = refusal
 
     def _halt(self) -> None:
         self.failed = True

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
+from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from zenoh_ice.exceptions import (
     BusyException,
     CommunicatorDestroyedException,
@@ -25,12 +26,14 @@ from .source_map import locate, part_of_component
 from .timeline import Timeline
 from .tree import Run, Tree
 
-__all__ = ["ErrorRecord", "OnError", "Supervision"]
+__all__ = ["ErrorRecord", "OnError", "OnRefused", "Refusal", "Supervision"]
 
 _KEPT: Final = 20
 _LONGEST_MESSAGE: Final = 1000
 _QUIET: Final = 10.0
 """Wall seconds in which an error that repeats itself is logged once."""
+_HARDWARE_FAILURES: Final = 10
+"""The failure of hardware in so many cycles in a row is an error; before, a picture may just be late."""
 
 UNAVAILABLE: Final = (
     ConnectionLostException,
@@ -50,6 +53,27 @@ class OnError(StrEnum):
     """The piece of code that failed is left and the cycle goes on; a guard that failed does not hold."""
 
 
+class OnRefused(StrEnum):
+    """What follows when the robot refuses a command."""
+
+    PAUSE = "pause"
+    """The component pauses until the robot takes commands again."""
+    ERROR = "error"
+    """It is an exception like any other in user code."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A command that was refused: in `message` where and why, and who holds the robot, if anybody does.
+
+    `since` is steady wall time in s.
+    """
+
+    message: str
+    holder: str
+    since: float
+
+
 @dataclass(frozen=True, slots=True)
 class ErrorRecord:
     """An error, at a component time in ns, in a state of an automaton; `location` names files and lines."""
@@ -64,12 +88,13 @@ class ErrorRecord:
 class Supervision:
     """Take errors from the cycles of one component, and answer them.
 
-    `halt` is called when the policy says so, and `entered` at each entry into a state, to tell whether to
-    pause there.
+    `halt` is called when the policy says so, `refused` when a command was refused and the component is to
+    pause, and `entered` at each entry into a state, to tell whether to pause there.
 
     While a server is away the cycles that need it are left, and tried again at their next time: the log tells
     once that it is gone and once that it is back. It is back when `servers_present` says so and the automata
-    that missed it get through a cycle, or have become ghosts.
+    that missed it get through a cycle, or have become ghosts. A refusal is logged in the same way: it is over
+    when those that were refused get through a cycle.
     """
 
     def __init__(
@@ -79,9 +104,11 @@ class Supervision:
         log: logging.Logger,
         *,
         on_error: OnError = OnError.STOP,
+        on_refused: OnRefused = OnRefused.PAUSE,
         file: str = "",
         document: str = "",
         halt: Callable[[], None] = lambda: None,
+        refused: Callable[[Refusal], None] = lambda _refusal: None,
         servers_present: Callable[[], bool] = lambda: True,
         entered: Callable[[Run, Transition | None], bool] = lambda _run, _transition: False,
     ) -> None:
@@ -89,9 +116,11 @@ class Supervision:
         self._timeline = timeline
         self._log = log
         self._on_error = on_error
+        self._on_refused = on_refused
         self._file = file
         self._document = document
         self._halt = halt
+        self._pause = refused
         self._servers_present = servers_present
         self._entered = entered
         self._lock = threading.Lock()
@@ -99,11 +128,18 @@ class Supervision:
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
         self._without_server: set[Run] = set()
         self._outage_began = 0.0
+        self._refused: set[Run] = set()
+        self._refusal_began = 0.0
+        self._hardware_failures: dict[Run, int] = {}
+        """Cycles in a row that ended because hardware failed."""
 
-    def turn_to(self, log: logging.Logger, *, on_error: OnError, file: str, document: str) -> None:
+    def turn_to(
+        self, log: logging.Logger, *, on_error: OnError, on_refused: OnRefused, file: str, document: str
+    ) -> None:
         """Go on with another version of the component."""
         self._log = log
         self._on_error = on_error
+        self._on_refused = on_refused
         self._file = file
         self._document = document
 
@@ -126,25 +162,35 @@ class Supervision:
         if isinstance(error, UNAVAILABLE):
             self._server_away(run, location, message)
             raise CycleEnded from error
+        if isinstance(error, CommandRefusedException) and self._on_refused is OnRefused.PAUSE:
+            self._refuse(run, location, message, error.holder)
+            raise CycleEnded from error
         self._record(run, location, message)
         place = f" at {location}" if location else ""
         self._log_seldom(run, location, f"{_place(run)}: {message}{place}", error)
         if self._on_error is OnError.STOP:
+            if isinstance(error, HardwareFailedException) and self._hardware_may_recover(run):
+                raise CycleEnded from error
             self._log.error("the component halts; `onerror` continue would go on")
             self._halt()
             raise CycleEnded from error
 
     def succeeded(self, run: Run) -> None:
         """Take notice of a cycle that went through to its end."""
-        if not self._without_server or not self._servers_present():
-            return
-        with self._lock:
-            before, self._without_server = (
-                self._without_server,
-                {lost for lost in self._without_server if lost.active and lost is not run},
-            )
-            if before and not self._without_server:
-                self._log.warning("the server is back after %.1f s", time.monotonic() - self._outage_began)
+        if self._hardware_failures:
+            self._hardware_failures.pop(run, None)
+        if self._refused:
+            with self._lock:
+                before, self._refused = self._refused, _still_waiting(self._refused, run)
+                if before and not self._refused:
+                    seconds = time.monotonic() - self._refusal_began
+                    self._log.warning("commands are taken again: goes on after %.1f s", seconds)
+        if self._without_server and self._servers_present():
+            with self._lock:
+                before, self._without_server = self._without_server, _still_waiting(self._without_server, run)
+                if before and not self._without_server:
+                    seconds = time.monotonic() - self._outage_began
+                    self._log.warning("the server is back after %.1f s", seconds)
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
         """Take notice that automata below a state that was left are still in a cycle."""
@@ -181,6 +227,22 @@ class Supervision:
             self._record(run, location, message)
             self._log.error("%s: %s; waiting for the server", _place(run), message)
 
+    def _refuse(self, run: Run, location: str, message: str, holder: str) -> None:
+        with self._lock:
+            first = not self._refused
+            self._refused.add(run)
+            if first:
+                self._refusal_began = time.monotonic()
+        if first:
+            self._record(run, location, message)
+            self._log.warning("%s: %s; pauses until commands are taken again", _place(run), message)
+        self._pause(Refusal(f"{_place(run)}: {message}", holder, time.monotonic()))
+
+    def _hardware_may_recover(self, run: Run) -> bool:
+        """Count a cycle that ended because hardware failed; false when there were too many in a row."""
+        failures = self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
+        return failures < _HARDWARE_FAILURES
+
     def _record(self, run: Run, location: str, message: str) -> None:
         record = ErrorRecord(self.now(), run.automaton.id, run.current.id, location, message)
         with self._lock:
@@ -198,6 +260,11 @@ class Supervision:
         again = f" ({repeated} times more since it was last told)" if repeated else ""
         trace = error and (type(error), error, part_of_component(error, self._file))
         self._log.error("%s%s", text, again, exc_info=trace)
+
+
+def _still_waiting(waiting: set[Run], run: Run) -> set[Run]:
+    """Return those that still wait for something after one of them got through a cycle."""
+    return {other for other in waiting if other.active and other is not run}
 
 
 def _describe(error: Exception) -> str:

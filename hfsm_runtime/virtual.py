@@ -18,13 +18,15 @@ from .control.replacement import Replacement, first_values_of
 from .cycle import run_cycle
 from .events import make_event
 from .schedule import slot_after, slot_at
-from .supervision import ErrorRecord, OnError, Supervision
+from .supervision import ErrorRecord, OnError, Refusal, Supervision
 from .timeline import Timeline
 from .tree import ChangeKind, Run, Tree
 
 __all__ = ["Change", "VirtualRun", "run"]
 
 _SECOND: Final = 1_000_000_000
+_RETRY: Final = _SECOND
+"""ns of the clock from a refused command until the automata try again."""
 
 
 class Change(NamedTuple):
@@ -43,6 +45,9 @@ class VirtualRun:
     change since the start, the entry into the initial states included. `self.sleep` moves the time on; the
     cycles that fall due in the meantime run after it. When the root has finished nothing runs any more.
     `on_halt` is called once when an error has ended it, before the time moves on.
+    While `refusal` is set a refused command pauses the component: `time` stands still, and after each second
+    of the clock the automata try again if `commands_taken` agrees, which gets who the refusal said to hold
+    the robot.
     """
 
     def __init__(
@@ -52,6 +57,7 @@ class VirtualRun:
         clock: VirtualClock | None = None,
         on_error: str | None = None,
         on_halt: Callable[[], None] | None = None,
+        commands_taken: Callable[[str], bool] = lambda _holder: True,
     ) -> None:
         self.component = component
         self.clock = clock or VirtualClock()
@@ -59,6 +65,9 @@ class VirtualRun:
         self.trace: list[Change] = []
         self.halted = False
         self._on_halt = on_halt
+        self.refusal: Refusal | None = None
+        self._commands_taken = commands_taken
+        self._until_retry = 0
         self.tree = Tree(make_automata(component))
         self.tree.on_change.append(self._changed)
         self._timeline = Timeline(self.clock)
@@ -67,9 +76,11 @@ class VirtualRun:
             self._timeline,
             component._hfsm_log,
             on_error=component._hfsm_on_error if on_error is None else OnError(on_error),
+            on_refused=component._hfsm_on_refused,
             file=source_of(component),
             document=component._hfsm_document,
             halt=self._halt,
+            refused=self._refused,
         )
         self._first = first_values_of(self.tree.runs)
         self._due = [(0, index) for index in range(len(self.tree.runs))]
@@ -104,10 +115,19 @@ class VirtualRun:
         return self.tree.root.finished
 
     def advance(self, seconds: float) -> None:
-        """Run all cycles that fall due in the next `seconds`, the end included; none once it has ended."""
+        """Run all cycles that fall due in the next `seconds`, the end included; none once it has ended.
+
+        The seconds are those of the clock, which goes on while a refused command pauses the component.
+        """
         end = self._timeline.now() + round(seconds * _SECOND)
         was_halted = self.halted
-        while self._due and self._due[0][0] <= end and not (self.halted or self.finished):
+        while not (self.halted or self.finished):
+            if self.refusal is not None:
+                end -= self._sit_out(end - self._timeline.now())
+                if self.refusal is not None:
+                    return
+            if not self._due or self._due[0][0] > end:
+                break
             due, index = heapq.heappop(self._due)
             run = self.tree.runs[index]
             self._move_to(due)
@@ -157,6 +177,30 @@ class VirtualRun:
         left = when - self._timeline.now()
         if left > 0:
             self.clock.advance(left / _SECOND)
+
+    def _refused(self, refusal: Refusal) -> None:
+        self.refusal, self._until_retry = refusal, _RETRY
+        self.tree.held = True
+        self._timeline.pause()
+
+    def _sit_out(self, longest: int) -> int:
+        """Let the clock run until the automata may try again; return how long that took in ns."""
+        assert self.refusal is not None
+        taken = 0
+        while taken < longest:
+            wait = min(longest - taken, self._until_retry)
+            self.clock.advance(wait / _SECOND)
+            taken += wait
+            self._until_retry -= wait
+            if self._until_retry > 0:
+                break
+            self._until_retry = _RETRY
+            if self._commands_taken(self.refusal.holder):
+                self.refusal = None
+                self.tree.held = False
+                self._timeline.resume()
+                break
+        return taken
 
     def _halt(self) -> None:
         self.halted = True

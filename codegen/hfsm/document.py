@@ -309,15 +309,16 @@ class Property(Node):
 class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
-    `description`, `on_error`, `language`, parameters, events and properties are additions of ours; the
-    origin's editor ignores them. `language` is blank for Python, and names any other, in which the code is
-    kept but does not run. What is unknown among the libraries and among the interfaces is in
+    `description`, `on_error`, `on_refused`, `language`, parameters, events and properties are additions of
+    ours; the origin's editor ignores them. `language` is blank for Python, and names any other, in which the
+    code is kept but does not run. What is unknown among the libraries and among the interfaces is in
     `libraries_extras` and `config_extras`. `functions` come from imported files, and are never written.
     """
 
     root_tag: str = "VisualHFSM"
     description: Text = Text()
     on_error: Text = Text()
+    on_refused: Text = Text()
     language: Text = Text()
     parameters: tuple[Parameter, ...] = ()
     events: tuple[Event, ...] = ()

@@ -152,6 +152,7 @@ class Program:
     class_name: str
     description: str
     on_error: str
+    on_refused: str
     extension: ExtensionProgram | None
     imports: tuple[str, ...]
     parameters: tuple[ParameterProgram, ...]

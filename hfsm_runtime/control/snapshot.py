@@ -77,6 +77,7 @@ def take_snapshot(runtime: Runtime, started_at: float) -> ComponentSnapshot:
             )
             for record in runtime.errors
         ],
+        refusal=refusal.message if (refusal := runtime.refusal) is not None else "",
     )
 
 

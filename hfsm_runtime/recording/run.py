@@ -24,7 +24,7 @@ from ..control.carrying import FirstValues
 from ..control.replacement import Replacement
 from ..errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
 from ..runtime import Runtime
-from ..supervision import OnError
+from ..supervision import OnError, OnRefused, Refusal
 from ..timeline import Timeline
 from ..tree import Run, Tree
 from .clocks import RecordingClock, RecordingTimeline, recorded_time
@@ -63,6 +63,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         "seed": str(seed),
         "images": "yes" if with_images else "no",
         "on_error": component._hfsm_on_error.value,
+        "on_refused": component._hfsm_on_refused.value,
         "parameters": msgspec.json.encode(parameter_values(component)).decode(),
         "proxies": msgspec.json.encode({n: p.identity for n, p in proxies_of(component).items()}).decode(),
         "python": platform.python_version(),
@@ -138,14 +139,20 @@ class RecordedRuntime(Runtime):
         recorder: Recorder,
         on_error: OnError | None = None,
         servers_present: Callable[[], bool] = lambda: True,
+        *,
+        on_refused: OnRefused | None = None,
     ) -> None:
         self._recorder = recorder
         self._genuine_clock = clock
         with recorder.turns.turn(START):
-            super().__init__(component, RecordingClock(clock, recorder), on_error, servers_present)
+            recorded = RecordingClock(clock, recorder)
+            super().__init__(component, recorded, on_error, servers_present, on_refused=on_refused)
         periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
-        policy = (on_error or component._hfsm_on_error).value
-        recorder.put("/actions", Action("made", {"on_error": policy, "periods": periods}))
+        policies = {
+            "on_error": (on_error or component._hfsm_on_error).value,
+            "on_refused": (on_refused or component._hfsm_on_refused).value,
+        }
+        recorder.put("/actions", Action("made", {**policies, "periods": periods}))
 
     def begin_at(self, automaton: int, state: int) -> None:
         """Let a state and those above it be the first ones."""
@@ -162,10 +169,10 @@ class RecordedRuntime(Runtime):
         with self.action("pause"):
             super().pause()
 
-    def resume(self) -> None:
-        """Go on after a pause."""
+    def resume(self, after: Refusal | None = None) -> None:
+        """Go on after a pause, or only after the pause for one refused command."""
         with self.action("resume"):
-            super().resume()
+            super().resume(after)
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused."""

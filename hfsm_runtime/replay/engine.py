@@ -14,7 +14,7 @@ from ..recording.messages import Action, Change, Cycle, Gap, Overlap, Reading, R
 from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, seed_random
 from ..schedule import slot_after, slot_from
-from ..supervision import OnError
+from ..supervision import OnError, OnRefused
 from ..tree import ChangeKind, Run
 from .actions import act
 from .answers import Answers
@@ -70,6 +70,7 @@ class Replay:
         self._periods: dict[int, int] = {}
         self._next_slots: dict[int, int] = {}
         self._on_error: OnError | None = None
+        self._on_refused: OnRefused | None = None
         self._stack = ExitStack()
         self._stack.callback(self._strands.close)
         self._stack.enter_context(self._host)
@@ -269,16 +270,18 @@ class Replay:
         elif action.kind == "begin_at":
             self._host.begin_at(action.arguments)
         elif action.kind == "start":
-            self._host.start(self._on_error)
+            self._host.start(self._on_error, self._on_refused)
         elif self._host.started:
             strand = self._strands[MONITOR]
             strand.run(partial(act, self._host, action, self.now()))
             self._look_after(strand)
 
     def _take_settings(self, arguments: dict[str, object]) -> None:
-        """Take what was settled when the component was made: its policy, and the periods of its automata."""
+        """Take the settings of the component: its policies, and the periods of its automata."""
         policy, periods = arguments.get("on_error"), arguments.get("periods")
         self._on_error = OnError(policy) if isinstance(policy, str) and policy in set(OnError) else None
+        policy = arguments.get("on_refused")
+        self._on_refused = OnRefused(policy) if isinstance(policy, str) and policy in set(OnRefused) else None
         if isinstance(periods, dict):
             self._periods = {int(key): value for key, value in periods.items() if str(key).isdecimal()}
 

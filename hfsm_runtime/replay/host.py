@@ -18,7 +18,7 @@ from ..errors import ComponentStoppedError, CycleCutError, UnknownElementError
 from ..events import make_event
 from ..recording.clocks import replaced_time
 from ..recording.recorder import Recorder
-from ..supervision import OnError, Supervision
+from ..supervision import OnError, OnRefused, Refusal, Supervision
 from ..tree import ChangeKind, Run, Tree
 from .answers import Answers
 from .clocks import ReplayClock, ReplayTimeline, time_function
@@ -47,6 +47,7 @@ class Host:
         self._answers = answers
         self._recorder = recorder
         self._on_error: OnError | None = None
+        self._on_refused: OnRefused | None = None
         self._stack = ExitStack()
 
     def __enter__(self) -> Host:
@@ -72,21 +73,23 @@ class Host:
             with suppress(UnknownElementError):
                 self.tree.begin_at(automaton, state)
 
-    def start(self, on_error: OnError | None) -> None:
+    def start(self, on_error: OnError | None, on_refused: OnRefused | None) -> None:
         """Enter the initial states."""
         if self.started:
             return
         component = self.component
         self.started = True
-        self._on_error = on_error
+        self._on_error, self._on_refused = on_error, on_refused
         self.supervision = Supervision(
             self.tree,
             self._timeline,
             component._hfsm_log,
             on_error=on_error or component._hfsm_on_error,
+            on_refused=on_refused or component._hfsm_on_refused,
             file=source_of(component),
             document=component._hfsm_document,
             halt=self.ended.set,
+            refused=self._refused,
             entered=self._entered,
         )
         self.tree.start(0)
@@ -108,6 +111,7 @@ class Host:
         self.supervision.turn_to(
             component._hfsm_log,
             on_error=self._on_error or component._hfsm_on_error,
+            on_refused=self._on_refused or component._hfsm_on_refused,
             file=source_of(component),
             document=component._hfsm_document,
         )
@@ -134,6 +138,10 @@ class Host:
     def _changed(self, _now: int, run: Run, kind: ChangeKind) -> None:
         if kind is ChangeKind.FINISHED and run is self.tree.root:
             self.ended.set()
+
+    def _refused(self, _refusal: Refusal) -> None:
+        """Pause as the recorded component did; it resumes when that one did."""
+        self.tree.held = True
 
     def _entered(self, _run: Run, _transition: Transition | None) -> bool:
         """Stop where a breakpoint stopped the recorded component."""

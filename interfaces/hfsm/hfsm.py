@@ -273,6 +273,8 @@ class ComponentSnapshot(Struct):
     """The breakpoints at which the component paused and has not gone on yet."""
     errors: ErrorReportSeq
     """The newest errors, oldest first, at most 20."""
+    refusal: str = ""
+    """The refused command that pauses the component until the robot takes commands again; empty otherwise."""
 
 
 class TransitionExplanation(Struct):
@@ -532,7 +534,7 @@ _HfsmMonitor: Final = Interface(
         _HfsmMonitor_reload,
         _HfsmMonitor_stop,
     ),
-    fingerprint="9c8e1b9066ce9001",
+    fingerprint="1ab9f7db34e405ca",
     module=__name__,
 )
 

@@ -60,10 +60,12 @@ def automaton(
     )
 
 
-def component(root: Automaton | Callable[[Component], Automaton], on_error: str = "stop") -> Component:
+def component(
+    root: Automaton | Callable[[Component], Automaton], on_error: str = "stop", on_refused: str = "pause"
+) -> Component:
     """Return a component with these automata; a function gets the component and returns its root."""
 
-    class Written(Component, document="written.xml", on_error=on_error):
+    class Written(Component, document="written.xml", on_error=on_error, on_refused=on_refused):
         def automaton(self) -> Automaton:
             return root if isinstance(root, Automaton) else root(self)
 

@@ -133,7 +133,7 @@ def _with_language(document: Document) -> Document:
 
 
 documents = st.builds(
-    Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=code, on_error=code,
+    Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=code, on_error=code, on_refused=code,
     language=code, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
     properties=st.lists(
         st.builds(Property, name=texts, kind=texts, within=code, expression=code, **node), max_size=2

@@ -354,7 +354,12 @@ def test_a_renamed_input_takes_its_arguments_along() -> None:
 
 def test_the_data_of_a_component_is_set() -> None:
     document = tree()
-    texts: Any = (("description", "waits"), ("onError", "continue"), ("language", "C++"))
+    texts: Any = (
+        ("description", "waits"),
+        ("onError", "continue"),
+        ("onRefused", "error"),
+        ("language", "C++"),
+    )
     for part, text in texts:
         document = SetComponentText(part=part, text=text).apply(document)
     assert (document.description.text, document.on_error.text, document.language.text) == (

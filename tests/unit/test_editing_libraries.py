@@ -117,7 +117,7 @@ def test_the_page_gets_all_that_it_draws() -> None:
     data = msgspec.json.decode(msgspec.json.encode(document_view(document)))
     assert data["parameters"] == [{"name": "speed", "type": "float", "default": "0.0", "description": ""}]
     assert set(data) == {
-        *("description", "onError", "language", "parameters", "events"),
+        *("description", "onError", "onRefused", "language", "parameters", "events"),
         *("properties", "libraries", "interfaces"),
     }
     automaton = msgspec.json.decode(msgspec.json.encode(automaton_view(document.automata[0])))

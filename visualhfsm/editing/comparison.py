@@ -39,6 +39,7 @@ KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
 
 _PARTS: Final[dict[tuple[type[Node], str], str]] = {
     (Document, "on_error"): "onError",
+    (Document, "on_refused"): "onRefused",
     (Automaton, "iteration_time"): "period",
     (Automaton, "imported"): "import",
     (Transition, "code"): "fired",

@@ -57,6 +57,7 @@ _TAGS: Final[dict[tuple[type[Node], str], str]] = {
     (Argument, "value"): "argument",
     (Library, "name"): "lib",
     (Document, "on_error"): "onerror",
+    (Document, "on_refused"): "onrefused",
     (Interface, "name"): "nameinterface",
     (Interface, "proxy"): "nameproxy",
     (Interface, "type"): "interface",

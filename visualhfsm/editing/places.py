@@ -16,11 +16,11 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
     """A place in a document.
 
     `id` is that of a state or a transition of the `automaton`. `part` is one of its fields: of a document
-    `description`, `onError`, `language`, or a list, such as `parameters`; of an automaton `period`,
-    `variables`, `functions`, `import` or the list `inputs`; of a state `name`, `entry`, `code`, `exit` or
-    `argument`; of a transition `name`, `trigger`, `guard`, `fired` or `priority`. It is blank for the thing
-    itself. `index` is that in a list, `name` the field of an entry or the name of an argument, `child` the
-    automaton that gets the argument.
+    `description`, `onError`, `onRefused`, `language`, or a list, such as `parameters`; of an automaton
+    `period`, `variables`, `functions`, `import` or the list `inputs`; of a state `name`, `entry`, `code`,
+    `exit` or `argument`; of a transition `name`, `trigger`, `guard`, `fired` or `priority`. It is blank for
+    the thing itself. `index` is that in a list, `name` the field of an entry or the name of an argument,
+    `child` the automaton that gets the argument.
     """
 
     kind: Literal["document", "automaton", "state", "transition"]
@@ -45,6 +45,7 @@ def spots(document: Document) -> Iterator[Spot]:
     """Yield all elements and texts of a document; an element comes before its texts."""
     yield from _text(Place(kind="document", part="description"), document.description)
     yield from _text(Place(kind="document", part="onError"), document.on_error)
+    yield from _text(Place(kind="document", part="onRefused"), document.on_refused)
     yield from _text(Place(kind="document", part="language"), document.language)
     document_place = Place(kind="document")
     fields = ("name", "type", "default", "description")

@@ -134,6 +134,7 @@ class DocumentView(_View, frozen=True, kw_only=True):
 
     description: str
     on_error: str
+    on_refused: str
     language: str
     parameters: tuple[ParameterView, ...]
     events: tuple[EventView, ...]
@@ -147,6 +148,7 @@ def document_view(document: Document) -> DocumentView:
     return DocumentView(
         description=document.description.text,
         on_error=document.on_error.text,
+        on_refused=document.on_refused.text,
         language=document.language.text,
         parameters=tuple(_parameter(each) for each in document.parameters),
         events=tuple(

@@ -195,12 +195,15 @@ def _header(scene: Scene, width: int) -> Text:
     if scene.seconds:
         right.append(f"   {min(scene.elapsed, scene.seconds):.0f} of {scene.seconds:g} s watched", _FAINT)
     right.append(" ")
+    left.truncate(width - right.cell_len - 1, overflow="ellipsis")
     gap = width - left.cell_len - right.cell_len
     return Text.assemble(left, " " * max(gap, 1), right, style="on grey15", no_wrap=True)
 
 
 def _stopped(scene: Scene) -> str:
-    """Say at which breakpoint a component stands."""
+    """Say at which breakpoint a component stands, or which refused command pauses it."""
+    if scene.snapshot is not None and scene.snapshot.value.refusal:
+        return f": {printable(scene.snapshot.value.refusal)}"
     if scene.snapshot is None or scene.automata is None or not scene.snapshot.value.stoppedAt:
         return ""
     point = scene.snapshot.value.stoppedAt[0]

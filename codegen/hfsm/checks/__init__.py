@@ -22,7 +22,7 @@ from .arguments import check_arguments
 from .attributes import check_attributes
 from .automata import check_automaton
 from .blocking import check_blocking, imported_names
-from .component import COMPONENT_ATTRIBUTES, ON_ERROR, check_component
+from .component import COMPONENT_ATTRIBUTES, ON_ERROR, ON_REFUSED, check_component
 from .constants import delay, milliseconds
 from .events import check_events
 from .extension import extension_of
@@ -36,7 +36,7 @@ from .timers import check_timers
 from .tree import check_tree
 from .variables import check_variables
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "check", "delay", "milliseconds"]
+__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check", "delay", "milliseconds"]
 
 _STAR = "*"
 

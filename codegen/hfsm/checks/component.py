@@ -12,10 +12,13 @@ from ..document import Document, Interface
 from ..known_interfaces import KnownInterfaces
 from .report import Report
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "check_component", "is_attribute"]
+__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check_component", "is_attribute"]
 
 ON_ERROR: Final = ("stop", "continue")
 """What a component may do after an error in its code; the first is the default."""
+
+ON_REFUSED: Final = ("pause", "error")
+"""What a component may do when the robot refuses a command; the first is the default."""
 
 COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "send", "sleep"})
 """Attributes that every component has. A function of a document may be called like one, and wins."""
@@ -24,11 +27,13 @@ _IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
 
 
 def check_component(document: Document, known: KnownInterfaces, report: Report) -> None:
-    """Check the policy for errors and the interfaces."""
-    on_error = document.on_error.text.strip()
-    if on_error not in ("", *ON_ERROR):
-        message = f"`onerror` is {' or '.join(f'`{policy}`' for policy in ON_ERROR)}, not `{on_error[:40]}`"
-        report.error("E510", message, report.place(document, document.on_error))
+    """Check the policies for errors and refused commands, and the interfaces."""
+    policies = (("onerror", document.on_error, ON_ERROR), ("onrefused", document.on_refused, ON_REFUSED))
+    for element, text, values in policies:
+        value = text.text.strip()
+        if value not in ("", *values):
+            message = f"`{element}` is {' or '.join(f'`{each}`' for each in values)}, not `{value[:40]}`"
+            report.error("E510", message, report.place(document, text))
     first: dict[str, Interface] = {}
     for interface in document.interfaces:
         _check_name(interface, first, report)

@@ -47,6 +47,7 @@ class _Writer:
         self._open(document.root_tag, document)
         self._optional("description", document.description)
         self._optional("onerror", document.on_error)
+        self._optional("onrefused", document.on_refused)
         self._optional("language", document.language)
         self._list(
             "parameters", [partial(self._parameter, "parameter", each) for each in document.parameters]

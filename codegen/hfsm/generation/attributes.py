@@ -15,7 +15,8 @@ STANDARD_OPTIONS: Final = frozenset(
     {
         *("realm", "connect", "listen", "mode", "authority", "certificate", "key"),
         *("clock", "timeout", "config", "show_config", "log_level"),
-        *("on_error", "seconds", "begin_at", "breakpoint", "stay_halted", "record", "record_images", "help"),
+        *("on_error", "on_refused", "seconds", "begin_at", "breakpoint", "stay_halted"),
+        *("record", "record_images", "help"),
     }
 )
 """Options that the command line of every component has, which no parameter can be called."""

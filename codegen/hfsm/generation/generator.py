@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Final
 
+from ..checks import ON_REFUSED
 from ..code.literals import docstring, quoted
 from ..code.names import camel_case, identifier, unique
 from ..known_interfaces import KnownInterface
@@ -95,9 +96,11 @@ def _imports(program: Program, writers: Iterable[AutomatonWriter]) -> Iterator[s
 
 def _class(program: Program) -> Iterator[str]:
     document = quoted(program.document_name)
-    policy = quoted(program.on_error)
+    policies = f"on_error={quoted(program.on_error)}"
+    if program.on_refused != ON_REFUSED[0]:
+        policies += f", on_refused={quoted(program.on_refused)}"
     bases = f"{program.extension.class_name}, Component" if program.extension else "Component"
-    yield f"class {program.class_name}({bases}, document={document}, on_error={policy}):"
+    yield f"class {program.class_name}({bases}, document={document}, {policies}):"
     yield f'    """{docstring(program.description)}"""'
     if program.parameters:
         yield ""

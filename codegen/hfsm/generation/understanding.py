@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...diagnostics import Diagnostics, Location
-from ..checks import ON_ERROR, check
+from ..checks import ON_ERROR, ON_REFUSED, check
 from ..code.literals import literal, printable
 from ..code.names import camel_case, component_name, reserved_names
 from ..code.python import analyze_library, analyze_methods
@@ -63,6 +63,7 @@ def understand(
         class_name=camel_case(name),
         description=description or f"The component {name}.",
         on_error=document.on_error.text.strip() or ON_ERROR[0],
+        on_refused=document.on_refused.text.strip() or ON_REFUSED[0],
         extension=extension,
         imports=imports,
         parameters=parameters,

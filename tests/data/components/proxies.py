@@ -22,7 +22,7 @@ with libraries("proxies.xml", __name__):
     from math import degrees
 
 
-class Proxies(Component, document="proxies.xml", on_error="continue"):
+class Proxies(Component, document="proxies.xml", on_error="continue", on_refused="error"):
     """Servants, a library, and what follows an error."""
 
     head = Proxy("Head", PoseHeadPrx)
@@ -30,16 +30,16 @@ class Proxies(Component, document="proxies.xml", on_error="continue"):
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # proxies.xml:13
+        # proxies.xml:14
         pan = 0.0
 
         def state_look() -> None:
             nonlocal pan
-            # proxies.xml:10
+            # proxies.xml:11
             pan = degrees(self.head.getPose().pan)
 
         def guard_there() -> object:
-            # proxies.xml:12
+            # proxies.xml:13
             return pan > 90
 
         return Automaton(

@@ -42,20 +42,26 @@ __all__ = [
     "SetComponentText",
 ]
 
-_FIELDS: Final[dict[str, str]] = {"description": "description", "onError": "on_error", "language": "language"}
+_FIELDS: Final[dict[str, tuple[str, str]]] = {
+    "description": ("description", "description"),
+    "onError": ("on_error", "behavior after errors"),
+    "onRefused": ("on_refused", "behavior after refused commands"),
+    "language": ("language", "language"),
+}
+"""For each part the field of the document, and what it is called in the list of changes."""
 
 
 class SetComponentText(Command, frozen=True, kw_only=True):
-    """Set what a component is for, what follows an error in its code, or the language of its code."""
+    """Set what a component is for, its language, or what follows an error or a refused command."""
 
-    part: Literal["description", "onError", "language"]
+    part: Literal["description", "onError", "onRefused", "language"]
     text: str
 
     def apply(self, document: Document) -> Document:
-        return changed(document, **{_FIELDS[self.part]: self.text})
+        return changed(document, **{_FIELDS[self.part][0]: self.text})
 
     def title(self, document: Document) -> str:
-        return f"Set the {_FIELDS[self.part].replace('on_error', 'behavior after errors')}"
+        return f"Set the {_FIELDS[self.part][1]}"
 
     @property
     def merge_key(self) -> Hashable:

@@ -10,7 +10,7 @@ import {store} from "./store.js";
 /** Parts of a place that are edited as code beside the canvas. */
 const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument"]);
 /** Where the data of other parts is shown. */
-const SECTIONS = {period: "timing", onError: "description", language: "description", import: "inputs"};
+const SECTIONS = {period: "timing", onError: "description", onRefused: "description", language: "description", import: "inputs"};
 
 /** @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot */
 

@@ -18,11 +18,11 @@ class MonitorBar extends MonitorElement {
 
   render() {
     if (!monitor.component) return nothing;
-    const {status, word} = statusOf();
+    const {status, word, why} = statusOf();
     const {recording, writable, looking} = monitor;
     const paused = monitor.newest && monitor.newest.component.status !== 0;
     return html`<div class="live-bar" role="region" aria-label="Followed component">
-      <span class="live-status ${status}" role="status" title=${monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : nothing}><span class="sign" aria-hidden="true"></span>${word}</span>
+      <span class="live-status ${status}" role="status" title=${monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : why ?? nothing}><span class="sign" aria-hidden="true"></span>${word}</span>
       <strong class="component" title=${monitor.recording?.file || monitor.component}>${monitor.component.replace(/^recording:\d+:/, "")}</strong>
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
       ${this.#elsewhere()}
@@ -55,7 +55,7 @@ class MonitorBar extends MonitorElement {
   }
 }
 
-/** @returns {{status: string, word: string}} how it is shown, and in words */
+/** @returns {{status: string, word: string, why?: string}} how it is shown, in words, and more of it */
 function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
@@ -64,7 +64,8 @@ function statusOf() {
   if (since) return {status: "stale", word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`};
   if (looking) return {status: "past", word: "Looking back"};
   if (!newest) return {status: "waiting", word: "Waiting"};
-  const {status, stoppedAt} = newest.component;
+  const {status, stoppedAt, refusal} = newest.component;
+  if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};
   const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
   return {status: STATUS[status].toLowerCase(), word};
 }

@@ -7,6 +7,8 @@ import {verdictOf} from "./verdicts.js";
 
 /** What stands in the document; an empty one is "stop". */
 const afterError = (text) => [[text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"], ["continue", "Go on without that piece of code"]];
+/** The same; an empty one is "pause". */
+const afterRefusal = (text) => [[text.trim() === "pause" ? "pause" : "", "Pause until the robot takes commands again"], ["error", "Treat it as an error in the code"]];
 const LANGUAGES = [["", "Python"], ["C++", "C++: kept, and not run"]];
 
 /**
@@ -22,6 +24,7 @@ export function componentData({tab, document, known, showProblems}) {
   return html`
     ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
     ${text("onError", "After an error in its code", {kind: "select", options: afterError(fields.onError ?? "")})}
+    ${text("onRefused", "After a refused command", {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
     ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
     ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field, {type}) => ({type: () => interfaceNames(known), proxy: () => identitiesOf(type)})[field]?.() ?? []})}
     ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}

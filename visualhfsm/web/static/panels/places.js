@@ -14,7 +14,7 @@ const LISTS = {
 const WORDS = {
   entry: "entry code", code: "code", exit: "exit code", argument: "argument", trigger: "trigger", guard: "guard", fired: "code",
   priority: "priority", variables: "variables", functions: "functions", period: "period", import: "import", name: "name",
-  description: "description", onError: "after an error", language: "language", inputs: "input", parameters: "parameter",
+  description: "description", onError: "after an error", onRefused: "after a refused command", language: "language", inputs: "input", parameters: "parameter",
   events: "event", properties: "property", libraries: "library", interfaces: "interface",
 };
 

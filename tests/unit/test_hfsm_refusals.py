@@ -1,0 +1,222 @@
+"""What a component does when the robot refuses a command, or its hardware fails for a moment."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import pytest
+
+from hfsm_runtime import Automaton, State, VirtualRun
+from hfsm_runtime.runtime import RETRY, Status
+from interfaces.jderobot import CommandRefusedException, HardwareFailedException
+from tests.support.automata import after, automaton, component, when
+from tests.support.running import eventually, running
+
+
+class Gate:
+    """A robot that takes commands or not, and lists those that it took and how many it refused."""
+
+    def __init__(self, now: Callable[[], float] = lambda: 0.0) -> None:
+        self.now = now
+        self.stopped = False
+        self.taken: list[tuple[float, str]] = []
+        self.refused = 0
+
+    def command(self, name: str) -> None:
+        if self.stopped:
+            self.refused += 1
+            raise CommandRefusedException("the robot is stopped: a hand in the way", "")
+        self.taken.append((self.now(), name))
+
+
+def commanding(gate: Gate, period: float = 0.1) -> Automaton:
+    """Return an automaton that commands in each cycle."""
+    return automaton(1, "root", [State(id=1, name="a", code=lambda: gate.command("a"))], period=period)
+
+
+def test_a_refused_command_pauses_the_component_and_the_state_runs_again_after_the_reset() -> None:
+    gate = Gate(lambda: virtual.time)
+    ran: list[float] = []
+
+    def code() -> None:
+        ran.append(virtual.time)
+        gate.command("a")
+
+    states = [State(id=1, name="a", code=code), State(id=2, name="b")]
+    root = automaton(1, "root", states, [after(0.5, 1, 2)])
+    virtual = VirtualRun(component(root), commands_taken=lambda _holder: not gate.stopped)
+    virtual.advance(0.15)
+    gate.stopped = True
+    virtual.advance(10.0)
+    assert virtual.time == pytest.approx(0.2)
+    assert (virtual.active, virtual.halted) == ("a", False)
+    assert virtual.refusal is not None
+    assert virtual.refusal.message.startswith("root/a: CommandRefusedException: ")
+    assert "a hand in the way" in virtual.refusal.message
+    gate.stopped = False
+    virtual.advance(1.0)
+    assert virtual.refusal is None
+    assert virtual.active == "b"
+    assert [at for at, _ in gate.taken] == pytest.approx([0.0, 0.1, 0.3, 0.4])
+    assert virtual.changes("root")[-1] == (pytest.approx(0.5), "b"), "its timer stood still during the pause"
+
+
+def test_a_refusal_of_which_nobody_knows_the_end_is_tried_once_a_second_and_told_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    gate = Gate()
+    gate.stopped = True
+    virtual = VirtualRun(component(commanding(gate)))
+    virtual.advance(10.5)
+    assert gate.refused == 10
+    assert virtual.time == pytest.approx(0.9), "each try takes a period"
+    assert len(virtual.errors) == 1
+    gate.stopped = False
+    virtual.advance(1.0)
+    told = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    assert [text.split("; ")[-1].split(" after")[0] for text in told] == [
+        "pauses until commands are taken again",
+        "commands are taken again: goes on",
+    ]
+
+
+def test_entry_code_that_was_refused_runs_again_whole_before_the_state_begins() -> None:
+    gate = Gate(lambda: virtual.time)
+    ran: list[str] = []
+
+    def enter() -> None:
+        ran.append("entry")
+        gate.command("raise the arm")
+
+    states = [State(id=1, name="a"), State(id=2, name="b", entry=enter, code=lambda: ran.append("code"))]
+    virtual = VirtualRun(component(automaton(1, "root", states, [when(lambda: True, 1, 2)])))
+    gate.stopped = True
+    virtual.advance(1.5)
+    gate.stopped = False
+    virtual.advance(0.8)
+    assert (virtual.active, ran[:3]) == ("b", ["entry", "entry", "code"])
+
+
+def test_the_code_of_a_transition_that_was_refused_does_not_run_again() -> None:
+    gate = Gate()
+    gate.stopped = True
+    ran: list[str] = []
+    states = [State(id=1, name="a"), State(id=2, name="b", code=lambda: ran.append("b"))]
+    fire = when(lambda: True, 1, 2, code=lambda: gate.command("wave"))
+    virtual = VirtualRun(component(automaton(1, "root", states, [fire])))
+    virtual.advance(0.5)
+    assert (virtual.active, ran) == ("b", [])
+    gate.stopped = False
+    virtual.advance(1.0)
+    assert (gate.refused, gate.taken) == (1, [])
+    assert ran, "the state goes on"
+
+
+def test_no_other_automaton_runs_during_the_pause() -> None:
+    gate = Gate()
+    beside: list[int] = []
+    below = [
+        automaton(2, "arm", [State(id=1, name="x", code=lambda: gate.command("arm"))]),
+        automaton(3, "leg", [State(id=1, name="y", code=lambda: beside.append(1))]),
+    ]
+    virtual = VirtualRun(component(automaton(1, "root", [State(id=1, name="a", children=tuple(below))])))
+    virtual.advance(0.2)
+    gate.stopped = True
+    virtual.advance(0.1)
+    count = len(beside)
+    virtual.advance(0.8)
+    assert len(beside) == count
+
+
+def test_with_on_refused_error_a_refused_command_is_an_error_of_the_code() -> None:
+    gate = Gate()
+    gate.stopped = True
+    root = commanding(gate)
+    virtual = VirtualRun(component(root, on_refused="error"))
+    virtual.advance(1.0)
+    assert virtual.halted
+    goes_on = VirtualRun(component(root, on_error="continue", on_refused="error"))
+    goes_on.advance(1.0)
+    assert (goes_on.time, goes_on.refusal) == (1.0, None)
+
+
+def test_hardware_that_fails_for_a_moment_skips_cycles_and_the_tenth_in_a_row_is_an_error() -> None:
+    fails = 9
+    ran: list[float] = []
+
+    def look() -> None:
+        nonlocal fails
+        if fails:
+            fails -= 1
+            raise HardwareFailedException("Camera: no image of 320x240 within 1 s")
+        ran.append(virtual.time)
+
+    virtual = VirtualRun(component(automaton(1, "root", [State(id=1, name="a", code=look)])))
+    virtual.advance(1.0)
+    assert ran == [0.9, 1.0]
+    fails = 9
+    virtual.advance(1.0)
+    assert len(virtual.errors) == 18
+    assert not virtual.halted, "the ones before do not count"
+    fails = 10
+    virtual.advance(1.0)
+    assert virtual.halted
+
+
+# On threads.
+
+
+def test_on_threads_it_is_paused_until_commands_are_taken_and_asked_at_most_once_a_second() -> None:
+    gate = Gate()
+    asked: list[str] = []
+
+    def taken(holder: str) -> bool:
+        asked.append(holder)
+        return not gate.stopped
+
+    def tried_until(condition: Callable[[], bool]) -> None:
+        def tried() -> bool:
+            runtime.retry(taken)
+            return condition()
+
+        eventually(tried)
+
+    with running(commanding(gate, 0.01)) as runtime:
+        eventually(lambda: len(gate.taken) > 2)
+        gate.stopped = True
+        eventually(lambda: runtime.refusal is not None)
+        assert runtime.status is Status.PAUSED
+        at = runtime.timeline.now()
+        runtime.retry(taken)
+        assert asked == [], f"within {RETRY} s"
+        tried_until(lambda: bool(asked))
+        assert (runtime.timeline.now(), runtime.status, gate.refused) == (at, Status.PAUSED, 1)
+        gate.stopped = False
+        count = len(gate.taken)
+        tried_until(lambda: len(gate.taken) > count)
+        assert (runtime.status, runtime.refusal) == (Status.RUNNING, None)
+
+
+def test_somebody_may_resume_it_by_hand_and_it_pauses_again_while_refused() -> None:
+    gate = Gate()
+    gate.stopped = True
+    with running(commanding(gate, 0.01)) as runtime:
+        eventually(lambda: runtime.refusal is not None)
+        runtime.resume()
+        eventually(lambda: gate.refused == 2 and runtime.refusal is not None)
+        gate.stopped = False
+        runtime.resume()
+        eventually(lambda: len(gate.taken) > 2)
+        assert runtime.status is Status.RUNNING
+
+
+def test_a_pause_by_hand_outlasts_the_refusal() -> None:
+    gate = Gate()
+    gate.stopped = True
+    with running(commanding(gate, 0.01)) as runtime:
+        eventually(lambda: runtime.refusal is not None)
+        refusal = runtime.refusal
+        runtime.pause()
+        runtime.resume(refusal)
+        assert (runtime.status, runtime.refusal) == (Status.PAUSED, None)
