@@ -28,6 +28,7 @@ from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
 from hfsm_runtime.replay.reader import Recording
 from hfsm_runtime.robot import connect
+from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually
@@ -37,7 +38,9 @@ FOREVER = 10**18
 
 
 class HeadI(PoseHead):
-    """A head whose pose nobody can guess."""
+    """A head whose pose nobody can guess; while it is `stopped` it refuses speeds."""
+
+    stopped = False
 
     def __init__(self) -> None:
         self._random = random.SystemRandom()
@@ -46,6 +49,8 @@ class HeadI(PoseHead):
         return self.pose()
 
     def setSpeed(self, panSpeed: float, tiltSpeed: float, current: Current) -> HeadPose:
+        if self.stopped:
+            raise CommandRefusedException("the robot is stopped", "")
         return self.pose()
 
     def stop(self, current: Current) -> None:
@@ -357,6 +362,25 @@ def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, 
 
 
 # Edited documents.
+
+
+def test_a_refused_command_pauses_the_replay_where_it_paused_the_run(tmp_path: Path, world: World) -> None:
+    class Commands(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            return [self.head.setSpeed(0.1, 0.0)]
+
+    path = tmp_path / "run.mcap"
+    with running(Commands, world, path, on_error="stop") as (runtime, _clock):
+        for _ in range(3):
+            cycles = runtime.tree.root.cycles
+            eventually(lambda at=cycles: runtime.tree.root.cycles > at + 5)
+            world[1].stopped = True
+            eventually(lambda: runtime.refusal is not None)
+            world[1].stopped = False
+            runtime.resume()
+        cycles = runtime.tree.root.cycles
+        eventually(lambda: runtime.tree.root.cycles > cycles + 5)
+    assert identical(path, Commands).cycles > 20
 
 
 def test_an_edited_document_parts_in_the_cycle_in_which_it_decides_otherwise(

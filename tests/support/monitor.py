@@ -59,9 +59,9 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 @contextlib.contextmanager
-def robot_and_editor(path: Path) -> Iterator[tuple[ServedRobot, Editor]]:
+def robot_and_editor(path: Path, document: str = DOCUMENT) -> Iterator[tuple[ServedRobot, Editor]]:
     """Serve a fake robot, and the editor of a document in its realm."""
-    path.write_text(DOCUMENT)
+    path.write_text(document)
     with served(FakeRobot()) as robot:
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
         with editor(path.parent, path, make_services=make_services(settings)) as running:

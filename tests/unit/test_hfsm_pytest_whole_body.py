@@ -7,7 +7,7 @@ import pytest
 from hfsm_pytest import MakeBehavior
 from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
-from interfaces.nao import ActionStatus, HealthPrx, PosturesPrx, SafetyPrx
+from interfaces.nao import ActionStatus, HealthPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
 
 
 class Whole(Component):
@@ -60,3 +60,23 @@ def test_an_emergency_stop_ends_all_of_it_and_is_told(b) -> None:
     assert "emergency stop: enough" in [e.message for e in b.component.Health.getHealth.latest().value.events]
     with pytest.raises(CommandRefusedException, match="enough"):
         b.component.Walk.setV(0.1)
+
+
+class Commanding(Whole):
+    Head = Proxy("Head", PoseHeadPrx)
+
+    def automaton(self) -> Automaton:
+        only = State(id=1, name="only", initial=True, code=lambda: self.Head.setPose(0.1, 0.0, 0.5))
+        return Automaton(id=1, name="commanding", states=(only,))
+
+
+def test_a_behavior_pauses_at_an_emergency_stop_and_goes_on_after_the_reset(behavior: MakeBehavior) -> None:
+    b = behavior(Commanding, robot="fake")
+    b.advance(0.5)
+    b.component.Safety.emergencyStop("enough")
+    b.advance(10.0)
+    assert b.time == pytest.approx(0.6)
+    assert len(b.calls("Head.setPose")) == 7, "the one that was refused, and then none"
+    b.component.Safety.resetEmergencyStop()
+    b.advance(2.0)
+    assert b.time > 1.5

@@ -95,7 +95,7 @@ def test_entry_code_that_was_refused_runs_again_whole_before_the_state_begins() 
     virtual.advance(1.5)
     gate.stopped = False
     virtual.advance(0.8)
-    assert (virtual.active, ran[:3]) == ("b", ["entry", "entry", "code"])
+    assert (virtual.active, ran[:4]) == ("b", ["entry", "entry", "entry", "code"])
 
 
 def test_the_code_of_a_transition_that_was_refused_does_not_run_again() -> None:

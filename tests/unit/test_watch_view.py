@@ -95,6 +95,18 @@ def test_a_component_that_stands_at_a_breakpoint_says_where():
     assert "paused at to green" in draw(shown)[0]
 
 
+def test_the_refused_command_that_pauses_it_is_told_beside_the_time():
+    shown = scene(9.5)
+    assert shown.snapshot is not None
+    shown.snapshot.value.status = ComponentStatus.Paused
+    shown.snapshot.value.refusal = (
+        "dance/left: CommandRefusedException: the robot is stopped: a hand in the way"
+    )
+    assert "paused: dance/left: Command" in draw(shown)[0]
+    assert "s watched" in draw(shown)[0]
+    assert "a hand in the way" in status_line(shown)
+
+
 def test_the_bar_of_a_timer_shrinks_with_what_is_left():
     early, late = (line_with(draw(scene(time), 140, 40), "● followBall") for time in (1.0, 9.0))
     assert "9.1 s to dance" in early

@@ -1,0 +1,68 @@
+"""A component that a robot refuses commands, as a process, with the robot as another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hfsm_runtime.robot import commands_taken
+from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
+from interfaces.nao import PoseHeadPrx, SafetyPrx
+from naoserver.fake import FakeRobot
+from tests.integration.test_hfsm_component import start, turning
+from tests.support.processes import ComponentProcess, module
+from tests.support.robot_server import eventually, served_to_client
+from zenoh_ice import initialize
+
+
+def test_what_safety_tells_decides_whether_commands_are_taken_again() -> None:
+    with served_to_client(FakeRobot()) as nao, nao.client() as other:
+        safety = nao.proxy(SafetyPrx, "Safety")
+        safety.emergencyStop("a hand in the way")
+        assert not commands_taken(safety, "")
+        safety.resetEmergencyStop()
+        assert commands_taken(safety, "")
+        other.proxy(SafetyPrx, "Safety").acquireLease("Anna", 60.0)
+        assert not commands_taken(safety, "Anna")
+        assert commands_taken(safety, "Ben"), "who holds it now may be the component itself"
+        other.proxy(SafetyPrx, "Safety").releaseLease()
+        assert commands_taken(safety, "Anna")
+
+
+def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
+    with initialize(connect=[], clock="wall") as communicator:
+        assert commands_taken(SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")), "")
+
+
+@pytest.mark.sim
+def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path, endpoint: str) -> None:
+    def operator(*arguments: str) -> str:
+        with ComponentProcess(module("visualhfsm", *arguments, "--connect", endpoint)) as process:
+            assert process.wait() == 0, process.output
+            return process.output
+
+    simulator = module("naoserver_sim", "--listen", endpoint, "--no-skin")
+    with ComponentProcess(simulator) as server, initialize(connect=[endpoint], clock="wall") as communicator:
+        server.wait_for("ready")
+        head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+        slowly = turning(tmp_path, "self.head.setSpeed(0.05, 0.0)\nprint('turning', flush=True)")
+        with start(slowly, endpoint) as component:
+            eventually(lambda: head.getPose().panSpeed > 0.03)
+            operator("emergency-stop", "a hand in the way")
+            component.wait_for(
+                "the robot is stopped: a hand in the way.*pauses until commands are taken again"
+            )
+            monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
+            first, later = monitor.getSnapshot(), monitor.getSnapshot.wait(timeout=10.0).value
+            assert first.status is later.status is ComponentStatus.Paused
+            assert first.refusal.startswith("turner/turn: CommandRefusedException: the robot is stopped")
+            assert later.time == first.time
+            assert "paused: turner/turn: CommandRefusedException" in operator("watch", "--seconds", "2")
+            turned = component.output.count("turning")
+            operator("emergency-stop", "--reset")
+            component.wait_for("commands are taken again: goes on after")
+            eventually(lambda: component.output.count("turning") > turned)
+            eventually(lambda: head.getPose().panSpeed > 0.03)
+            assert monitor.getSnapshot().refusal == ""
+            assert component.output.count("pauses until") == 1
