@@ -369,17 +369,19 @@ def test_a_refused_command_pauses_the_replay_where_it_paused_the_run(tmp_path: P
         def look(self, count: int) -> list[Any]:
             return [self.head.setSpeed(0.1, 0.0)]
 
+    def go_on_for_five_cycles(runtime: RecordedRuntime) -> None:
+        cycles = runtime.tree.root.cycles
+        eventually(lambda: runtime.tree.root.cycles > cycles + 5)
+
     path = tmp_path / "run.mcap"
     with running(Commands, world, path, on_error="stop") as (runtime, _clock):
         for _ in range(3):
-            cycles = runtime.tree.root.cycles
-            eventually(lambda at=cycles: runtime.tree.root.cycles > at + 5)
+            go_on_for_five_cycles(runtime)
             world[1].stopped = True
             eventually(lambda: runtime.refusal is not None)
             world[1].stopped = False
             runtime.resume()
-        cycles = runtime.tree.root.cycles
-        eventually(lambda: runtime.tree.root.cycles > cycles + 5)
+        go_on_for_five_cycles(runtime)
     assert identical(path, Commands).cycles > 20
 
 
