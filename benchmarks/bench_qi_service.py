@@ -24,7 +24,7 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from naoserver.body import H25
-from naoserver.qi_service.libqi import start_libqi
+from naoserver.libqi import start_libqi
 
 ROOT = Path(__file__).resolve().parents[1]
 CONSOLE = Console(width=100)
@@ -37,7 +37,7 @@ CALLS = 1000
 @contextmanager
 def robot(simulated: bool) -> Iterator[str]:
     """Serve a robot in another process; yields its address."""
-    options = ["naoserver.qi_service", "--qi", ANYWHERE]
+    options = ["naoserver_qi", "--qi", ANYWHERE]
     if simulated:
         options = ["naoserver_sim", "--listen", "tcp/127.0.0.1:0", "--qi", ANYWHERE]
     process = subprocess.Popen(

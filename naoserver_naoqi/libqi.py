@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import qi
 
-from naoserver.qi_service.libqi import start_libqi
+from naoserver.libqi import start_libqi
 from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply
 

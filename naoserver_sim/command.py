@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from naoserver.options import CameraOptions, ServerOptions
-from naoserver.qi_service import serve_as_naoqi
 from naoserver.server import serve
+from naoserver_qi import serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
 from naoserver_sim.viewer import check_display

@@ -22,7 +22,7 @@ from tests.support.robot_server import eventually, served_to_client, wait_for
 
 @pytest.fixture(scope="module")
 def process():
-    with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
         yield process
 
 

@@ -9,16 +9,15 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi_service.behaviors import ALBehaviorManager
-from naoserver.qi_service.faults import FaultsService
-from naoserver.qi_service.leds import ALLeds
-from naoserver.qi_service.life import ALAutonomousLife, ALBattery, ALSystem
-from naoserver.qi_service.memory import ALMemory
-from naoserver.qi_service.motion import ALMotion
-from naoserver.qi_service.posture import ALRobotPosture
-from naoserver.qi_service.sonar import ALSonar
-from naoserver.qi_service.speech import ALTextToSpeech
-from naoserver.qi_service.video import ALVideoDevice
+from naoserver_qi.faults import FaultsService
+from naoserver_qi.leds import ALLeds
+from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
+from naoserver_qi.memory import ALMemory
+from naoserver_qi.motion import ALMotion
+from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
+from naoserver_qi.sensors import ALSonar
+from naoserver_qi.speech import ALTextToSpeech
+from naoserver_qi.video import ALVideoDevice
 from tests.support.limits import LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, module
@@ -49,9 +48,7 @@ def test_the_program_says_what_the_page_says(tmp_path):
     program = next(block for block in blocks if block.name == "greet.py")
     (tmp_path / "greet.py").write_text(program.text, "utf-8")
     said = next(block.text for block in blocks if block.text.startswith("$ python greet.py"))
-    with ComponentProcess(
-        module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0", "--speed", "3")
-    ) as server:
+    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--speed", "3")) as server:
         url = server.wait_for(r"^ready: (\S+)")[1]
         result = subprocess.run(
             [sys.executable, "greet.py", url],

@@ -28,7 +28,7 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 @pytest.fixture(scope="module")
 def url():
-    with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0")) as process:
+    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0")) as process:
         yield process.wait_for(r"^ready: (\S+)")[1]
 
 

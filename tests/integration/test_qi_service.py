@@ -23,7 +23,7 @@ MILLISECONDS = int(LIMIT * 1000)
 
 
 def server(*options):
-    return ComponentProcess(module("naoserver.qi_service", "--qi", ANYWHERE, *options))
+    return ComponentProcess(module("naoserver_qi", "--qi", ANYWHERE, *options))
 
 
 @pytest.fixture(scope="module")
@@ -255,7 +255,7 @@ def test_it_ends_cleanly_at_ctrl_c_while_it_is_used():
 
 
 def test_a_port_that_is_taken(url):
-    with ComponentProcess(module("naoserver.qi_service", "--qi", url)) as process:
+    with ComponentProcess(module("naoserver_qi", "--qi", url)) as process:
         assert process.wait() == 1
         assert f"cannot listen at {url}" in process.output
         assert "Traceback" not in process.output
@@ -263,8 +263,8 @@ def test_a_port_that_is_taken(url):
 
 def test_without_qi_it_names_what_to_install():
     code = (
-        "import runpy, sys; sys.modules['qi'] = None; sys.argv = ['naoserver.qi_service'];"
-        "runpy.run_module('naoserver.qi_service', run_name='__main__')"
+        "import runpy, sys; sys.modules['qi'] = None; sys.argv = ['naoserver_qi'];"
+        "runpy.run_module('naoserver_qi', run_name='__main__')"
     )
     result = subprocess.run(
         [sys.executable, "-c", code],

@@ -10,7 +10,7 @@ from typing import Any
 
 import qi
 
-from naoserver.qi_service.libqi import start_libqi
+from naoserver.libqi import start_libqi
 from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import Link, Reply

@@ -9,12 +9,11 @@ from typing import Any, Final
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver.qi_service.access import Access
-from naoserver.qi_service.calls import Call
-from naoserver.qi_service.joint_motion import JointMotion
-from naoserver.qi_service.motion import ALMotion
-from naoserver.qi_service.postures import Postures
-from naoserver.qi_service.walking import Walking
+from naoserver_qi.access import Access
+from naoserver_qi.calls import Call
+from naoserver_qi.motion import ALMotion
+from naoserver_qi.postures import ALRobotPosture
+from naoserver_qi.walking import Walking
 from tests.support.limits import LIMIT
 from zenoh_ice import VirtualClock
 
@@ -58,10 +57,9 @@ class Rig:
         self.robot = FakeRobot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), lambda: 0.0, lambda _seconds: None)
         self.access = Access.through(self.robot, self.assembly)
-        self.joints = JointMotion(self.access.body, self.clock)
-        self.postures = Postures(self.access)
+        self.postures = ALRobotPosture(self.access)
         self.walking = Walking(self.access)
-        self.motion = ALMotion(self.access, self.joints, self.postures, self.walking)
+        self.motion = ALMotion(self.access, self.postures, self.walking)
 
     def close(self) -> None:
         """End the threads."""

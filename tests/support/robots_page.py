@@ -48,7 +48,7 @@ def _surveyed_through_naoqi() -> dict[str, str]:
     from naoserver_naoqi.robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with ComponentProcess(module("naoserver.qi_service", "--qi", "tcp://127.0.0.1:0")) as naoqi:
+    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0")) as naoqi:
         address = RobotAddress.parse(naoqi.wait_for(r"^ready: (\S+)")[1], "", "")
         return _surveyed(NaoqiRobot(lambda _: connect_patiently(address)))
 

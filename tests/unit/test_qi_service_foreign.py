@@ -12,15 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
-from naoserver.qi_service.behaviors import ALBehaviorManager
-from naoserver.qi_service.faults import Faults
-from naoserver.qi_service.leds import ALLeds
-from naoserver.qi_service.life import ALAutonomousLife
-from naoserver.qi_service.memory import ALMemory
-from naoserver.qi_service.posture import ALRobotPosture
-from naoserver.qi_service.sonar import ALSonar, Sonar
-from naoserver.qi_service.speech import ALTextToSpeech
-from naoserver.qi_service.video import ALVideoDevice
+from naoserver_qi.faults import Faults
+from naoserver_qi.leds import ALLeds
+from naoserver_qi.life import ALAutonomousLife
+from naoserver_qi.memory import ALMemory
+from naoserver_qi.postures import ALBehaviorManager
+from naoserver_qi.sensors import ALSonar
+from naoserver_qi.speech import ALTextToSpeech
+from naoserver_qi.video import ALVideoDevice
 from tests.support.examples import examples
 from tests.support.qi_service import Rig
 
@@ -60,17 +59,18 @@ class Ended:
 @pytest.fixture(scope="module")
 def operations():
     rig = Rig()
-    memory = ALMemory(rig.access, Sonar(rig.robot.senses))
+    sonar = ALSonar(rig.robot.senses)
+    memory = ALMemory(rig.access, sonar)
     services = [
         rig.motion,
         memory,
         ALVideoDevice(rig.robot, Faults()),
-        ALRobotPosture(rig.postures),
+        rig.postures,
         ALBehaviorManager(rig.access),
         ALLeds(rig.robot.lights),
         ALTextToSpeech(rig.robot.voice, memory),
         ALAutonomousLife(memory),
-        ALSonar(Sonar(rig.robot.senses)),
+        sonar,
     ]
     yield [
         getattr(service, name)

@@ -8,10 +8,10 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.qi_service.leds import ALLeds
-from naoserver.qi_service.memory import ALMemory, MemoryPump
-from naoserver.qi_service.sonar import ALSonar, Sonar
-from naoserver.qi_service.speech import ALAnimatedSpeech, ALTextToSpeech
+from naoserver_qi.leds import ALLeds
+from naoserver_qi.memory import ALMemory, MemoryPump
+from naoserver_qi.sensors import ALSonar
+from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from tests.support.qi_service import Rig
 from tests.support.robot_server import eventually
 
@@ -46,7 +46,7 @@ def leds(rig):
 
 @pytest.fixture
 def memory(rig):
-    return ALMemory(rig.access, Sonar(None))
+    return ALMemory(rig.access, ALSonar(None))
 
 
 @pytest.mark.parametrize(
@@ -115,14 +115,14 @@ def test_what_memory_tells_of_the_senses(rig, memory, key, value):
 
 def test_the_sonar_stands_still_unless_somebody_wants_it(rig):
     rig.robot.senses.feel(sonar=SonarReading(0.5))
-    sonar = Sonar(rig.robot.senses)
+    sonar = ALSonar(rig.robot.senses)
     memory = ALMemory(rig.access, sonar)
     keys = ["Device/SubDeviceList/US/Left/Sensor/Value", "Device/SubDeviceList/US/Right/Sensor/Value"]
     assert memory.getListData(keys) == [0.0, 0.0]
-    ALSonar(sonar).subscribe("me")
+    sonar.subscribe("me")
     assert memory.getListData(keys) == [0.5, 5.0]
     rig.robot.senses.feel(sonar=SonarReading(0.7))
-    ALSonar(sonar).unsubscribe("me")
+    sonar.unsubscribe("me")
     rig.robot.senses.feel(sonar=SonarReading(0.9))
     assert memory.getListData(keys) == [0.7, 5.0]
 
@@ -134,7 +134,7 @@ def test_memory_of_what_is_not_there(memory):
 
 
 def test_an_error_does_not_end_the_signals(monkeypatch):
-    monkeypatch.setattr("naoserver.qi_service.memory._RETRY", 0.01)
+    monkeypatch.setattr("naoserver_qi.memory._RETRY", 0.01)
     tried = []
 
     class Failing(ALMemory):

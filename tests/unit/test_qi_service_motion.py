@@ -1,6 +1,7 @@
 """ALMotion over a fake robot, in virtual time."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -9,8 +10,7 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
-from naoserver.qi_service.behaviors import ALBehaviorManager
-from naoserver.qi_service.posture import ALRobotPosture
+from naoserver_qi.postures import ALBehaviorManager
 from tests.support.limits import LIMIT
 from tests.support.qi_service import LongCall, Rig
 from tests.support.robot_server import eventually
@@ -91,7 +91,7 @@ def test_of_two_interpolations_of_a_joint_the_later_waits(rig):
 def test_an_interpolation_that_is_broken_off_while_it_waits_takes_no_joint_away(rig):
     first = rig.begin(rig.motion.angleInterpolation, "HeadYaw", 0.5, 1.0, True)
     second = LongCall(rig.clock, rig.motion.angleInterpolation, "HeadYaw", -0.5, 1.0, True)
-    eventually(lambda: len(rig.joints.tasks()) == 2)
+    eventually(lambda: len(rig.motion.getTaskList()) == 2)
     second.call.stopped.set()
     second.join()
     rig.advance(2.0)
@@ -189,7 +189,7 @@ def test_stiffness_changes_key_by_key(rig):
 
 
 def test_rest_crouches_and_lets_go_and_wake_up_stands(rig):
-    posture = ALRobotPosture(rig.postures)
+    posture = rig.postures
     rig.complete(rig.motion.rest)
     rig.advance(0.1)
     assert (posture.getPosture(), rig.motion.robotIsWakeUp()) == ("Crouch", False)
@@ -242,8 +242,8 @@ def test_move_to_goes_through_places_in_the_frame_of_its_start(rig):
 def test_a_posture_ends_the_walk_first(rig):
     rig.motion.move(0.1, 0.0, 0.0)
     rig.advance(1.0)
-    assert rig.complete(ALRobotPosture(rig.postures).goToPosture, "StandZero", 0.8) < 10.0
-    assert ALRobotPosture(rig.postures).getPosture() == "StandZero"
+    assert rig.complete(rig.postures.goToPosture, "StandZero", 0.8) < 10.0
+    assert rig.postures.getPosture() == "StandZero"
 
 
 # -- behaviors -------------------------------------------------------------------------------------------
@@ -276,7 +276,7 @@ def test_a_behavior_that_is_not_there(rig):
 
 
 def test_a_robot_without_a_walk_says_so(rig):
-    rig.walking._found = None
+    rig.walking._access = replace(rig.access, walk=None)
     with pytest.raises(HardwareFailure, match="does not walk"):
         rig.motion.moveToward(1.0, 0.0, 0.0)
     rig.motion.stopMove()

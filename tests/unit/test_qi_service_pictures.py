@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from naoserver.body import H25
-from naoserver.qi_service.pictures import COLOR_SPACES, LAYERS, SIZES, shrunk, source_size
 from naoserver.robot import Frame
+from naoserver_qi.video import COLOR_SPACES, LAYERS, SIZES, shrunk, source_size
 
 TOP = H25.cameras[0]
 COLORS = {

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi_service.trajectory import BezierKey, BezierTrajectory, SmoothTrajectory
+from naoserver_qi.trajectory import BezierKey, BezierTrajectory, SmoothTrajectory
 
 angles = st.floats(-3.0, 3.0)
 keys = st.lists(st.tuples(st.floats(0.05, 2.0), angles), min_size=1, max_size=6)

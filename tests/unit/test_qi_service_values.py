@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
-from naoserver.qi_service.chains import CHAINS, joints_of
-from naoserver.qi_service.values import fraction, keepable, number, number_lists, numbers, text
+from naoserver_qi.arguments import CHAINS, fraction, joints_of, keepable, number, number_lists, numbers, text
 
 foreign = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.binary(max_size=5),

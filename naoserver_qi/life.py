@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 from naoserver.capabilities import Senses
-from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.qi_service.memory import ALMemory
-from naoserver.qi_service.values import text
+from naoserver.errors import HardwareFailure
+from naoserver_qi.arguments import chosen
+from naoserver_qi.memory import ALMemory
 
 __all__ = ["ALAutonomousLife", "ALBattery", "ALSystem"]
 
@@ -29,11 +29,8 @@ class ALAutonomousLife:
 
     def setState(self, state: object) -> None:
         """Take a state."""
-        name = text(state, "state")
-        if name not in _STATES:
-            raise InvalidCommand("state", f"there is no state {name[:60]!r}; there are {_STATES}")
-        self._state = name
-        self._memory.raiseEvent("AutonomousLife/State", name)
+        self._state = chosen(state, "state", _STATES)
+        self._memory.raiseEvent("AutonomousLife/State", self._state)
 
 
 class ALBattery:

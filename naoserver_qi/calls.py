@@ -18,7 +18,7 @@ from typing import Any, Final, TypeVar
 import qi
 
 from naoserver.errors import RobotError
-from naoserver.qi_service.faults import Faults
+from naoserver_qi.faults import Faults
 from zenoh_ice import Clock
 
 __all__ = ["Call", "Calls", "long_call"]

@@ -1,26 +1,50 @@
-"""Take what a client of libqi sent for what it must be; every value of it is foreign."""
+"""Check the arguments that a client of libqi sent: numbers, texts, lists, and names of joints and chains."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Final
 
+from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 
-__all__ = ["fraction", "keepable", "listed", "number", "number_lists", "numbers", "text", "texts"]
+__all__ = [
+    "CHAINS",
+    "chosen",
+    "fraction",
+    "joints_of",
+    "keepable",
+    "listed",
+    "number",
+    "number_lists",
+    "number_within",
+    "numbers",
+    "text",
+    "texts",
+]
 
 MOST: Final = 1000
 """Entries that a list may have."""
 LONGEST: Final = 10_000
 """Characters that a text may have."""
-_TOLD: Final = 60  # characters of a foreign value that are told back
+_QUOTED: Final = 60  # characters of a foreign value in an error
 
 
 def number(value: object, what: str) -> float:
     """Return a finite number. Raises InvalidCommand."""
     if not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InvalidCommand(what, f"{what} is {_told(value)}, not a finite number")
+        raise InvalidCommand(what, f"{what} is {_quoted(value)}, not a finite number")
     return float(value)
+
+
+def number_within(value: object, what: str, lower: float, upper: float) -> float:
+    """Return a number from `lower` to `upper`. Raises InvalidCommand."""
+    result = number(value, what)
+    if not lower <= result <= upper:
+        raise InvalidCommand(what, f"{what} is {result:g}: it must be from {lower:g} to {upper:g}")
+    return result
 
 
 def fraction(value: object, what: str) -> float:
@@ -34,7 +58,7 @@ def fraction(value: object, what: str) -> float:
 def listed(value: object, what: str) -> list[object]:
     """Return the entries of a list. Raises InvalidCommand."""
     if not isinstance(value, (list, tuple)):
-        raise InvalidCommand(what, f"{what} is {_told(value)}, not a list")
+        raise InvalidCommand(what, f"{what} is {_quoted(value)}, not a list")
     if len(value) > MOST:
         raise InvalidCommand(what, f"{what} has {len(value)} entries, more than {MOST}")
     return list(value)
@@ -70,10 +94,19 @@ def number_lists(value: object, what: str, count: int) -> list[list[float]]:
 def text(value: object, what: str) -> str:
     """Return a text. Raises InvalidCommand."""
     if not isinstance(value, str):
-        raise InvalidCommand(what, f"{what} is {_told(value)}, not a text")
+        raise InvalidCommand(what, f"{what} is {_quoted(value)}, not a text")
     if len(value) > LONGEST:
         raise InvalidCommand(what, f"{what} has {len(value)} characters, more than {LONGEST}")
     return value
+
+
+def chosen(value: object, what: str, known: Iterable[str]) -> str:
+    """Return a text that is one of some known. Raises InvalidCommand, which lists them."""
+    name, names = text(value, what), tuple(known)
+    if name not in names:
+        message = f"there is no {what} {name[:_QUOTED]!r}; there are {', '.join(names)}"
+        raise InvalidCommand(what, message)
+    return name
 
 
 def texts(value: object, what: str) -> list[str]:
@@ -106,6 +139,53 @@ def keepable(value: object, what: str) -> object:
     return value
 
 
-def _told(value: object) -> str:
+def _quoted(value: object) -> str:
     whole = repr(value)
-    return whole if len(whole) <= _TOLD else f"{whole[:_TOLD]}..."
+    return whole if len(whole) <= _QUOTED else f"{whole[:_QUOTED]}..."
+
+
+_JOINTS: Final = H25.joint_names
+
+
+def _side(side: str, *parts: str) -> tuple[str, ...]:
+    return tuple(name for name in _JOINTS if name[0] == side and name[1:].startswith(parts))
+
+
+_ARM = ("Shoulder", "Elbow", "Wrist", "Hand")
+_LEG = ("Hip", "Knee", "Ankle")
+_LEFT_ARM, _RIGHT_ARM, _LEFT_LEG, _RIGHT_LEG = (
+    _side(side, *parts) for parts in (_ARM, _LEG) for side in "LR"
+)
+
+CHAINS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "Body": _JOINTS,
+        "Joints": _JOINTS,
+        "Actuators": _JOINTS,
+        "JointActuators": _JOINTS,
+        "Head": ("HeadYaw", "HeadPitch"),
+        "LArm": _LEFT_ARM,
+        "RArm": _RIGHT_ARM,
+        "Arms": _LEFT_ARM + _RIGHT_ARM,
+        "LLeg": _LEFT_LEG,
+        "RLeg": _RIGHT_LEG,
+        "Legs": _LEFT_LEG + _RIGHT_LEG,
+    }
+)
+"""The joints of each chain, in NAOqi's order."""
+
+
+def joints_of(names: object) -> tuple[str, ...]:
+    """Return the joints that one name or a list of names of joints and chains stand for.
+
+    Raises InvalidCommand for what is neither.
+    """
+    joints: list[str] = []
+    for name in texts(names, "names"):
+        if name in CHAINS:
+            joints += CHAINS[name]
+        elif name in _JOINTS:
+            joints.append(name)
+        else:
+            raise InvalidCommand(name[:_QUOTED], f"there is no joint or chain {name[:_QUOTED]!r}")
+    return tuple(joints)

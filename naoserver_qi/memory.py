@@ -9,11 +9,10 @@ from typing import Any, Final
 import qi
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi_service.access import Access
-from naoserver.qi_service.faults import Faults
-from naoserver.qi_service.memory_keys import Moment, keys_of
-from naoserver.qi_service.sonar import Sonar
-from naoserver.qi_service.values import keepable, text, texts
+from naoserver_qi.access import Access
+from naoserver_qi.arguments import keepable, text, texts
+from naoserver_qi.faults import Faults
+from naoserver_qi.sensors import ALSonar, Moment, keys_of
 
 __all__ = ["ALMemory", "MemoryPump"]
 
@@ -36,7 +35,7 @@ class Subscriber:
 class ALMemory:
     """Keep what clients and services insert, and look up everything else when it is asked for."""
 
-    def __init__(self, access: Access, sonar: Sonar, faults: Faults | None = None) -> None:
+    def __init__(self, access: Access, sonar: ALSonar, faults: Faults | None = None) -> None:
         self._access = access
         self._looks = keys_of(access, sonar)
         self._faults = faults or Faults()

@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure
 from naoserver.fake.senses import FakeSenses
-from naoserver.qi_service.values import number, text, texts
+from naoserver_qi.arguments import number, text, texts
 
 __all__ = ["Faults", "FaultsService"]
 

@@ -10,10 +10,9 @@ from typing import Final
 
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.qi_service.access import CLIENT, Access
-from naoserver.qi_service.calls import Call
-from naoserver.qi_service.joint_motion import free
 from naoserver.walk_guard import WalkGuard
+from naoserver_qi.access import CLIENT, Access
+from naoserver_qi.calls import Call
 
 __all__ = ["Walking"]
 
@@ -44,9 +43,8 @@ class Walking:
     """
 
     def __init__(self, access: Access) -> None:
-        self._found = access.walk
         self._walker = access.robot.walker
-        self._body = access.body
+        self._access = access
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._wanted = _STILL
@@ -56,14 +54,14 @@ class Walking:
     @property
     def guard(self) -> WalkGuard:
         """The walk behind its safety layer. Raises HardwareFailure when there is none."""
-        if self._found is None:
+        if self._access.walk is None:
             raise HardwareFailure("this robot does not walk")
-        return self._found
+        return self._access.walk
 
     @property
     def active(self) -> bool:
         """Whether a velocity is commanded."""
-        return self._found is not None and self._found.commanded() != _STILL
+        return self._access.walk is not None and self._access.walk.commanded() != _STILL
 
     @property
     def moving(self) -> bool:
@@ -84,8 +82,8 @@ class Walking:
         """End the walk on both feet; nobody is refused to."""
         with self._lock:
             self._wanted = _STILL
-            if self._found is not None:
-                self._found.stop()
+            if self._access.walk is not None:
+                self._access.walk.stop()
 
     def go_to(self, call: Call, x: float, y: float, heading: float, start: Odometry | None = None) -> bool:
         """Walk to a place in m and rad as the robot stands, or stood at `start`; return whether it came."""
@@ -114,7 +112,7 @@ class Walking:
             return False
         finally:
             self.stop()
-            free(self._body, call)
+            self._access.free(call)
 
     def close(self) -> None:
         """End the walk, and the thread that renews it."""

@@ -6,13 +6,13 @@ from typing import Final
 
 from naoserver.capabilities import Color, Lights
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.qi_service.calls import Call, long_call
-from naoserver.qi_service.values import listed, number, text
+from naoserver_qi.arguments import chosen, listed, number_within, text
+from naoserver_qi.calls import Call, long_call
 
 __all__ = ["ALLeds"]
 
 GROUPS: Final = {
-    "AllLeds": (*("LeftEye", "RightEye", "LeftEar", "RightEar", "Head", "Chest", "LeftFoot", "RightFoot"),),
+    "AllLeds": ("LeftEye", "RightEye", "LeftEar", "RightEar", "Head", "Chest", "LeftFoot", "RightFoot"),
     "FaceLeds": ("LeftEye", "RightEye"),
     "LeftFaceLeds": ("LeftEye",),
     "RightFaceLeds": ("RightEye",),
@@ -130,11 +130,7 @@ class ALLeds:
         """Return the lights of a group, and the one part that is meant of `FaceLedsRed` and its like."""
         group = text(name, "name")
         part = next((part for part in _PARTS if group.endswith(f"Leds{part}")), "")
-        members = self._groups.get(group.removesuffix(part))
-        if members is None:
-            known = ", ".join(self._groups)
-            raise InvalidCommand("name", f"there is no group of lights {group[:60]!r}; there are {known}")
-        return members, part
+        return self._groups[chosen(group.removesuffix(part), "group of lights", self._groups)], part
 
     def _fade(self, name: object, color: Color, seconds: float) -> None:
         for light in self._members(name)[0]:
@@ -144,28 +140,18 @@ class ALLeds:
         members, part = self._members(name)
         shown = self._lights.colors()
         for light in members:
-            red, green, blue = shown[light] if part else (intensity,) * 3
-            if part == "Red":
-                red = intensity
-            elif part == "Green":
-                green = intensity
-            elif part == "Blue":
-                blue = intensity
+            red, green, blue = (
+                intensity if part in ("", name) else shown[light][i] for i, name in enumerate(_PARTS)
+            )
             self._lights.set(light, (red, green, blue), seconds)
 
 
 def _part(value: object, what: str) -> float:
-    part = number(value, what)
-    if not 0.0 <= part <= 1.0:
-        raise InvalidCommand(what, f"{what} is {part:g}: it must be from 0 to 1")
-    return part
+    return number_within(value, what, 0.0, 1.0)
 
 
 def _seconds(value: object) -> float:
-    seconds = number(value, "duration")
-    if not 0.0 <= seconds <= _LONGEST:
-        raise InvalidCommand("duration", f"duration is {seconds:g}: it must be from 0 to {_LONGEST:g} s")
-    return seconds
+    return number_within(value, "duration", 0.0, _LONGEST)
 
 
 def _color(values: tuple[object, ...]) -> Color:

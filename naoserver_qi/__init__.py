@@ -1,12 +1,10 @@
 """Serve any robot as NAOqi over libqi, so that programs written for NAOqi drive it.
 
-It stands beside the servants, not in a package of its own, because it is one more way in to whatever
-implements `Robot`: the simulated robot (`naoserver-sim --qi`), and the fake one
-(`python -m naoserver.qi_service`), which stands for a real robot in the tests of `naoserver_naoqi`. Commands
-take the way of every other: through `GuardedDevice` and its kin, never straight to the robot. Only this
-package of `naoserver` imports `qi`, of the extra `[naoqi]`.
+It is one more way in to whatever implements `naoserver.robot.Robot`, beside the servants: the simulated
+robot (`naoserver-sim --qi`) and the fake one (`python -m naoserver_qi`), which stands for a real robot in the
+tests of `naoserver_naoqi`. Commands pass the same guards as those of servants, never straight to the robot.
 
-Where NAOqi is ambiguous it does as NAOqi 2.8 on a NAO6. docs/virtual-nao.md tells what is there.
+Where NAOqi is ambiguous it behaves as NAOqi 2.8 on a NAO6. docs/virtual-nao.md lists what is there.
 """
 
 from __future__ import annotations
@@ -17,8 +15,8 @@ from naoserver.errors import RobotError
 
 if TYPE_CHECKING:
     from naoserver.assembly import Assembly
-    from naoserver.qi_service.service import NaoqiService
     from naoserver.robot import Robot
+    from naoserver_qi.service import NaoqiService
 
 __all__ = ["serve_as_naoqi"]
 
@@ -30,9 +28,8 @@ def serve_as_naoqi(robot: Robot, assembly: Assembly, url: str, *, faults: bool =
     or fail. Raises RobotError when it cannot listen there, or when the package qi is missing.
     """
     try:
-        from naoserver.qi_service.access import Access
-        from naoserver.qi_service.service import NaoqiService
+        from naoserver_qi.service import NaoqiService
     except ModuleNotFoundError as error:
         message = f"{error.name} is not installed; type: pip install 'visualhfsm[naoqi]'"
         raise RobotError(message) from None
-    return NaoqiService(Access.through(robot, assembly), url, faults=faults)
+    return NaoqiService(robot, assembly, url, faults=faults)

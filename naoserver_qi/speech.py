@@ -8,10 +8,10 @@ from typing import Final
 
 from naoserver.capabilities import Voice
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.qi_service.calls import Call, long_call
-from naoserver.qi_service.memory import ALMemory
-from naoserver.qi_service.values import number, text
 from naoserver.voice import LONGEST_TEXT
+from naoserver_qi.arguments import chosen, number, number_within, text
+from naoserver_qi.calls import Call, long_call
+from naoserver_qi.memory import ALMemory
 
 __all__ = ["ALAnimatedSpeech", "ALTextToSpeech"]
 
@@ -44,7 +44,7 @@ class ALTextToSpeech:
     def say(self, call: Call, stringToSay: object, language: object = None) -> None:
         """Say a text after those that were asked for before; returns when it was said."""
         if language is not None:
-            self._check_language(language)
+            chosen(language, "language", _LANGUAGES)
         words = _TAG.sub(" ", text(stringToSay, "text")).strip()
         if len(words) > LONGEST_TEXT:
             message = f"the text has {len(words)} characters: at most {LONGEST_TEXT} are said at a time"
@@ -74,7 +74,7 @@ class ALTextToSpeech:
 
     def setLanguage(self, pLanguage: object) -> None:
         """Remember the language, in which texts are taken as they are."""
-        self._language = self._check_language(pLanguage)
+        self._language = chosen(pLanguage, "language", _LANGUAGES)
 
     def getLanguage(self) -> str:
         """Return the language."""
@@ -86,10 +86,7 @@ class ALTextToSpeech:
 
     def setVolume(self, volume: object) -> None:
         """Remember the volume from 0 to 1."""
-        value = number(volume, "volume")
-        if not 0.0 <= value <= 1.0:
-            raise InvalidCommand("volume", f"volume is {value:g}: it must be from 0 to 1")
-        self._volume = value
+        self._volume = number_within(volume, "volume", 0.0, 1.0)
 
     def getVolume(self) -> float:
         """Return the volume from 0 to 1."""
@@ -99,12 +96,6 @@ class ALTextToSpeech:
         """Take a parameter of the voice, such as `speed`, which has no effect."""
         text(pEffectName, "name")
         number(pEffectValue, "value")
-
-    def _check_language(self, language: object) -> str:
-        name = text(language, "language")
-        if name not in _LANGUAGES:
-            raise InvalidCommand("language", f"there is no language {name[:60]!r}; there are {_LANGUAGES}")
-        return name
 
 
 class ALAnimatedSpeech:

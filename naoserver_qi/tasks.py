@@ -1,4 +1,4 @@
-"""Move joints along trajectories; who moves which joints is kept here, as in NAOqi's tasks."""
+"""Move joints along trajectories, one task per call, as NAOqi does."""
 
 from __future__ import annotations
 
@@ -8,32 +8,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
-from naoserver.guarded_device import GuardedDevice
-from naoserver.qi_service.calls import Call
-from naoserver.qi_service.trajectory import Trajectory
-from zenoh_ice import Clock
+from naoserver_qi.access import PERIOD, Access
+from naoserver_qi.calls import Call
+from naoserver_qi.trajectory import Trajectory
 
-__all__ = ["JointMotion", "Task", "free"]
+__all__ = ["JointTasks", "Task"]
 
-PERIOD: Final = 0.02
-"""Robot seconds between two setpoints: ALMotion's cycle."""
 _SETTLING: Final = 3.0
 """Robot seconds that joints get to arrive after the end of a trajectory that was too fast for them."""
 _REACHED: Final = 1e-6  # rad
-_ENDING: Final = 5.0
-"""Robot seconds that a walk or a motion gets to end."""
-_LOOKS: Final = 0.1  # wall seconds between two looks whether a waiting call was broken off
-
-
-def free(body: GuardedDevice, call: Call) -> None:
-    """End the walk, or whatever else moves joints by itself, and wait until they belong to nobody.
-
-    After some seconds, or when the call is broken off, it returns all the same.
-    """
-    joints = [joint.name for joint in body.joints]
-    for _ in range(round(_ENDING / PERIOD)):
-        if not body.claims.stop(joints) or call.wait(PERIOD):
-            return
+_POLL: Final = 0.1
+"""Wall seconds between two checks whether a waiting call was cancelled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,24 +31,25 @@ class Task:
     call: Call
 
 
-class JointMotion:
+class JointTasks:
     """Move the joints of a body. Of two tasks that want the same joint the later waits for the earlier."""
 
-    def __init__(self, body: GuardedDevice, clock: Clock) -> None:
-        self._body = body
-        self._clock = clock
+    def __init__(self, access: Access) -> None:
+        self._access = access
+        self._body = access.body
+        self._clock = access.robot.clock
         self._changed = threading.Condition()
         self._tasks: list[Task] = []
         self._taken: dict[str, int] = {}  # the task that moves each joint
         self._count = 0
 
-    def tasks(self) -> list[Task]:
+    def all(self) -> list[Task]:
         """Return the tasks that move joints or wait for them."""
         with self._changed:
             return list(self._tasks)
 
     def stop(self, tasks: Iterable[Task]) -> None:
-        """Break tasks off; their joints stay where they are."""
+        """Cancel tasks; their joints stay where they are."""
         for task in tasks:
             task.call.stopped.set()
 
@@ -73,11 +59,6 @@ class JointMotion:
             for joint in joints:
                 self._taken.pop(joint, None)
 
-    def commands(self) -> dict[str, float]:
-        """Return the setpoint of every joint."""
-        reading = self._body.read()
-        return {joint.name: value for joint, value in zip(self._body.joints, reading.commands, strict=True)}
-
     @contextmanager
     def task(self, name: str, joints: Iterable[str], call: Call) -> Iterator[Task]:
         """Move joints in a `with` block, which begins when no other task moves them."""
@@ -86,7 +67,7 @@ class JointMotion:
             task = Task(self._count, name, frozenset(joints), call)
             self._tasks.append(task)
             while not call.stopped.is_set() and not self._taken.keys().isdisjoint(task.joints):
-                self._changed.wait(_LOOKS)
+                self._changed.wait(_POLL)
             if not call.stopped.is_set():  # who gave up waiting takes nothing away
                 self._taken.update(dict.fromkeys(task.joints, task.number))
         try:
@@ -99,7 +80,7 @@ class JointMotion:
                 self._changed.notify_all()
 
     def follow(self, task: Task, trajectories: Mapping[str, Trajectory]) -> None:
-        """Follow trajectories from now on, to their ends; returns earlier when the call is broken off.
+        """Follow trajectories from now on, to their ends; returns earlier when the call is cancelled.
 
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
@@ -117,7 +98,7 @@ class JointMotion:
 
     def _step(self, task: Task, trajectories: Mapping[str, Trajectory], time: float) -> None:
         """Send the setpoints to where they are to be at a time one period from now."""
-        setpoints = self.commands()
+        setpoints = self._access.angles(measured=False)
         with self._changed:
             own = [joint for joint in trajectories if self._taken.get(joint) == task.number]
         targets, speeds = {}, {}
@@ -136,7 +117,7 @@ class JointMotion:
         """Wait until the setpoints have arrived; full speed where they are late."""
         end = self._clock.now() + _SETTLING
         while not task.call.stopped.is_set() and self._clock.now() < end:
-            setpoints = self.commands()
+            setpoints = self._access.angles(measured=False)
             with self._changed:
                 late = {
                     joint: target

@@ -1,4 +1,4 @@
-"""Serve the fake robot as NAOqi: `python -m naoserver.qi_service`."""
+"""Serve the fake robot as NAOqi: `python -m naoserver_qi`."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _LOOK: Final = 0.5
 _EXAMPLES = """
 [bold]Examples[/bold]
 
-  python -m naoserver.qi_service
-  python -m naoserver.qi_service --qi tcp://127.0.0.1:9560 --faults --speed 5
+  python -m naoserver_qi
+  python -m naoserver_qi --qi tcp://127.0.0.1:9560 --faults --speed 5
 """
 
 
@@ -43,8 +43,8 @@ def serve_fake(
     from naoserver.fake.clock import FastClock
     from naoserver.motions.pump import MotionPump
     from naoserver.options import ServerOptions
-    from naoserver.qi_service import serve_as_naoqi
     from naoserver.watchdog import Watchdog
+    from naoserver_qi import serve_as_naoqi
 
     with ExitStack() as stack:
         robot = stack.enter_context(closing(FakeRobot(FastClock(speed))))

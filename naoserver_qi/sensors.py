@@ -1,25 +1,67 @@
-"""What stands under ALMemory's keys, taken from the robot's newest readings."""
+"""ALSonar, and what ALMemory has under its keys: the newest readings of the robot's joints and senses."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
-from naoserver.capabilities import FootReading, SenseReading
-from naoserver.qi_service.access import Access
-from naoserver.qi_service.sonar import Sonar
+from naoserver.capabilities import FootReading, SenseReading, Senses
+from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver.robot import JointReading
 from naoserver.walk_guard import WalkGuard
+from naoserver_qi.access import Access
+from naoserver_qi.arguments import text
 
-__all__ = ["Moment", "keys_of"]
+__all__ = ["ALSonar", "Moment", "keys_of"]
 
 GRAVITY: Final = 9.81
 """In m/s2: pressure is told in kg."""
 NOTHING_NEAR: Final = 5.0
 """What the sonar tells in m when nothing is in its range."""
 _FULL: Final = 0.99
+_MOST: Final = 100
 _DEVICES: Final = "Device/SubDeviceList/"
+
+
+class ALSonar:
+    """Turn the sonar on and off; ALMemory shows its newest reading while somebody has subscribed."""
+
+    def __init__(self, senses: Senses | None) -> None:
+        """Serve the sonar of some senses; None of a robot that has none."""
+        self._senses = senses
+        self._lock = threading.Lock()
+        self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
+        self._newest = (0.0, 0.0)
+
+    def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:
+        """Turn the sonar on for a subscriber."""
+        if self._senses is None:
+            raise HardwareFailure("this robot has no sonar")
+        with self._lock:
+            if len(self._subscribers) >= _MOST:
+                raise InvalidCommand("name", f"the sonar has {_MOST} subscribers already")
+            self._subscribers[text(name, "name")] = (period, precision)
+
+    def unsubscribe(self, name: object) -> None:
+        """Turn the sonar off for a subscriber; it is off when none is left."""
+        self._distances()
+        with self._lock:
+            if self._subscribers.pop(text(name, "name"), None) is None:
+                raise InvalidCommand("name", f"{str(name)[:60]!r} has not subscribed")
+
+    def getSubscribersInfo(self) -> list[list[object]]:
+        """Return name, period and precision of each subscriber."""
+        with self._lock:
+            return [[name, *wanted] for name, wanted in self._subscribers.items()]
+
+    def _distances(self) -> tuple[float, float]:
+        """Return the distances to the left and to the right in m; both 0 before anybody subscribed."""
+        if self._subscribers and self._senses is not None:
+            reading = self._senses.read().sonar
+            self._newest = (reading.left, reading.right)
+        return self._newest
 
 
 class Moment:
@@ -49,7 +91,7 @@ class Moment:
 Look = Callable[[Moment], object]
 
 
-def keys_of(access: Access, sonar: Sonar) -> Mapping[str, Look]:
+def keys_of(access: Access, sonar: ALSonar) -> Mapping[str, Look]:
     """Return what tells the value of every key that the robot keeps itself."""
     keys: dict[str, Look] = dict(_of_joints(access))
     keys["RobotConfig/Body/Type"] = lambda _moment: "nao"
@@ -105,16 +147,16 @@ def _of_feet() -> Iterator[tuple[str, Look]]:
         yield f"{pressure}FrontRight/Sensor/Value", _mass(of, lambda reading: reading.front_right)
         yield f"{pressure}RearLeft/Sensor/Value", _mass(of, lambda reading: reading.rear_left)
         yield f"{pressure}RearRight/Sensor/Value", _mass(of, lambda reading: reading.rear_right)
-        yield f"{pressure}TotalWeight/Sensor/Value", _mass(of, _load)
+        yield f"{pressure}TotalWeight/Sensor/Value", _mass(of, lambda reading: reading.total)
 
 
-def _of_sonar(sonar: Sonar) -> Iterator[tuple[str, Look]]:
+def _of_sonar(sonar: ALSonar) -> Iterator[tuple[str, Look]]:
     for i, side in enumerate(("Left", "Right")):
         yield f"{_DEVICES}US/{side}/Sensor/Value", _distance(sonar, i)
 
 
-def _distance(sonar: Sonar, side: int) -> Look:
-    return lambda _moment: min(sonar.distances()[side], NOTHING_NEAR)
+def _distance(sonar: ALSonar, side: int) -> Look:
+    return lambda _moment: min(sonar._distances()[side], NOTHING_NEAR)
 
 
 def _of_battery() -> Iterator[tuple[str, Look]]:
@@ -150,10 +192,6 @@ def _pull(axis: int) -> Look:
 
 def _mass(of: Callable[[Moment], FootReading], force: Callable[[FootReading], float]) -> Look:
     return lambda moment: force(of(moment)) / GRAVITY
-
-
-def _load(foot: FootReading) -> float:
-    return foot.front_left + foot.front_right + foot.rear_left + foot.rear_right
 
 
 def _pressed(sensors: set[str]) -> Look:

@@ -1,0 +1,491 @@
+"""ALMotion: joints, stiffness, the walk, and facts about the body."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import astuple
+from typing import Any, Final
+
+from naoserver.capabilities import WalkVelocity
+from naoserver.errors import InvalidCommand
+from naoserver_qi.access import PERIOD, Access
+from naoserver_qi.arguments import (
+    chosen,
+    fraction,
+    joints_of,
+    listed,
+    number,
+    number_lists,
+    number_within,
+    numbers,
+    text,
+)
+from naoserver_qi.calls import Call, long_call
+from naoserver_qi.kinematics import PARTS, angles_of, place_in_frame
+from naoserver_qi.postures import ALRobotPosture
+from naoserver_qi.tasks import JointTasks
+from naoserver_qi.trajectory import BezierKey, BezierTrajectory, SmoothTrajectory, Trajectory, check_times
+from naoserver_qi.walking import Walking
+
+__all__ = ["ALMotion"]
+
+_logger = logging.getLogger(__name__)
+
+_PEAK: Final = 1.5
+"""Highest speed of a cubic from rest to rest, in units of its mean speed."""
+_WAKING: Final = 0.5
+"""Robot seconds in which the motors of a limp robot become stiff."""
+_RESTING: Final = 1.0
+"""Robot seconds in which the motors of a crouching robot go limp."""
+_PACE: Final = 0.8
+_MOST_SWITCHES: Final = 200
+_MOVE_CONFIG: Final = {
+    "MaxStepX": (0.001, 0.04, 0.08),
+    "MaxStepY": (0.101, 0.14, 0.16),
+    "MaxStepTheta": (0.001, 0.349, 0.524),
+    "MaxStepFrequency": (0.0, 1.0, 1.0),
+    "StepHeight": (0.005, 0.02, 0.04),
+    "TorsoWx": (-0.122, 0.0, 0.122),
+    "TorsoWy": (-0.122, 0.0, 0.122),
+}
+"""Minimum, default and maximum of each parameter of NAOqi's own gait; none has an effect here."""
+_CONFIGS: Final = ("Min", "Default", "Max")
+_ROBOT_CONFIG: Final[dict[str, object]] = {
+    "Model Type": "naoH25",
+    "Head Version": "VERSION_60",
+    "Body Version": "VERSION_60",
+    "Arm Version": "VERSION_60",
+    "Laser": False,
+    "Extended Arms": False,
+    "Extended Hand": True,
+    "Number of Legs": 2,
+    "Number of Arms": 2,
+    "Number of Hands": 2,
+}
+
+_Operation = Callable[..., Any]
+
+
+def _robot_switch(name: str, default: bool) -> tuple[_Operation, _Operation]:
+    """Return the operations that set and get a switch of the whole robot."""
+
+    def enable(self: ALMotion, enable: object) -> None:
+        self._remember(name, enable)
+
+    def enabled(self: ALMotion) -> bool:
+        return self._switches.get(name, default)
+
+    enable.__doc__ = f"Remember whether {name} is enabled; it has no effect."
+    enabled.__doc__ = f"Return whether {name} is enabled."
+    return enable, enabled
+
+
+def _part_switch(name: str, default: bool) -> tuple[_Operation, _Operation]:
+    """Return the operations that set and get a switch of a part of the body."""
+
+    def enable(self: ALMotion, part: object, enable: object) -> bool:
+        return self._remember(f"{name}/{text(part, 'name')}", enable)
+
+    def enabled(self: ALMotion, part: object) -> bool:
+        return self._switches.get(f"{name}/{text(part, 'name')}", default)
+
+    enable.__doc__ = f"Remember whether {name} of a chain or part is enabled; it has no effect."
+    enabled.__doc__ = f"Return whether {name} of a chain or part is enabled."
+    return enable, enabled
+
+
+class ALMotion:
+    """Move the robot. The safety layer limits every speed: what is too fast takes longer."""
+
+    def __init__(self, access: Access, postures: ALRobotPosture, walking: Walking) -> None:
+        self._access = access
+        self._body = access.body
+        self._tasks = JointTasks(access)
+        self._postures = postures
+        self._walking = walking
+        self._switches: dict[str, bool] = {}
+
+    # -- joints ------------------------------------------------------------------------------------------
+
+    def setAngles(self, names: object, angles: object, maxSpeedFraction: object) -> None:
+        """Send joints to angles in rad at a fraction of their full speed; returns at once."""
+        joints = joints_of(names)
+        self._send(joints, numbers(angles, "angles", len(joints)), maxSpeedFraction)
+
+    def changeAngles(self, names: object, changes: object, maxSpeedFraction: object) -> None:
+        """Send joints to angles relative to their setpoints; returns at once."""
+        joints = joints_of(names)
+        setpoints = self._access.angles(measured=False)
+        shifts = numbers(changes, "changes", len(joints))
+        targets = [setpoints[joint] + shift for joint, shift in zip(joints, shifts, strict=True)]
+        self._send(joints, targets, maxSpeedFraction)
+
+    def getAngles(self, names: object, useSensors: object) -> list[float]:
+        """Return the angles of joints in rad as measured, or their setpoints."""
+        angles = self._access.angles(measured=bool(useSensors))
+        return [angles[joint] for joint in joints_of(names)]
+
+    @long_call
+    def angleInterpolation(
+        self, call: Call, names: object, angleLists: object, timeLists: object, isAbsolute: object
+    ) -> None:
+        """Move joints smoothly through angles at times in s; returns when they are there."""
+        joints = joints_of(names)
+        angles = number_lists(angleLists, "angleLists", len(joints))
+        times = number_lists(timeLists, "timeLists", len(joints))
+
+        def paths(start: dict[str, float]) -> dict[str, Trajectory]:
+            found: dict[str, Trajectory] = {}
+            for joint, keys, moments in zip(joints, angles, times, strict=True):
+                origin = 0.0 if isAbsolute else start[joint]
+                found[joint] = SmoothTrajectory(joint, start[joint], moments, [origin + key for key in keys])
+            return found
+
+        self._follow(call, "angleInterpolation", joints, paths)
+
+    @long_call
+    def angleInterpolationWithSpeed(
+        self, call: Call, names: object, targetAngles: object, maxSpeedFraction: object
+    ) -> None:
+        """Move joints to angles, the slowest at a fraction of its full speed; returns when they are there."""
+        joints = joints_of(names)
+        targets = dict(zip(joints, numbers(targetAngles, "targetAngles", len(joints)), strict=True))
+        share = fraction(maxSpeedFraction, "the fraction")
+
+        def paths(start: dict[str, float]) -> dict[str, Trajectory]:
+            duration = PERIOD
+            for joint, target in targets.items():
+                speed = min(share * self._body.facts(joint).max_velocity, self._body.speed_cap(joint))
+                duration = max(duration, _PEAK * abs(target - start[joint]) / speed)
+            return {
+                joint: SmoothTrajectory(joint, start[joint], [duration], [target])
+                for joint, target in targets.items()
+            }
+
+        self._follow(call, "angleInterpolationWithSpeed", joints, paths)
+
+    @long_call
+    def angleInterpolationBezier(
+        self, call: Call, jointNames: object, times: object, controlPoints: object
+    ) -> None:
+        """Move joints along Bezier curves, as Choregraphe exports them; returns when they are there."""
+        joints = joints_of(jointNames)
+        moments = number_lists(times, "times", len(joints))
+        points = listed(controlPoints, "controlPoints")
+        if len(points) != len(joints):
+            message = f"controlPoints has {len(points)} entries for {len(joints)} joints"
+            raise InvalidCommand("controlPoints", message)
+        keys = {joint: _bezier_keys(joint, moments[i], points[i]) for i, joint in enumerate(joints)}
+
+        def paths(start: dict[str, float]) -> dict[str, Trajectory]:
+            return {joint: BezierTrajectory(joint, start[joint], keys[joint]) for joint in joints}
+
+        self._follow(call, "angleInterpolationBezier", joints, paths)
+
+    @long_call
+    def openHand(self, call: Call, handName: object) -> None:
+        """Open a hand, `LHand` or `RHand`; returns when it is open."""
+        self.angleInterpolationWithSpeed(call, handName, 1.0, 1.0)
+
+    @long_call
+    def closeHand(self, call: Call, handName: object) -> None:
+        """Close a hand, `LHand` or `RHand`; returns when it is closed."""
+        self.angleInterpolationWithSpeed(call, handName, 0.0, 1.0)
+
+    # -- stiffness ---------------------------------------------------------------------------------------
+
+    def setStiffnesses(self, names: object, stiffnesses: object) -> None:
+        """Set how strongly joints hold, from 0, limp, to 1; returns at once."""
+        joints = joints_of(names)
+        values = numbers(stiffnesses, "stiffnesses", len(joints))
+        self._body.stiffen(dict(zip(joints, values, strict=True)), 0.0)
+
+    def getStiffnesses(self, names: object) -> list[float]:
+        """Return how strongly joints hold, from 0 to 1."""
+        values = self._body.read().stiffnesses
+        return [values[self._body.index(joint)] for joint in joints_of(names)]
+
+    @long_call
+    def stiffnessInterpolation(
+        self, call: Call, names: object, stiffnessLists: object, timeLists: object
+    ) -> None:
+        """Change how strongly joints hold, evenly from key to key at times in s; returns at the last."""
+        joints = joints_of(names)
+        values = number_lists(stiffnessLists, "stiffnessLists", len(joints))
+        times = number_lists(timeLists, "timeLists", len(joints))
+        begun: dict[float, dict[str, tuple[float, float]]] = {}  # when: by joint, stiffness and seconds
+        for joint, own, moments in zip(joints, values, times, strict=True):
+            check_times(joint, moments, len(own))
+            for begin, end, value in zip([0.0, *moments[:-1]], moments, own, strict=True):
+                begun.setdefault(begin, {})[joint] = (value, end - begin)
+            begun.setdefault(moments[-1], {})
+        now = 0.0
+        for begin in sorted(begun):
+            if call.wait(begin - now):
+                return
+            now = begin
+            for joint, (value, seconds) in begun[begin].items():
+                self._body.stiffen({joint: value}, seconds)
+
+    @long_call
+    def wakeUp(self, call: Call) -> None:
+        """Make every motor stiff, and stand up; returns when the robot stands."""
+        reading = self._body.read()
+        stiffnesses = zip(self._body.joints, reading.stiffnesses, strict=True)
+        limp = {joint.name: 1.0 for joint, stiffness in stiffnesses if stiffness < 1.0}
+        if limp:
+            self._body.stiffen(limp, _WAKING)
+            call.wait(_WAKING)
+        self._postures.goToPosture(call, "Stand", _PACE)
+
+    @long_call
+    def rest(self, call: Call) -> None:
+        """Crouch, and then let every motor go limp; returns when they are."""
+        if max(self._body.read().stiffnesses) > 0.0:
+            self._postures.goToPosture(call, "Crouch", _PACE)
+        if not call.stopped.is_set():
+            self._body.stiffen({joint.name: 0.0 for joint in self._body.joints}, _RESTING)
+            call.wait(_RESTING)
+
+    def robotIsWakeUp(self) -> bool:
+        """Return whether all motors are stiff."""
+        return min(self._body.read().stiffnesses) > 0.0
+
+    # -- the walk: parameters of the gait are checked and have no effect -----------------------------------
+
+    def move(self, x: object, y: object, theta: object, moveConfig: object = ()) -> None:
+        """Walk at a velocity in m/s and rad/s until further notice; returns at once."""
+        _check_config(moveConfig)
+        self._walking.go(WalkVelocity(number(x, "x"), number(y, "y"), number(theta, "theta")))
+
+    def moveToward(self, x: object, y: object, theta: object, moveConfig: object = ()) -> None:
+        """Walk at shares, from -1 to 1, of the highest velocities until further notice; returns at once."""
+        _check_config(moveConfig)
+        shares = (number_within(v, what, -1.0, 1.0) for v, what in ((x, "x"), (y, "y"), (theta, "theta")))
+        highest = astuple(self._walking.guard.limits)
+        self._walking.go(WalkVelocity(*(share * limit for share, limit in zip(shares, highest, strict=True))))
+
+    def setWalkTargetVelocity(
+        self, x: object, y: object, theta: object, frequency: object, moveConfig: object = ()
+    ) -> None:
+        """Walk as moveToward does; its former name."""
+        number_within(frequency, "frequency", -1.0, 1.0)
+        self.moveToward(x, y, theta, moveConfig)
+
+    @long_call
+    def moveTo(self, call: Call, *goal: object) -> bool:
+        """Walk to x, y and theta in m and rad in the robot's frame; returns at the end whether it got there.
+
+        Instead of three numbers it takes a list of such places, one after the other.
+        """
+        if goal and isinstance(goal[0], (list, tuple)):
+            places, rest = listed(goal[0], "controlPoints"), goal[1:]
+        else:
+            places, rest = [list(goal[:3])], goal[3:]
+        if len(rest) > 1:
+            raise InvalidCommand("goal", f"moveTo takes a goal and a configuration, not {len(rest)} more")
+        for config in rest:
+            if not isinstance(config, (int, float)):  # formerly the seconds that it should take
+                _check_config(config)
+        ways = [_place(place) for place in places]
+        start = self._walking.guard.read()
+        return all(self._walking.go_to(call, *way, start) for way in ways)
+
+    def moveInit(self) -> None:
+        """Do nothing, since the walk begins from any stance. Raises HardwareFailure when there is none."""
+        _ = self._walking.guard
+
+    def moveIsActive(self) -> bool:
+        """Return whether it walks, or comes to a stand."""
+        return self._walking.moving
+
+    @long_call
+    def waitUntilMoveIsFinished(self, call: Call) -> None:
+        """Return when it stands."""
+        while self._walking.moving and not call.wait(0.05):
+            pass
+
+    def stopMove(self) -> None:
+        """End the walk on both feet."""
+        self._walking.stop()
+
+    def killMove(self) -> None:
+        """End the walk on both feet, as stopMove does."""
+        self._walking.stop()
+
+    def getMoveConfig(self, config: object) -> list[list[object]]:
+        """Return the parameters of NAOqi's gait: `Min`, `Default` or `Max`."""
+        which = _CONFIGS.index(chosen(config, "configuration", _CONFIGS))
+        return [[name, values[which]] for name, values in _MOVE_CONFIG.items()]
+
+    def getRobotPosition(self, useSensors: object) -> list[float]:  # noqa: ARG002 - it is always measured
+        """Return the robot's estimate of its place: x and y in m and the heading in rad."""
+        odometry = self._walking.guard.read()
+        return [odometry.x, odometry.y, odometry.heading]
+
+    def getNextRobotPosition(self) -> list[float]:
+        """Return what getRobotPosition does, since no step is planned ahead."""
+        return self.getRobotPosition(True)
+
+    def getRobotVelocity(self) -> list[float]:
+        """Return the commanded velocity of the walk in m/s and rad/s."""
+        return list(astuple(self._walking.guard.commanded()))
+
+    # -- tasks -------------------------------------------------------------------------------------------
+
+    def getTaskList(self) -> list[list[object]]:
+        """Return name, number, broker and joints of each task that moves joints."""
+        return [[task.name, task.number, "", sorted(task.joints)] for task in self._tasks.all()]
+
+    def areResourcesAvailable(self, resourceNames: object) -> bool:
+        """Return whether no task moves any of some joints."""
+        joints = joints_of(resourceNames)
+        return all(task.joints.isdisjoint(joints) for task in self._tasks.all())
+
+    def killTask(self, motionTaskID: object) -> bool:
+        """Cancel a task; returns whether there was one."""
+        tasks = [task for task in self._tasks.all() if task.number == motionTaskID]
+        self._tasks.stop(tasks)
+        return bool(tasks)
+
+    def killTasksUsingResources(self, resourceNames: object) -> None:
+        """Cancel the tasks that move any of some joints."""
+        joints = joints_of(resourceNames)
+        self._tasks.stop(task for task in self._tasks.all() if not task.joints.isdisjoint(joints))
+
+    def killAll(self) -> None:
+        """Cancel every task, end the walk, and hold every joint where it is."""
+        self._walking.stop()
+        self._tasks.stop(self._tasks.all())
+        self._body.hold()
+
+    # -- the body ----------------------------------------------------------------------------------------
+
+    def getBodyNames(self, name: object) -> list[str]:
+        """Return the joints of a chain, such as `Body` or `LArm`."""
+        return list(joints_of(name))
+
+    def getJointNames(self, name: object) -> list[str]:
+        """Return the joints of a chain; the former name of getBodyNames."""
+        return list(joints_of(name))
+
+    def getLimits(self, name: object) -> list[list[float]]:
+        """Return lowest and highest angle in rad, full speed in rad/s and torque in N m of each joint."""
+        facts = [self._body.facts(joint) for joint in joints_of(name)]
+        return [[joint.lower, joint.upper, joint.max_velocity, joint.max_torque] for joint in facts]
+
+    def getMotionCycleTime(self) -> int:
+        """Return the period of the setpoints in ms."""
+        return round(PERIOD * 1000)
+
+    def getRobotConfig(self) -> list[list[object]]:
+        """Return names and values of facts about the body."""
+        return [list(_ROBOT_CONFIG), list(_ROBOT_CONFIG.values())]
+
+    def getSummary(self) -> str:
+        """Return a table of joints with stiffness, command and position, for people."""
+        reading = self._body.read()
+        rows = zip(self._body.joints, reading.stiffnesses, reading.commands, reading.positions, strict=True)
+        lines = [
+            f"{joint.name:<16}{stiff:>10.2f}{command:>12.6f}{at:>12.6f}" for joint, stiff, command, at in rows
+        ]
+        return "\n".join([f"{'Joint':<16}{'Stiffness':>10}{'Command':>12}{'Sensor':>12}", *lines])
+
+    def getPosition(self, name: object, frame: object, useSensorValues: object) -> list[float]:
+        """Return x, y and z in m and the angles about x, y and z in rad of a joint, effector or camera."""
+        place = place_in_frame(self._access, text(name, "name"), frame, measured=bool(useSensorValues))
+        return [*(float(value) for value in place[:3, 3]), *angles_of(place)]
+
+    def getTransform(self, name: object, frame: object, useSensorValues: object) -> list[float]:
+        """Return the 16 entries of a homogeneous transform, row by row, of a joint, effector or camera."""
+        place = place_in_frame(self._access, text(name, "name"), frame, measured=bool(useSensorValues))
+        return [float(value) for value in place.ravel()]
+
+    def getSensorNames(self) -> list[str]:
+        """Return the names of the cameras and other sensors whose place is known."""
+        return [name for name in PARTS if name.startswith("Camera")]
+
+    # -- NAOqi's reflexes: remembered for programs that switch them before anything else --------------------
+
+    setFallManagerEnabled, getFallManagerEnabled = _robot_switch("FallManager", True)
+    setSmartStiffnessEnabled, getSmartStiffnessEnabled = _robot_switch("SmartStiffness", True)
+    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = _robot_switch("DiagnosisEffect", True)
+    setPushRecoveryEnabled, getPushRecoveryEnabled = _robot_switch("PushRecovery", True)
+    setCollisionProtectionEnabled, getCollisionProtectionEnabled = _part_switch("CollisionProtection", True)
+    setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _part_switch(
+        "ExternalCollisionProtection", True
+    )
+    setBreathEnabled, getBreathEnabled = _part_switch("Breath", False)
+    setIdlePostureEnabled, getIdlePostureEnabled = _part_switch("IdlePosture", False)
+    getMoveArmsEnabled = _part_switch("MoveArms", True)[1]
+
+    def setMoveArmsEnabled(self, leftArm: object, rightArm: object) -> None:
+        """Remember whether the arms are to swing; they do unless they are commanded."""
+        self._remember("MoveArms/LArm", leftArm)
+        self._remember("MoveArms/RArm", rightArm)
+
+    # -- internal ----------------------------------------------------------------------------------------
+
+    def _send(self, joints: Sequence[str], targets: Sequence[float], speed: object) -> None:
+        share = fraction(speed, "the fraction")
+        self._tasks.take(joints)
+        speeds = {joint: share * self._body.facts(joint).max_velocity for joint in joints}
+        self._body.move(dict(zip(joints, targets, strict=True)), speeds)
+
+    def _follow(
+        self,
+        call: Call,
+        name: str,
+        joints: Sequence[str],
+        paths: Callable[[dict[str, float]], dict[str, Trajectory]],
+    ) -> None:
+        """Move joints along paths from their setpoints, once no other task moves them."""
+        with self._tasks.task(name, joints, call) as task:
+            if joints and not call.stopped.is_set():
+                self._tasks.follow(task, paths(self._access.angles(measured=False)))
+
+    def _remember(self, name: str, enable: object) -> bool:
+        if len(self._switches) < _MOST_SWITCHES or name in self._switches:
+            self._switches[name] = bool(enable)
+        _logger.info("%s is %s, which has no effect", name, "on" if enable else "off")
+        return True
+
+
+def _bezier_keys(joint: str, times: Sequence[float], points: object) -> list[BezierKey]:
+    entries = listed(points, "controlPoints")
+    if len(entries) != len(times):
+        raise InvalidCommand(joint, f"{joint}: there are {len(entries)} keys for {len(times)} times")
+    keys = []
+    for time, entry in zip(times, entries, strict=True):
+        parts = listed(entry, "controlPoints") if isinstance(entry, (list, tuple)) else [entry]
+        if not parts:
+            raise InvalidCommand(joint, f"{joint}: a key has no angle")
+        keys.append(BezierKey(time, number(parts[0], "an angle"), *(_handle(part) for part in parts[1:3])))
+    return keys
+
+
+def _handle(part: object) -> tuple[float, float]:
+    values = listed(part, "a handle")
+    if len(values) != 3:
+        message = f"a handle has {len(values)} entries, not 3: the kind of interpolation, time and angle"
+        raise InvalidCommand("controlPoints", message)
+    return number(values[1], "a handle's time"), number(values[2], "a handle's angle")
+
+
+def _place(value: object) -> tuple[float, float, float]:
+    parts = listed(value, "a place")
+    if len(parts) != 3:
+        raise InvalidCommand("place", f"a place has {len(parts)} entries, not 3: x, y and theta")
+    return number(parts[0], "x"), number(parts[1], "y"), number(parts[2], "theta")
+
+
+def _check_config(config: object) -> None:
+    """Raise InvalidCommand unless it is a list of names, such as MaxStepX, and numbers."""
+    for entry in listed(config, "moveConfig"):
+        pair = listed(entry, "an entry of moveConfig")
+        if len(pair) != 2:
+            raise InvalidCommand("moveConfig", "an entry of moveConfig is a name and a number")
+        name = text(pair[0], "a name in moveConfig").removeprefix("Left").removeprefix("Right")
+        chosen(name, "parameter", (*_MOVE_CONFIG, "Frequency"))
+        number(pair[1], name)

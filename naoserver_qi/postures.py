@@ -1,0 +1,153 @@
+"""ALRobotPosture and ALBehaviorManager: postures of the whole body, and the server's motions as behaviors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from interfaces.nao import ActionStatus
+from naoserver.motions.keyframes import Motion
+from naoserver.motions.library import load_motions
+from naoserver.motions.postures import nearest_posture
+from naoserver.motions.routes import MotionRoute
+from naoserver.servants.motions import KIND as MOTION
+from naoserver.servants.postures import KIND as POSTURE
+from naoserver_qi.access import CLIENT, Access
+from naoserver_qi.arguments import chosen, fraction, text
+from naoserver_qi.calls import Call, long_call
+
+__all__ = ["ALBehaviorManager", "ALRobotPosture"]
+
+FAMILIES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "Crouch": "Crouching",
+        "LyingBack": "LyingBack",
+        "LyingBelly": "LyingBelly",
+        "Sit": "Sitting",
+        "SitRelax": "Sitting",
+        "Stand": "Standing",
+        "StandInit": "Standing",
+        "StandZero": "Standing",
+    }
+)
+"""The family of each posture."""
+UNKNOWN: Final = "Unknown"
+_POLL: Final = 0.05
+"""Robot seconds between two checks whether a posture was reached or a behavior has ended."""
+
+
+class ALRobotPosture:
+    """Go into postures, and report the current one."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+
+    @long_call
+    def goToPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
+        """Go to a posture at a fraction of the full pace; returns at its end whether it was reached.
+
+        A walk is ended first.
+        """
+        postures = self._access.postures
+        name = chosen(postureName, "posture", postures.names)
+        pace = fraction(maxSpeedFraction, "the fraction")
+        self._access.free(call)
+        if call.stopped.is_set():
+            return False
+        postures.go(name, pace, CLIENT)
+        count = postures.progress().count
+        while (now := postures.progress()).status is ActionStatus.Moving and now.count == count:
+            if call.wait(_POLL):
+                self.stopMove()
+                return False
+        return now.status is ActionStatus.Done and now.count == count
+
+    @long_call
+    def applyPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
+        """Go to a posture, as goToPosture does."""
+        return self.goToPosture(call, postureName, maxSpeedFraction)
+
+    def stopMove(self) -> None:
+        """Stop on the way to a posture."""
+        if self._access.robot.postures is not None:
+            self._access.robot.postures.stop()
+        else:
+            self._access.player.stop(POSTURE)
+
+    def getPosture(self) -> str:
+        """Return the current posture, or `Unknown`."""
+        if self._access.robot.postures is not None:
+            return self._access.robot.postures.current() or UNKNOWN
+        return nearest_posture(self._access.player.situation()) or UNKNOWN
+
+    def getPostureFamily(self) -> str:
+        """Return the family of the current posture, such as `Standing`."""
+        return FAMILIES.get(self.getPosture(), UNKNOWN)
+
+    def getPostureList(self) -> list[str]:
+        """Return the names of the postures."""
+        return list(self._access.postures.names)
+
+    def getPostureFamilyList(self) -> list[str]:
+        """Return the names of the families."""
+        return sorted({FAMILIES[name] for name in self._access.postures.names})
+
+
+class ALBehaviorManager:
+    """Run motions such as `wave`."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+        self._player = access.player
+        self._motions = load_motions()
+
+    @long_call
+    def runBehavior(self, call: Call, name: object) -> None:
+        """Run a behavior; returns at its end. Whatever else moves the body is ended first."""
+        motion = self._motion(name)
+        self._access.free(call)
+        if call.stopped.is_set():
+            return
+        self._begin(motion)
+        count = self._player.progress(MOTION).count
+        while motion.name in self.getRunningBehaviors() and self._player.progress(MOTION).count == count:
+            if call.wait(_POLL):
+                self.stopBehavior(name)
+
+    def startBehavior(self, name: object) -> None:
+        """Begin a behavior; returns at once."""
+        self._begin(self._motion(name))
+
+    def stopBehavior(self, name: object) -> None:
+        """End a behavior."""
+        if self._motion(name).name in self.getRunningBehaviors():
+            self._player.stop(MOTION)
+
+    def stopAllBehaviors(self) -> None:
+        """End the behavior that runs."""
+        self._player.stop(MOTION)
+
+    def getInstalledBehaviors(self) -> list[str]:
+        """Return the names of the behaviors."""
+        return list(self._motions)
+
+    def getRunningBehaviors(self) -> list[str]:
+        """Return the name of the behavior that runs; one at most does."""
+        progress = self._player.progress(MOTION)
+        return [progress.name] if progress.status is ActionStatus.Moving else []
+
+    def isBehaviorInstalled(self, name: object) -> bool:
+        """Return whether there is a behavior of a name."""
+        return text(name, "name") in self._motions
+
+    def isBehaviorRunning(self, name: object) -> bool:
+        """Return whether a behavior runs."""
+        return text(name, "name") in self.getRunningBehaviors()
+
+    def _motion(self, name: object) -> Motion:
+        return self._motions[chosen(name, "behavior", self._motions)]
+
+    def _begin(self, motion: Motion) -> None:
+        route = MotionRoute(motion, self._motions.values())
+        self._player.begin(MOTION, motion.name, route, client=CLIENT)

@@ -1,0 +1,188 @@
+"""Listen as a NAOqi that serves a robot."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+import weakref
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Final, Self
+
+import qi
+
+from naoserver.assembly import Assembly
+from naoserver.errors import RobotError
+from naoserver.libqi import start_libqi
+from naoserver.robot import Robot
+from naoserver_qi.access import Access
+from naoserver_qi.calls import Calls
+from naoserver_qi.faults import Faults, FaultsService
+from naoserver_qi.leds import ALLeds
+from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
+from naoserver_qi.memory import ALMemory, MemoryPump
+from naoserver_qi.motion import ALMotion
+from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
+from naoserver_qi.sensors import ALSonar
+from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
+from naoserver_qi.video import ALVideoDevice
+from naoserver_qi.walking import Walking
+
+__all__ = ["NaoqiService"]
+
+_logger = logging.getLogger(__name__)
+
+_LONGEST_BREAK: Final = 60.0
+_ANSWERING: Final = 0.05
+"""Wall seconds in which the client that asks for a break gets its answer."""
+_RELEASING: Final = 2.0
+"""Wall seconds that libqi gets to release the services."""
+_POLL: Final = 0.005
+_GRACE: Final = 0.05
+"""Wall seconds that libqi gets to release what it lent to clients."""
+
+
+class NaoqiService:
+    """A robot served as NAOqi; leaving the `with` block ends calls and connections.
+
+    With `faults`, a service of this name lets tests make things go wrong.
+    """
+
+    def __init__(self, robot: Robot, assembly: Assembly, url: str, *, faults: bool = False) -> None:
+        """Listen at `url`, where port 0 lets the system pick. Raises RobotError when that cannot be."""
+        access = Access.through(robot, assembly)
+        made_to_fail = Faults(enabled=faults)
+        self._calls = Calls(robot.clock, made_to_fail)
+        self._walking = Walking(access)
+        sonar = ALSonar(robot.senses)
+        memory = ALMemory(access, sonar, made_to_fail)
+        postures = ALRobotPosture(access)
+        speech = ALTextToSpeech(robot.voice, memory)
+        services: dict[str, object] = {
+            "ALAnimatedSpeech": ALAnimatedSpeech(speech),
+            "ALAutonomousLife": ALAutonomousLife(memory),
+            "ALBehaviorManager": ALBehaviorManager(access),
+            "ALBattery": ALBattery(robot.senses),
+            "ALLeds": ALLeds(robot.lights),
+            "ALMemory": memory,
+            "ALMotion": ALMotion(access, postures, self._walking),
+            "ALRobotPosture": postures,
+            "ALSonar": sonar,
+            "ALSystem": ALSystem(robot.name),
+            "ALTextToSpeech": speech,
+            "ALVideoDevice": ALVideoDevice(robot, made_to_fail),
+        }
+        if faults:
+            services["Faults"] = FaultsService(made_to_fail, robot.senses, self._interrupt)
+        self._pump = MemoryPump(memory)
+        self._closed = False
+        self._listener = _Listener(
+            url, {name: self._calls.facade(name, service) for name, service in services.items()}
+        )
+        self._pump.start()
+
+    @property
+    def url(self) -> str:
+        """Where it listens, with the port that the system picked."""
+        return self._listener.url
+
+    def close(self) -> None:
+        """Cancel the running calls and close every connection; does nothing the second time."""
+        if self._closed:
+            return
+        self._closed = True
+        self._pump.close()
+        self._calls.close()
+        self._walking.close()
+        self._listener.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _interrupt(self, seconds: float) -> None:
+        self._listener.interrupt(seconds)
+
+
+class _Listener:
+    """Offer services at a URL until it is closed."""
+
+    def __init__(self, url: str, services: Mapping[str, Callable[[], object]]) -> None:
+        """Offer services by their names, each made by a function. Raises RobotError when it cannot listen."""
+        start_libqi()
+        self.url = url
+        """Where it listens, with the port that the system picked."""
+        self._services = services
+        self._lock = threading.Lock()
+        self._session: qi.Session | None = None
+        self._offered: list[weakref.ref[object]] = []
+        self._break: threading.Thread | None = None
+        self._closing = threading.Event()
+        self._listen()
+
+    def interrupt(self, seconds: float) -> None:
+        """Close every connection soon, and listen again after some wall seconds, at most a minute.
+
+        Does nothing during such a break.
+        """
+        if not 0.0 <= seconds <= _LONGEST_BREAK:
+            raise RobotError(f"seconds is {seconds:g}: it must be from 0 to {_LONGEST_BREAK:g}")
+        with self._lock:
+            if self._closing.is_set() or (self._break is not None and self._break.is_alive()):
+                return
+            self._break = threading.Thread(
+                target=self._take_a_break, args=(seconds,), name="break", daemon=True
+            )
+            self._break.start()
+
+    def close(self) -> None:
+        """Close every connection; does nothing the second time."""
+        with self._lock:
+            self._closing.set()
+            pause = self._break
+        if pause is not None:
+            pause.join()
+        self._hang_up()
+
+    def _listen(self) -> None:
+        session = qi.Session()
+        try:
+            session.listenStandalone(self.url)
+        except RuntimeError as error:
+            raise RobotError(f"cannot listen at {self.url}: {error}; give another address") from None
+        for name, make in self._services.items():
+            service = make()
+            self._offered.append(weakref.ref(service))
+            session.registerService(name, service)
+        self.url = str(session.endpoints()[0])
+        self._session = session
+
+    def _hang_up(self) -> None:
+        session, self._session = self._session, None
+        if session is None:
+            return
+        session.close()
+        del session
+        # libqi releases the services on a thread of its own. A process that ends meanwhile hangs: that
+        # thread waits for Python's lock, which is held while libqi waits for its threads.
+        limit = time.monotonic() + _RELEASING
+        while any(service() is not None for service in self._offered) and time.monotonic() < limit:
+            time.sleep(_POLL)
+        if any(service() is not None for service in self._offered):
+            _logger.warning("libqi has not released the services within %g s", _RELEASING)
+        self._offered = []
+        time.sleep(_GRACE)
+
+    def _take_a_break(self, seconds: float) -> None:
+        self._closing.wait(_ANSWERING)
+        self._hang_up()
+        if not self._closing.wait(seconds):
+            try:
+                self._listen()
+            except RobotError:
+                _logger.exception("NAOqi is not served any more")
