@@ -37,7 +37,7 @@ from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import Link, call
 from naoserver_qi import serve_as_naoqi
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from zenoh_ice import Communicator, ObjectPrx, initialize
+from zenoh_ice import Communicator, ObjectPrx, WallClock, initialize
 
 P = TypeVar("P", bound=ObjectPrx)
 
@@ -67,7 +67,7 @@ class RecordingRobot(FakeRobot):
 def be_the_robot() -> None:
     """Serve the recording robot as NAOqi until the process is ended."""
     with closing(RecordingRobot()) as robot:
-        assembly = Assembly(robot, ServerOptions(), time.monotonic, lambda _seconds: None)
+        assembly = Assembly(robot, ServerOptions(), WallClock())
         with serve_as_naoqi(robot, assembly, "tcp://127.0.0.1:0") as service:
             print(f"ready: {service.url}", flush=True)
             threading.Event().wait()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, cast, runtime_checkable
 
 import numpy as np
@@ -12,13 +12,13 @@ from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.fake.camera import Point, paint
+from naoserver.jobs import Job, is_due
 from naoserver.options import ServerOptions
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 
 from .clock import TaskClock
 from .communicator import InProcessCommunicator
 from .errors import UnknownName
-from .pumps import Watchdog, make_pumps
 
 if TYPE_CHECKING:
     from naoserver_sim.robot import SimulatedRobot
@@ -113,19 +113,12 @@ class RobotUnderTest:
             FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
         )
         """The robot itself, below its safety layer."""
-        served = options or ServerOptions()
-        watchdog = Watchdog(clock)
-        self._assembly: Final = Assembly(self.device, served, clock.now, watchdog.look_within)
-        watchdog.watched = self._assembly.watched
+        self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock)
         for identity, servant in self._assembly.servants.items():
             communicator.serve(identity, servant)
-        pumps = make_pumps(clock, self._assembly, served)
-
-        def wake() -> None:
-            for pump in pumps:
-                pump.wake()
-
-        communicator.on_listening = wake
+        jobs = _VirtualJobs(clock, self._assembly.jobs)
+        self._assembly.on_wake = communicator.on_listening = jobs.wake
+        jobs.wake()
         self.device.start()
 
     @property
@@ -183,6 +176,34 @@ class RobotUnderTest:
         for watched in self._assembly.watched:
             watched.close()
         self.device.close()
+
+
+class _VirtualJobs:
+    """Do the jobs of a server in virtual time, in the thread that moves the clock."""
+
+    def __init__(self, clock: TaskClock, jobs: Sequence[Job]) -> None:
+        self._clock = clock
+        self._jobs = jobs
+        self._scheduled: dict[Job, float] = {}
+
+    def wake(self) -> None:
+        """Find out anew when each job is due: a client listens, or something was commanded."""
+        for job in self._jobs:
+            self._schedule(job)
+
+    def _schedule(self, job: Job) -> None:
+        due = job.due(self._clock.now())
+        if due < self._scheduled.get(job, math.inf):
+            self._scheduled[job] = due
+            self._clock.call_at(due, lambda: self._run(job, due))
+
+    def _run(self, job: Job, due: float) -> None:
+        if self._scheduled.get(job) != due:
+            return  # it has become due earlier, and has run
+        del self._scheduled[job]
+        if is_due(job, self._clock.now()):
+            job.run()
+        self._schedule(job)
 
 
 def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]) -> Robot:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Final, Self
 
 from naoserver.assembly import Assembly
-from naoserver.motions.pump import MotionPump
+from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
-from naoserver.pumps import CameraPump, Pump, StatePump, WallPump
 from naoserver.robot import Robot
-from naoserver.watchdog import Watchdog
-from zenoh_ice import ObjectAdapter
+from zenoh_ice import ObjectAdapter, WallClock
 
 
 def serve(robot: Robot, adapter: ObjectAdapter, options: ServerOptions | None = None) -> RobotServer:
@@ -30,32 +27,23 @@ class RobotServer:
     def __init__(self, robot: Robot, adapter: ObjectAdapter, options: ServerOptions) -> None:
         self._adapter = adapter
         self._served: list[str] = []
-        self._watchdog = Watchdog()
-        self.assembly: Final = Assembly(robot, options, time.monotonic, self._watchdog.look_within)
+        self.assembly: Final = Assembly(robot, options, WallClock())
         """What stands between the robot and its clients: another way in goes through its guards too."""
         self.events: Final = self.assembly.events
         """What an operator should know, as the health report tells it."""
-        self._pumps: list[Pump] = [
-            StatePump(robot.clock, options.state_rate, options.state_wall_rate, self.assembly.streams),
-            WallPump("clock", options.clock_rate, self.assembly.clock.publish),
-            WallPump("reports", options.health_rate, self._publish_reports),
-            MotionPump(robot.clock, self.assembly.player),
-            *(CameraPump(robot.clock, camera) for camera in self.assembly.cameras),
-        ]
+        self._threads = JobThreads(self.assembly.jobs)
+        self.assembly.on_wake = self._threads.wake
         self._start()
 
     def close(self) -> None:
         """Stop all motion, take the servants away and end the threads; does nothing the second time."""
         with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
-            for pump in self._pumps:
-                steps.callback(pump.join)
-            steps.callback(self._watchdog.close)
+            steps.callback(self._threads.close)
             steps.callback(self._clients.close)
             steps.callback(self._withdraw)
             for watched in self.assembly.watched:
                 steps.callback(watched.close)
-            for pump in self._pumps:
-                steps.callback(pump.ask_to_stop)
+            steps.callback(self._threads.stop)
 
     def __enter__(self) -> Self:
         return self
@@ -68,12 +56,10 @@ class RobotServer:
     def _start(self) -> None:
         self._clients = self._adapter.getCommunicator().onClientLost(self.assembly.drop_client)
         try:
-            self._watchdog.start(self.assembly.watched)
             for identity, servant in self.assembly.servants.items():
                 self._adapter.add(servant, identity)
                 self._served.append(identity)
-            for pump in self._pumps:
-                pump.start()
+            self._threads.start()
         except BaseException:
             self.close()
             raise
@@ -81,7 +67,3 @@ class RobotServer:
     def _withdraw(self) -> None:
         served, self._served = self._served, []
         self._adapter.removeAll(served)
-
-    def _publish_reports(self) -> None:
-        for publish in self.assembly.reports:
-            publish()

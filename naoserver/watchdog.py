@@ -1,19 +1,22 @@
-"""The thread that sees to it that nothing moves that should not."""
+"""The job that stops whatever moves without being commanded any more."""
 
 from __future__ import annotations
 
 import logging
 import math
 import threading
-import time
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Final, Protocol
+
+from zenoh_ice import Clock
+
+__all__ = ["Watchdog", "Watched"]
 
 _logger = logging.getLogger(__name__)
 
 _LONGEST: Final = 1.0
+"""Seconds between two checks while everything rests."""
 _AFTER_ERROR: Final = 0.1
-_END: Final = 2.0
 
 
 class Watched(Protocol):
@@ -38,55 +41,48 @@ class Watched(Protocol):
 
 
 class Watchdog:
-    """Look after devices on the steady wall clock: sleep while all rest, and wake with the first command."""
+    """Check devices for expired commands: rarely while all rest, and in time after each command.
 
-    def __init__(self) -> None:
-        self._devices: Sequence[Watched] = ()
-        self._condition = threading.Condition()
-        self._next_look = math.inf  # in steady wall time
-        self._stopping = False
-        self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
+    `clock` is steady wall time on a robot, however fast a simulation runs; in tests it is the virtual one.
+    `sooner` is called when the next check has become due earlier. Implements `naoserver.jobs.Job`.
+    """
 
-    def start(self, devices: Sequence[Watched]) -> None:
-        """Start to look after `devices`."""
-        self._devices = tuple(devices)
-        self._thread.start()
+    def __init__(self, clock: Clock, sooner: Callable[[], None]) -> None:
+        self.name: Final = "watchdog"
+        self.thread: Final = "watchdog"
+        self.clock: Final = clock
+        self.watched: Final[list[Watched]] = []
+        """What moves and is checked."""
+        self._sooner = sooner
+        self._lock = threading.Lock()
+        self._next = clock.now()
 
     def look_within(self, seconds: float) -> None:
-        """Look again in at most `seconds`: something has been commanded."""
-        when = time.monotonic() + seconds
-        with self._condition:
-            if when < self._next_look:
-                self._next_look = when
-                self._condition.notify()
+        """Check again in at most `seconds`: something has been commanded."""
+        when = self.clock.now() + seconds
+        with self._lock:
+            sooner = when < self._next
+            if sooner:
+                self._next = when
+        if sooner:
+            self._sooner()
 
-    def close(self) -> None:
-        """End the thread."""
-        with self._condition:
-            self._stopping = True
-            self._condition.notify()
-        if self._thread.ident is not None:
-            self._thread.join(_END)
-            if self._thread.is_alive():
-                _logger.error("the watchdog did not end within %g s", _END)
+    def due(self, now: float) -> float:  # noqa: ARG002 - it does not depend on the time
+        """Return when the next check is due."""
+        return self._next
 
-    def _run(self) -> None:
-        while True:
-            with self._condition:
-                self._next_look = math.inf  # so that a command during the look is not missed
-            due = min((self._watch(device) for device in self._devices), default=_LONGEST)
-            with self._condition:
-                self._next_look = min(self._next_look, time.monotonic() + due)
-                while not self._stopping and (left := self._next_look - time.monotonic()) > 0:
-                    self._condition.wait(left)
-                if self._stopping:
-                    return
+    def run(self) -> None:
+        """Check every device; one that fails does not keep the others from being checked."""
+        with self._lock:
+            self._next = math.inf  # so that a command during the check is not missed
+        seconds = min((self._check(device) for device in self.watched), default=_LONGEST)
+        with self._lock:
+            self._next = min(self._next, self.clock.now() + seconds)
 
-    def _watch(self, device: Watched) -> float:
-        """Look after a device; return in how many seconds to look again."""
+    def _check(self, device: Watched) -> float:
         try:
             due = device.watch()
         except Exception:
-            _logger.exception("the watchdog could not look after %s", device.name)
+            _logger.exception("the watchdog could not check %s", device.name)
             return _AFTER_ERROR
         return _LONGEST if due is None else due

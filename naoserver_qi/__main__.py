@@ -41,23 +41,20 @@ def serve_fake(
     from naoserver.assembly import Assembly
     from naoserver.fake import FakeRobot
     from naoserver.fake.clock import FastClock
-    from naoserver.motions.pump import MotionPump
+    from naoserver.jobs import JobThreads
     from naoserver.options import ServerOptions
-    from naoserver.watchdog import Watchdog
     from naoserver_qi import serve_as_naoqi
+    from zenoh_ice import WallClock
 
     with ExitStack() as stack:
         robot = stack.enter_context(closing(FakeRobot(FastClock(speed))))
         robot.start()
-        watchdog = stack.enter_context(closing(Watchdog()))
-        assembly = Assembly(robot, ServerOptions(), time.monotonic, watchdog.look_within)
+        assembly = Assembly(robot, ServerOptions(), WallClock())
+        threads = JobThreads(assembly.jobs)
+        assembly.on_wake = threads.wake
+        stack.enter_context(threads)
         for watched in assembly.watched:
             stack.callback(watched.close)
-        watchdog.start(assembly.watched)
-        pump = MotionPump(robot.clock, assembly.player)
-        stack.callback(pump.join)
-        stack.callback(pump.ask_to_stop)
-        pump.start()
         service = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
         typer.echo(f"ready: {service.url}")
         while True:

@@ -1,8 +1,7 @@
-"""ALMemory: what the robot knows under keys, and signals that tell when it changes."""
+"""ALMemory: values under keys, and signals that send their changes."""
 
 from __future__ import annotations
 
-import logging
 import threading
 from typing import Any, Final
 
@@ -14,19 +13,16 @@ from naoserver_qi.arguments import keepable, text, texts
 from naoserver_qi.faults import Faults
 from naoserver_qi.sensors import ALSonar, Moment, keys_of
 
-__all__ = ["ALMemory", "MemoryPump"]
-
-_logger = logging.getLogger(__name__)
+__all__ = ["NOTIFYING", "ALMemory"]
 
 MOST: Final = 1000
 """Keys that clients may write, and keys that they may listen to."""
-_PERIOD: Final = 0.02  # wall seconds between two looks for changes
-_RETRY: Final = 1.0  # wall seconds until it looks again after an error
-_END: Final = 2.0
+NOTIFYING: Final = 0.02
+"""Wall seconds between two checks for changes."""
 
 
 class Subscriber:
-    """What ALMemory.subscriber returns: the signal that tells the values of a key."""
+    """What ALMemory.subscriber returns: the signal of a key."""
 
     def __init__(self) -> None:
         self.signal = qi.Signal("(m)")
@@ -42,7 +38,7 @@ class ALMemory:
         self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
         self._subscribers: dict[str, Subscriber] = {}
-        self._told: dict[str, object] = {}
+        self._seen: dict[str, object] = {}
 
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
@@ -58,7 +54,7 @@ class ALMemory:
         return [self._look(key, moment)[1] for key in texts(keys, "keys")]
 
     def insertData(self, key: object, value: object) -> None:
-        """Write a value under a key, and tell nobody; what is measured stays as it is."""
+        """Write a value under a key without a signal; what is measured stays as it is."""
         name, kept = text(key, "key"), keepable(value, "value")
         with self._lock:
             if name not in self._inserted and len(self._inserted) >= MOST:
@@ -66,18 +62,18 @@ class ALMemory:
             self._inserted[name] = kept
 
     def raiseEvent(self, name: object, value: object) -> None:
-        """Write a value under a key, and tell who listens."""
+        """Write a value under a key, and send its signal."""
         self.insertData(name, value)
         subscriber = self._subscribers.get(text(name, "name"))
         if subscriber is not None:
             subscriber.signal(value)
 
     def raiseMicroEvent(self, name: object, value: object) -> None:
-        """Write a value under a key, and tell who listens."""
+        """Write a value under a key, and send its signal."""
         self.raiseEvent(name, value)
 
     def removeData(self, key: object) -> None:
-        """Forget what was written under a key."""
+        """Remove what was written under a key."""
         with self._lock:
             self._inserted.pop(text(key, "key"), None)
 
@@ -92,26 +88,27 @@ class ALMemory:
         return [key for key in self.getDataListName() if part in key]
 
     def subscriber(self, event: object) -> Subscriber:
-        """Return an object whose `signal` tells the values of a key whenever they change."""
+        """Return an object whose `signal` sends the value of a key whenever it changes."""
         name = text(event, "event")
         with self._lock:
             if name not in self._subscribers:
                 if len(self._subscribers) >= MOST:
                     raise InvalidCommand("event", f"{MOST} keys are listened to already")
                 if name in self._looks:
-                    self._told[name] = self._look(name, Moment(self._access))[1]
+                    self._seen[name] = self._look(name, Moment(self._access))[1]
                 self._subscribers[name] = Subscriber()
             return self._subscribers[name]
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
+        """Send the values that have changed since the last time to their subscribers."""
         with self._lock:
             moment = Moment(self._access)
             changed = [
                 (self._subscribers[name], value)
-                for name, before in self._told.items()
+                for name, before in self._seen.items()
                 if (value := self._looks[name](moment)) != before
             ]
-            self._told = {name: self._looks[name](moment) for name in self._told}
+            self._seen = {name: self._looks[name](moment) for name in self._seen}
         for subscriber, value in changed:
             subscriber.signal(value)
 
@@ -122,30 +119,3 @@ class ALMemory:
         if look is not None:
             return True, look(moment)
         return key in self._inserted, self._inserted.get(key)
-
-
-class MemoryPump:
-    """The thread that tells who listens to an ALMemory what changes."""
-
-    def __init__(self, memory: ALMemory) -> None:
-        self._memory = memory
-        self._ending = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="ALMemory", daemon=True)
-
-    def start(self) -> None:
-        """Start to tell."""
-        self._thread.start()
-
-    def close(self) -> None:
-        """End the thread."""
-        self._ending.set()
-        if self._thread.ident is not None:
-            self._thread.join(_END)
-
-    def _run(self) -> None:
-        while not self._ending.wait(_PERIOD):
-            try:
-                self._memory._tell()
-            except Exception:
-                _logger.exception("ALMemory could not tell what changed; it looks again in %g s", _RETRY)
-                self._ending.wait(_RETRY)

@@ -14,6 +14,7 @@ import qi
 
 from naoserver.assembly import Assembly
 from naoserver.errors import RobotError
+from naoserver.jobs import JobThreads, Periodic
 from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
 from naoserver_qi.access import Access
@@ -21,13 +22,14 @@ from naoserver_qi.calls import Calls
 from naoserver_qi.faults import Faults, FaultsService
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
-from naoserver_qi.memory import ALMemory, MemoryPump
+from naoserver_qi.memory import NOTIFYING, ALMemory
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
 from naoserver_qi.sensors import ALSonar
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
-from naoserver_qi.walking import Walking
+from naoserver_qi.walking import RENEWAL, Walking
+from zenoh_ice import WallClock
 
 __all__ = ["NaoqiService"]
 
@@ -75,12 +77,18 @@ class NaoqiService:
         }
         if faults:
             services["Faults"] = FaultsService(made_to_fail, robot.senses, self._interrupt)
-        self._pump = MemoryPump(memory)
+        wall = WallClock()
+        self._threads = JobThreads(
+            (
+                Periodic("ALMemory", wall, lambda: NOTIFYING, memory._notify, thread="NAOqi"),
+                Periodic("the walk", wall, lambda: RENEWAL, self._walking.renew, thread="NAOqi"),
+            )
+        )
         self._closed = False
         self._listener = _Listener(
             url, {name: self._calls.facade(name, service) for name, service in services.items()}
         )
-        self._pump.start()
+        self._threads.start()
 
     @property
     def url(self) -> str:
@@ -92,7 +100,7 @@ class NaoqiService:
         if self._closed:
             return
         self._closed = True
-        self._pump.close()
+        self._threads.close()
         self._calls.close()
         self._walking.close()
         self._listener.close()

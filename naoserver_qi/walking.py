@@ -14,12 +14,12 @@ from naoserver.walk_guard import WalkGuard
 from naoserver_qi.access import CLIENT, Access
 from naoserver_qi.calls import Call
 
-__all__ = ["Walking"]
+__all__ = ["RENEWAL", "Walking"]
 
 _logger = logging.getLogger(__name__)
 
-_RENEWAL: Final = 0.15
-"""Wall seconds after which the guard is told again: well within its timeout."""
+RENEWAL: Final = 0.15
+"""Wall seconds after which a command is renewed: well within the guard's timeout."""
 _PERIOD: Final = 0.05
 """Robot seconds between two corrections on the way to a goal."""
 _STILL: Final = WalkVelocity()
@@ -31,7 +31,6 @@ _CLOSE: Final = 0.02
 """Distance in m, and in rad / 2, within which a goal counts as reached."""
 _PATIENCE: Final = 10.0
 """Robot seconds that a way may take beside three times what it takes at full speed."""
-_END: Final = 2.0
 
 
 class Walking:
@@ -46,9 +45,7 @@ class Walking:
         self._walker = access.robot.walker
         self._access = access
         self._lock = threading.Lock()
-        self._changed = threading.Event()
         self._wanted = _STILL
-        self._thread: threading.Thread | None = None
         self._closed = False
 
     @property
@@ -74,9 +71,6 @@ class Walking:
             if self._closed:
                 return
             self._drive(velocity)
-            if self._wanted != _STILL and self._thread is None:
-                self._thread = threading.Thread(target=self._renew, name="NAOqi walk", daemon=True)
-                self._thread.start()
 
     def stop(self) -> None:
         """End the walk on both feet; nobody is refused to."""
@@ -114,40 +108,29 @@ class Walking:
             self.stop()
             self._access.free(call)
 
+    def renew(self) -> None:
+        """Renew the commanded velocity, unless something ended the walk; due every RENEWAL while `active`."""
+        with self._lock:
+            if self._wanted == _STILL:
+                return
+            if self.guard.commanded() != self._wanted:  # it was ended, or another client walks
+                self._wanted = _STILL
+                return
+            try:
+                self._drive(self._wanted)
+            except RobotError as error:
+                _logger.warning("the walk ends: %s", error)
+                self._wanted = _STILL
+
     def close(self) -> None:
-        """End the walk, and the thread that renews it."""
+        """End the walk for good."""
         self.stop()
         with self._lock:
             self._closed = True
-            thread = self._thread
-        self._changed.set()
-        if thread is not None:
-            thread.join(_END)
 
     def _drive(self, velocity: WalkVelocity) -> None:
         self.guard.drive(asdict(velocity), CLIENT)
         self._wanted = self.guard.commanded()  # as it was limited
-
-    def _renew(self) -> None:
-        while not self._changed.wait(_RENEWAL):
-            with self._lock:
-                if not self._goes_on():
-                    self._wanted = _STILL
-                    self._thread = None  # whoever walks next starts another
-                    return
-
-    def _goes_on(self) -> bool:
-        """Renew what is wanted; return whether it is still to be renewed."""
-        if self._wanted == _STILL or self._closed:
-            return False
-        if self.guard.commanded() != self._wanted:
-            return False  # it was ended, or somebody else walks
-        try:
-            self._drive(self._wanted)
-        except RobotError as error:
-            _logger.warning("the walk ends: %s", error)
-            return False
-        return True
 
 
 def _to_the_robot(at: Odometry, x: float, y: float, heading: float) -> WalkVelocity:

@@ -23,7 +23,7 @@ class MotionRig:
     def __init__(self, robot: Any, clock: VirtualClock) -> None:
         self.robot = robot
         self.clock = clock
-        self.assembly = Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None)
+        self.assembly = Assembly(robot, ServerOptions(), clock)
         self.player = self.assembly.player
 
     def let_go(self, seconds: float) -> None:

@@ -55,7 +55,7 @@ class Rig:
     def __init__(self) -> None:
         self.clock = VirtualClock(limit=LIMIT)
         self.robot = FakeRobot(self.clock)
-        self.assembly = Assembly(self.robot, ServerOptions(), lambda: 0.0, lambda _seconds: None)
+        self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
         self.access = Access.through(self.robot, self.assembly)
         self.postures = ALRobotPosture(self.access)
         self.walking = Walking(self.access)

@@ -30,7 +30,7 @@ class Stubborn:
 def test_what_cannot_be_stopped_keeps_neither_the_lease_nor_the_joints_of_a_lost_client():
     clock = VirtualClock()
     robot = FakeRobot(clock)
-    assembly = Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None)
+    assembly = Assembly(robot, ServerOptions(), clock)
     assembly.watched.insert(0, Stubborn())
     assembly.watched.append(Stubborn())
     assembly.gate.acquire("client", "Anna", 60.0)

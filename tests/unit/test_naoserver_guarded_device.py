@@ -11,6 +11,7 @@ from naoserver.event_log import KEPT, EventLog
 from naoserver.fake import FakeDevice
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
+from naoserver.jobs import JobThreads
 from naoserver.options import SafetyOptions
 from naoserver.safety import Safety
 from naoserver.watchdog import Watchdog
@@ -172,17 +173,23 @@ class UnreadableOnce(FakeDevice):
 def test_the_watchdog_survives_a_device_that_fails(caplog):
     device = UnreadableOnce(WallClock())
     rig = Rig(WallClock(), device)
-    watchdog = Watchdog()
-    watchdog.start([rig.guarded])
-    try:
+    watchdog = Watchdog(WallClock(), lambda: None)
+    watchdog.watched.append(rig.guarded)
+    with JobThreads([watchdog]):
         assert device.read_again.wait(LIMIT)
-    finally:
-        watchdog.close()
     assert "the bus is down" in caplog.text
 
 
-def test_the_watchdog_can_be_closed_without_having_been_started():
-    Watchdog().close()
+def test_the_watchdog_checks_in_time_after_a_command():
+    clock, woken = VirtualClock(), []
+    watchdog = Watchdog(clock, lambda: woken.append(clock.now()))
+    watchdog.run()
+    assert watchdog.due(0.0) == pytest.approx(1.0)
+    clock.advance(0.3)
+    watchdog.look_within(0.02)
+    watchdog.look_within(0.5)  # later than what is due already
+    assert watchdog.due(0.3) == pytest.approx(0.32)
+    assert woken == [0.3]
 
 
 def test_no_command_comes_after_an_emergency_stop_whoever_is_in_the_middle_of_one(rig, clock):

@@ -54,7 +54,7 @@ def assembly(own):
     clock = VirtualClock()
     robot = OwnWay(clock)
     robot.own = own
-    return Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None)
+    return Assembly(robot, ServerOptions(), clock)
 
 
 @pytest.fixture

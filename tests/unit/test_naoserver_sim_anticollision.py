@@ -26,7 +26,7 @@ def test_a_joint_stays_within_its_table_while_the_other_sweeps(table, side):
     independent, dependent = joints[table.independent], joints[table.dependent]
     places = [H25.joint_names.index(name) for name in (table.independent, table.dependent)]
     with closing(SimulatedRobot(clock=clock, skin=False)) as robot:
-        body = Assembly(robot, ServerOptions(), clock.now, lambda _seconds: None).body
+        body = Assembly(robot, ServerOptions(), clock).body
         for end in (independent.lower, independent.upper):
             targets = {
                 table.independent: end,

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.sim
 def test_a_robot_that_walks_and_looks_around_stands_after_the_stop():
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False)
-    assembly = Assembly(robot, ServerOptions(), clock.now, lambda seconds: None)
+    assembly = Assembly(robot, ServerOptions(), clock)
     walk = next(each for each in assembly.watched if isinstance(each, WalkGuard))
 
     def live(seconds, renew=lambda: None):

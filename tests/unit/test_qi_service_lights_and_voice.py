@@ -1,6 +1,5 @@
 """ALLeds, ALTextToSpeech and ALMemory over a fake robot, in virtual time."""
 
-from contextlib import closing
 
 import pytest
 
@@ -9,11 +8,10 @@ pytest.importorskip("qi")
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver_qi.leds import ALLeds
-from naoserver_qi.memory import ALMemory, MemoryPump
+from naoserver_qi.memory import ALMemory
 from naoserver_qi.sensors import ALSonar
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from tests.support.qi_service import Rig
-from tests.support.robot_server import eventually
 
 KEYS = {
     "InertialSensor/AccelerometerZ": -9.8,
@@ -131,23 +129,6 @@ def test_memory_of_what_is_not_there(memory):
     with pytest.raises(InvalidCommand, match="no data under 'Nose'"):
         memory.getData("Nose")
     assert memory.getListData(["Nose"]) == [None]
-
-
-def test_an_error_does_not_end_the_signals(monkeypatch):
-    monkeypatch.setattr("naoserver_qi.memory._RETRY", 0.01)
-    tried = []
-
-    class Failing(ALMemory):
-        def __init__(self):
-            pass
-
-        def _tell(self):
-            tried.append(1)
-            raise HardwareFailure("the robot is lost")
-
-    with closing(MemoryPump(Failing())) as pump:
-        pump.start()
-        eventually(lambda: len(tried) > 1)
 
 
 def test_what_is_measured_cannot_be_overwritten(rig, memory):

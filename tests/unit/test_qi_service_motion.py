@@ -11,7 +11,6 @@ from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver_qi.postures import ALBehaviorManager
-from tests.support.limits import LIMIT
 from tests.support.qi_service import LongCall, Rig
 from tests.support.robot_server import eventually
 
@@ -219,9 +218,7 @@ def test_a_walk_goes_on_until_it_is_stopped(rig):
 def test_a_walk_that_somebody_ended_is_not_begun_anew(rig):
     rig.motion.move(0.1, 0.0, 0.0)
     rig.access.walk.stop()
-    thread = rig.walking._thread
-    thread.join(LIMIT)
-    assert not thread.is_alive()
+    rig.walking.renew()
     assert rig.access.walk.commanded() == WalkVelocity()
 
 

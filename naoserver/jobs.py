@@ -1,0 +1,201 @@
+"""Periodic work on clocks: what is due when, and the threads of a server that do it.
+
+A `Job` says when it is due on its clock and does its work when asked. Two drivers ask: `JobThreads` here, and
+in tests the single thread of virtual time (`hfsm_pytest.robot`).
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from types import TracebackType
+from typing import Final, Protocol, Self
+
+from zenoh_ice import Clock
+from zenoh_ice.clocks.clock import ClockStalledException
+
+__all__ = ["Job", "JobThreads", "Periodic", "is_due"]
+
+_logger = logging.getLogger(__name__)
+
+_RESOLUTION: Final = 1e-6
+"""Seconds by which a job may be early."""
+_POLL: Final = 0.05
+"""Wall seconds, about, after which a thread checks again whether its jobs are wanted, and when."""
+_SHORTEST: Final = 0.001
+"""Wall seconds that a thread rests at least, whatever its clock does."""
+_RETRY: Final = 1.0
+"""Wall seconds until a job is tried again after a failure."""
+_END: Final = 3.0
+"""Wall seconds within which a thread ends: more than a camera takes for an image."""
+
+
+class Job(Protocol):
+    """Work that is due again and again."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in the log."""
+        ...
+
+    @property
+    def thread(self) -> str:
+        """The thread that does it in a server; jobs of one thread delay each other and have one clock."""
+        ...
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that it follows."""
+        ...
+
+    def due(self, now: float) -> float:
+        """Return when it is due on its clock, which shows `now`; infinity while it rests."""
+        ...
+
+    def run(self) -> None:
+        """Do what is due."""
+        ...
+
+
+def is_due(job: Job, now: float) -> bool:
+    """Return whether a job is to run at a time of its clock."""
+    return job.due(now) <= now + _RESOLUTION
+
+
+class Periodic:
+    """Work at whole multiples of a period, while it is wanted: no drift, and no burst after a delay.
+
+    `period` is in s and may change at any time. At least `gap` s pass between two runs. Work that returns
+    False has failed and is tried again after a second of wall time.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        clock: Clock,
+        period: Callable[[], float],
+        work: Callable[[], object],
+        *,
+        thread: str = "",
+        wanted: Callable[[], bool] = lambda: True,
+        gap: Callable[[], float] = lambda: 0.0,
+    ) -> None:
+        self.name: Final = name
+        self.thread: Final = thread or name
+        self.clock: Final = clock
+        self._period = period
+        self._work = work
+        self._wanted = wanted
+        self._gap = gap
+        self._last: float | None = None  # when it ran or was found to be wanted; None while it is not
+        self._earliest = -math.inf
+
+    def due(self, now: float) -> float:
+        """Return when it is due; infinity while it is not wanted."""
+        if not self._wanted():
+            self._last = None
+            return math.inf
+        if self._last is None or self._last > now + _RESOLUTION:  # it begins, or the clock was restarted
+            self._last, self._earliest = now, -math.inf
+        period = self._period()
+        slot = (math.floor(self._last / period + _RESOLUTION) + 1) * period
+        return max(slot, self._earliest)
+
+    def run(self) -> None:
+        """Do the work."""
+        now = self.clock.now()
+        self._last = max(now, min(self.due(now), now + _RESOLUTION))
+        self._earliest = now + self._gap()
+        if self._work() is False:
+            self._earliest = now + _RETRY * (self.clock.rate or 1.0)
+
+
+class JobThreads:
+    """Do jobs in threads, one for each name that they give, from `start` or a `with` block on until `close`.
+
+    A job that fails is logged and tried again after a second; the others of its thread go on.
+    """
+
+    def __init__(self, jobs: Iterable[Job]) -> None:
+        groups: dict[str, list[Job]] = {}
+        for job in jobs:
+            groups.setdefault(job.thread, []).append(job)
+        self._threads = [_JobThread(name, group) for name, group in groups.items()]
+
+    def start(self) -> None:
+        """Start the threads."""
+        for thread in self._threads:
+            thread.start()
+
+    def wake(self) -> None:
+        """Make every thread check now what is due: something has changed."""
+        for thread in self._threads:
+            thread.changed.set()
+
+    def stop(self) -> None:
+        """Let each thread end after its current job."""
+        for thread in self._threads:
+            thread.stopping = True
+        self.wake()
+
+    def close(self) -> None:
+        """End the threads, and wait for them with a limit; does nothing the second time."""
+        self.stop()
+        for thread in self._threads:
+            if thread.ident is not None:
+                thread.join(_END)
+                if thread.is_alive():
+                    _logger.error("%s did not end within %g s", thread.name, _END)
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class _JobThread(threading.Thread):
+    """A thread that does the jobs of one clock."""
+
+    def __init__(self, name: str, jobs: list[Job]) -> None:
+        super().__init__(name=name, daemon=True)
+        self.changed: Final = threading.Event()
+        self.stopping = False
+        self._jobs = jobs
+        self._clock = jobs[0].clock
+        self._retry: dict[Job, float] = {}  # when a failed job is tried again, in steady wall time
+
+    def run(self) -> None:
+        while True:
+            self.changed.clear()
+            if self.stopping:
+                return
+            for job in self._jobs:
+                if self._retry.get(job, -math.inf) <= time.monotonic() and is_due(job, self._clock.now()):
+                    self._do(job)
+            self._wait()
+
+    def _do(self, job: Job) -> None:
+        try:
+            job.run()
+        except Exception:
+            _logger.exception("%s is tried again in %g s after an error", job.name, _RETRY)
+            self._retry[job] = time.monotonic() + _RETRY
+
+    def _wait(self) -> None:
+        """Wait until something is due, or has changed."""
+        now, begun = self._clock.now(), time.monotonic()
+        # On the job's clock also while idle: whoever advances a virtual one waits for its waiters.
+        seconds = min(min(job.due(now) for job in self._jobs) - now, _POLL * (self._clock.rate or 1.0))
+        with suppress(ClockStalledException):  # nobody advances the virtual clock
+            self._clock.wait(self.changed, max(0.0, seconds))
+        # Neither a job that fails nor a clock that has ended makes a busy loop.
+        if not self.stopping:
+            time.sleep(max(0.0, begun + _SHORTEST - time.monotonic()))
