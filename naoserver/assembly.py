@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import Final
+from typing import Any, Final
 
 from naoserver.body import H25
-from naoserver.capabilities import Lights, Senses, Stage, Voice, Walker
+from naoserver.capabilities import Senses, Walker
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.gate import Gate
@@ -21,28 +21,17 @@ from naoserver.motions.postures import situation_of
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import JointDevice, Robot
 from naoserver.safety import Safety
-from naoserver.servants.battery import BatteryI
-from naoserver.servants.body import JointsI
+from naoserver.servants.body import JointsI, PoseHeadI
 from naoserver.servants.camera import CameraI
-from naoserver.servants.clock import ClockI
-from naoserver.servants.encoders import EncodersI
-from naoserver.servants.feet import FootPressureI
-from naoserver.servants.ground_truth import GroundTruthI
-from naoserver.servants.head import PoseHeadI
-from naoserver.servants.health import HealthI
-from naoserver.servants.hinge import Pose3DEncodersI, Pose3DMotorsI
-from naoserver.servants.inertial import InertialUnitI
-from naoserver.servants.leds import LedsI
-from naoserver.servants.motions import MotionsI
-from naoserver.servants.motors import MotorsI
-from naoserver.servants.neck_speed import NeckSpeedI
-from naoserver.servants.postures import KeyFramePosturesI, OwnPosturesI, PosturesI
+from naoserver.servants.expression import LedsI, SpeechI
+from naoserver.servants.health import ClockI, HealthI
+from naoserver.servants.hinge import NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
+from naoserver.servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
 from naoserver.servants.safety import SafetyI
-from naoserver.servants.scene import SceneI
-from naoserver.servants.sonar import SonarI
-from naoserver.servants.speech import SpeechI
-from naoserver.servants.streaming import StateSource, StreamsState
-from naoserver.servants.touch import TouchI
+from naoserver.servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
+from naoserver.servants.shared import StateStream
+from naoserver.servants.simulation import GroundTruthI, SceneI
+from naoserver.servants.walk import EncodersI, MotorsI
 from naoserver.walk_guard import WalkGuard
 from naoserver.watchdog import Watchdog, Watched
 from zenoh_ice import Clock, Object
@@ -59,23 +48,23 @@ class Assembly:
         self._robot = robot
         self._options = options
         self._wall = wall
-        wall_time = wall.now
         self.on_wake: Callable[[], None] = _nothing
         """Called when a job may be due earlier than it was; the driver of the jobs sets it."""
         self._watchdog = Watchdog(wall, self._wake)
         self.servants: Final[dict[str, Object]] = {}
         """Every servant by its identity."""
-        self._streams: list[StreamsState] = []
+        self._streams: list[StateStream[Any, Any]] = []
         self.watched: Final[list[Watched]] = self._watchdog.watched
         """What moves and is checked by the watchdog."""
-        self.events: Final = EventLog(robot.clock.now, wall_time)
+        self.events: Final = EventLog(robot.clock.now, wall.now)
         """What an operator should know, as the health report tells it."""
-        self.gate: Final = Gate(self.events, wall_time)
+        self.gate: Final = Gate(self.events, wall.now)
         """Emergency stop and lease in front of every command of the robot."""
 
+        time = robot.clock.now
         self._clock = ClockI(robot.clock)
-        self.servants["Clock"] = self._clock
-        self._safety = self._add_safety()
+        self._safety = SafetyI(self.gate, time)
+        self._add(Clock=self._clock, Safety=self._safety)
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
         if robot.walker is not None:
@@ -83,17 +72,24 @@ class Assembly:
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
-            self._add_stage(robot.stage)
+            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=SceneI(robot.stage, self.body.hold))
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
         self._cameras = self._add_cameras()
         if robot.lights is not None:
-            self._add_lights(robot.lights)
+            self._add(Leds=LedsI(robot.lights, time))
         if robot.voice is not None:
-            self._add_voice(robot.voice)
+            self._add(Speech=SpeechI(robot.voice, time))
         self.player: Final = self._add_motions()
         """What plays motions."""
-        self.health: Final = self._add_health()
+        cameras = self._cameras
+        self.health: Final = HealthI(
+            robot,
+            self.events,
+            lambda: {camera.facts.name: camera.delivered_rate for camera in cameras},
+            wall.now,
+        )
+        self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
         """What is to be done periodically."""
 
@@ -101,27 +97,25 @@ class Assembly:
         """Stop what a lost client drives or streams, and take its lease back."""
         with ExitStack() as steps:  # each whatever the others raise
             steps.callback(self._safety.drop_client, client)
-            for camera in self.cameras:
+            for camera in self._cameras:
                 steps.callback(camera.drop_client, client)
             for watched in self.watched:
                 steps.callback(watched.drop_client, client)
 
     # -- the servants of each part -----------------------------------------------------------------------
 
-    def _add_safety(self) -> SafetyI:
-        safety = SafetyI(self.gate, self._robot.clock.now)
-        self.servants["Safety"] = safety
-        return safety
+    def _add(self, **servants: Object) -> None:
+        """Serve servants by their identities, and stream what they stream."""
+        self.servants.update(servants)
+        streams = (getattr(servant, "stream", None) for servant in servants.values())
+        self._streams.extend(stream for stream in streams if isinstance(stream, StateStream))
 
     def _add_body(self) -> GuardedDevice:
         body = self._guard(self._robot, self._options.safety, self.gate)
         self.gate.on_stop(body.hold)
         for hinge in HINGES:
             self._add_hinge(body, hinge)
-        self.servants["NeckSpeed"] = NeckSpeedI(body)
-        head, joints = PoseHeadI(body), JointsI(body)
-        self.servants.update({"Head": head, "Body": joints})
-        self._streams.extend((head, joints))
+        self._add(NeckSpeed=NeckSpeedI(body), Head=PoseHeadI(body), Body=JointsI(body))
         return body
 
     def _add_walk(self, walker: Walker) -> None:
@@ -136,40 +130,26 @@ class Assembly:
         )
         self.gate.on_stop(walk.stop)
         self.watched.append(walk)
-        encoders = EncodersI(walk)
-        self.servants.update({"Motors": MotorsI(walk), "Encoders": encoders})
-        self._streams.append(encoders)
+        self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk))
 
     def _add_senses(self, senses: Senses) -> None:
-        inertial, feet, sonar = InertialUnitI(senses), FootPressureI(senses), SonarI(senses)
-        touch, battery = TouchI(senses), BatteryI(senses)
-        self.servants.update(
-            {
-                "InertialUnit": inertial,
-                "FootPressure": feet,
-                "Sonar": sonar,
-                "Touch": touch,
-                "Battery": battery,
-            }
+        self._add(
+            InertialUnit=InertialUnitI(senses),
+            FootPressure=FootPressureI(senses),
+            Sonar=SonarI(senses),
+            Touch=TouchI(senses),
+            Battery=BatteryI(senses),
         )
-        self._streams.extend((inertial, feet, sonar, touch, battery))
-
-    def _add_stage(self, stage: Stage) -> None:
-        truth = GroundTruthI(stage)
-        self.servants.update({"GroundTruth": truth, "Scene": SceneI(stage, self.body.hold)})
-        self._streams.append(truth)
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
-        # A gate of its own that nobody shuts: what carries a ball is no part of the robot.
+        # Its gate is never shut: what carries a ball is no part of the robot.
         gate = Gate(self.events, self._wall.now)
         device = self._guard(mechanism, self._options.mechanism_safety, gate)
         self._add_hinge(device, ball_hinge(mechanism.name, tuple(j.name for j in mechanism.joints)))
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
-        self.servants[f"{hinge.name}Motors"] = Pose3DMotorsI(device, hinge)
-        encoders = Pose3DEncodersI(device, hinge)
-        self.servants[f"{hinge.name}Encoders"] = encoders
-        self._streams.append(encoders)
+        motors, encoders = Pose3DMotorsI(device, hinge), Pose3DEncodersI(device, hinge)
+        self._add(**{f"{hinge.name}Motors": motors, f"{hinge.name}Encoders": encoders})
 
     def _add_cameras(self) -> list[CameraI]:
         robot, options = self._robot, self._options
@@ -181,18 +161,8 @@ class Assembly:
             CameraI(robot, facts, options.cameras.get(facts.name, options.camera), self.events)
             for facts in robot.cameras
         ]
-        self.servants.update({camera.facts.name: camera for camera in cameras})
+        self._add(**{camera.facts.name: camera for camera in cameras})
         return cameras
-
-    def _add_lights(self, lights: Lights) -> None:
-        leds = LedsI(lights, self._robot.clock.now)
-        self.servants["Leds"] = leds
-        self._streams.append(leds)
-
-    def _add_voice(self, voice: Voice) -> None:
-        speech = SpeechI(voice, self._robot.clock.now)
-        self.servants["Speech"] = speech
-        self._streams.append(speech)
 
     def _add_motions(self) -> MotionPlayer:
         robot, time = self._robot, self._robot.clock.now
@@ -200,7 +170,6 @@ class Assembly:
         player.on_begin = self._wake
         self.watched.append(player)
         motions = load_motions()
-        moving = MotionsI(player, motions, time)
         postures: PosturesI
         if robot.postures is None:
             postures = KeyFramePosturesI(player, motions, time)
@@ -208,19 +177,8 @@ class Assembly:
             postures = OwnPosturesI(robot.postures, self.body, time, self._watchdog.look_within)
             self.gate.on_stop(robot.postures.stop)
             self.watched.append(postures)
-        self.servants.update({"Motions": moving, "Postures": postures})
-        self._streams.extend((moving, postures))
+        self._add(Motions=MotionsI(player, motions, time), Postures=postures)
         return player
-
-    def _add_health(self) -> HealthI:
-        health = HealthI(
-            self._robot,
-            self.events,
-            lambda: {camera.facts.name: camera.delivered_rate for camera in self._cameras},
-            self._wall.now,
-        )
-        self.servants["Health"] = health
-        return health
 
     def _wake(self) -> None:
         self.on_wake()
@@ -228,9 +186,9 @@ class Assembly:
     def _jobs(self) -> list[Job]:
         """Return what is done periodically: no camera can delay anything else, nothing the watchdog."""
         robot, options, player = self._robot, self._options, self.player
-        by_device: dict[StateSource, list[StreamsState]] = {}
-        for servant in self._streams:
-            by_device.setdefault(servant.device, []).append(servant)
+        by_source: dict[Callable[[], Any], list[StateStream[Any, Any]]] = {}
+        for stream in self._streams:
+            by_source.setdefault(stream.read, []).append(stream)
 
         def report() -> None:
             self._safety.publish()
@@ -241,7 +199,7 @@ class Assembly:
 
         return [
             self._watchdog,
-            *(self._state_job(device, servants) for device, servants in by_device.items()),
+            *(self._state_job(read, streams) for read, streams in by_source.items()),
             Periodic(
                 "motions",
                 robot.clock,
@@ -262,18 +220,18 @@ class Assembly:
             *(self._camera_job(camera) for camera in self._cameras),
         ]
 
-    def _state_job(self, device: StateSource, servants: Sequence[StreamsState]) -> Job:
-        """Return the job that streams readings of a device; none is sent twice, by its time."""
+    def _state_job(self, read: Callable[[], Any], streams: Sequence[StateStream[Any, Any]]) -> Job:
+        """Return the job of the streams of one source; no reading, by its time, is sent twice."""
         sent = math.nan
 
         def publish() -> None:
             nonlocal sent
-            reading = device.read()
+            reading = read()
             if reading.time != sent:
                 sent = reading.time
-                for servant in servants:
-                    if servant.listening:
-                        servant.publish(reading)
+                for stream in streams:
+                    if stream.listening:
+                        stream.publish(reading)
 
         clock, options = self._robot.clock, self._options
         return Periodic(
@@ -281,7 +239,7 @@ class Assembly:
             clock,
             lambda: 1.0 / options.state_rate,
             publish,
-            wanted=lambda: any(servant.listening for servant in servants),
+            wanted=lambda: any(stream.listening for stream in streams),
             gap=lambda: clock.rate / options.state_wall_rate,
         )
 

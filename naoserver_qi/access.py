@@ -9,7 +9,7 @@ from naoserver.assembly import Assembly
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.player import MotionPlayer
 from naoserver.robot import Robot
-from naoserver.servants.postures import PosturesI
+from naoserver.servants.motions import PosturesI
 from naoserver.walk_guard import WalkGuard
 from naoserver_qi.calls import Call
 

@@ -11,8 +11,7 @@ from naoserver.motions.keyframes import Motion
 from naoserver.motions.library import load_motions
 from naoserver.motions.postures import nearest_posture
 from naoserver.motions.routes import MotionRoute
-from naoserver.servants.motions import KIND as MOTION
-from naoserver.servants.postures import KIND as POSTURE
+from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import CLIENT, Access
 from naoserver_qi.arguments import chosen, fraction, text
 from naoserver_qi.calls import Call, long_call

@@ -1,31 +1,39 @@
-"""Servant of the whole body: all joints in one call and in one stream."""
+"""Servants of the whole body, all joints in one call and in one stream, and of the head."""
 
 from __future__ import annotations
 
 from typing import Final
 
-from interfaces.jderobot import InvalidValueException
-from interfaces.nao import JointLimits, Joints, JointState
+from interfaces.nao import HeadLimits, HeadPose, JointLimits, Joints, JointState, PoseHead
 from naoserver.guarded_device import GuardedDevice
+from naoserver.hinges import NECK
 from naoserver.robot import JointReading
-from naoserver.servants.conversions import refusals_told, require_finite, require_fraction
+from naoserver.servants.shared import (
+    StateStream,
+    refusals_raised,
+    require_finite,
+    require_fraction,
+    require_within,
+)
 from zenoh_ice import Current
 
 _LONGEST_CHANGE: Final = 60.0
 """Seconds that a change of stiffness may take."""
+_YAW, _PITCH = (joint for _, joint in NECK.joints)
 
 
 class JointsI(Joints):
     """Read and command all joints of a device."""
 
     def __init__(self, device: GuardedDevice) -> None:
-        self.device = device
+        self._device = device
+        self.stream: Final = StateStream(device.read, self.getJointStatePublisher, _state)
 
-    def getJointNames(self, current: Current) -> list[str]:  # noqa: ARG002
+    def getJointNames(self, current: Current) -> list[str]:
         """Return the names of the joints in the order of every reading."""
-        return [joint.name for joint in self.device.joints]
+        return [joint.name for joint in self._device.joints]
 
-    def getJointLimits(self, current: Current) -> list[JointLimits]:  # noqa: ARG002
+    def getJointLimits(self, current: Current) -> list[JointLimits]:
         """Return the limits of the joints in the order of getJointNames."""
         return [
             JointLimits(
@@ -35,12 +43,12 @@ class JointsI(Joints):
                 maxVelocity=joint.max_velocity,
                 maxTorque=joint.max_torque,
             )
-            for joint in self.device.joints
+            for joint in self._device.joints
         ]
 
-    def getJointState(self, current: Current) -> JointState:  # noqa: ARG002
+    def getJointState(self, current: Current) -> JointState:
         """Return the state of all joints."""
-        return _state(self.device.read())
+        return _state(self._device.read())
 
     def setJointPositions(
         self,
@@ -52,13 +60,14 @@ class JointsI(Joints):
 
         Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
-        require_finite(fraction=fraction)
         require_fraction(fraction)
         speeds = {
-            joint.name: fraction * joint.max_velocity for joint in self.device.joints if joint.name in targets
+            joint.name: fraction * joint.max_velocity
+            for joint in self._device.joints
+            if joint.name in targets
         }
-        with refusals_told():
-            return self.device.move(targets, speeds, client=current.client).accepted
+        with refusals_raised():
+            return self._device.move(targets, speeds, client=current.client).accepted
 
     def setStiffnesses(
         self,
@@ -70,25 +79,81 @@ class JointsI(Joints):
 
         Raises InvalidValueException or CommandRefusedException, and then changes nothing.
         """
-        require_finite(seconds=seconds)
-        if not 0.0 <= seconds <= _LONGEST_CHANGE:
-            message = f"seconds is {seconds:g}: it must be from 0 to {_LONGEST_CHANGE:g}"
-            raise InvalidValueException(message, "seconds")
-        with refusals_told():
-            return self.device.stiffen(stiffnesses, seconds, client=current.client)
+        require_within(0.0, _LONGEST_CHANGE, seconds=seconds)
+        with refusals_raised():
+            return self._device.stiffen(stiffnesses, seconds, client=current.client)
 
-    def stop(self, current: Current) -> None:  # noqa: ARG002
+    def stop(self, current: Current) -> None:
         """Hold every joint where it is."""
-        self.device.hold()
+        self._device.hold()
 
-    @property
-    def listening(self) -> bool:
-        """Whether anybody listens to the stream."""
-        return self.getJointStatePublisher.listening
 
-    def publish(self, reading: JointReading) -> None:
-        """Send a reading to whoever listens."""
-        self.getJointStatePublisher.publish(_state(reading), time=reading.time)
+class PoseHeadI(PoseHead):
+    """Point the head, or turn it at a speed that must be renewed."""
+
+    def __init__(self, device: GuardedDevice) -> None:
+        self._device = device
+        self._pan, self._tilt = device.index(_YAW), device.index(_PITCH)
+        self.stream: Final = StateStream(device.read, self.getPosePublisher, self._pose)
+
+    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
+        """Turn the head to a pose; returns the pose and the highest speeds as they were limited.
+
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
+        """
+        require_finite(pan=pan, tilt=tilt)
+        require_fraction(fraction)
+        speeds = {joint: fraction * self._device.facts(joint).max_velocity for joint in (_YAW, _PITCH)}
+        with refusals_raised():
+            outcome = self._device.move({_YAW: pan, _PITCH: tilt}, speeds, client=current.client)
+        return HeadPose(
+            time=self._device.read().time,
+            pan=outcome.accepted[_YAW],
+            tilt=outcome.accepted[_PITCH],
+            panSpeed=min(speeds[_YAW], self._device.speed_cap(_YAW)),
+            tiltSpeed=min(speeds[_PITCH], self._device.speed_cap(_PITCH)),
+        )
+
+    def setSpeed(self, pan: float, tilt: float, current: Current) -> HeadPose:
+        """Turn the head at speeds until the timeout; returns where it is and the speeds as they were limited.
+
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
+        """
+        require_finite(pan=pan, tilt=tilt)
+        with refusals_raised():
+            outcome = self._device.drive({_YAW: pan, _PITCH: tilt}, current.client)
+        pose = self._pose(self._device.read())
+        pose.panSpeed, pose.tiltSpeed = outcome.accepted[_YAW], outcome.accepted[_PITCH]
+        return pose
+
+    def stop(self, current: Current) -> None:
+        """Hold the head where it is."""
+        self._device.hold((_YAW, _PITCH))
+
+    def getPose(self, current: Current) -> HeadPose:
+        """Return where the head points."""
+        return self._pose(self._device.read())
+
+    def getLimits(self, current: Current) -> HeadLimits:
+        """Return how far and how fast the head turns."""
+        yaw, pitch = self._device.facts(_YAW), self._device.facts(_PITCH)
+        return HeadLimits(
+            minPan=yaw.lower,
+            maxPan=yaw.upper,
+            minTilt=pitch.lower,
+            maxTilt=pitch.upper,
+            maxPanSpeed=self._device.speed_cap(_YAW),
+            maxTiltSpeed=self._device.speed_cap(_PITCH),
+        )
+
+    def _pose(self, reading: JointReading) -> HeadPose:
+        return HeadPose(
+            time=reading.time,
+            pan=reading.positions[self._pan],
+            tilt=reading.positions[self._tilt],
+            panSpeed=reading.velocities[self._pan],
+            tiltSpeed=reading.velocities[self._tilt],
+        )
 
 
 def _state(reading: JointReading) -> JointState:

@@ -21,7 +21,7 @@ from naoserver.options import CameraOptions
 from naoserver.pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
 from naoserver.rate_meter import RateMeter
 from naoserver.robot import CameraFacts, Frame, Robot
-from naoserver.servants.conversions import to_time
+from naoserver.servants.shared import to_time
 from zenoh_ice import Current
 
 _LONGEST_NAME = 64  # characters of a client's text that are told back
@@ -52,18 +52,18 @@ class CameraI(Camera):
 
     # -- operations --------------------------------------------------------------------------------------
 
-    def getImageDescription(self, current: Current) -> ImageDescription:  # noqa: ARG002
+    def getImageDescription(self, current: Current) -> ImageDescription:
         """Return the shape of the images of the stream."""
         width, height = self._settings.width, self._settings.height
         return ImageDescription(
             width=width, height=height, size=width * height * STREAMED_BYTES_A_PIXEL, format=STREAMED_FORMAT
         )
 
-    def getImageFormat(self, current: Current) -> list[str]:  # noqa: ARG002
+    def getImageFormat(self, current: Current) -> list[str]:
         """Return the pixel formats, that of the stream first."""
         return list(PIXEL_FORMATS)
 
-    def getImageData(self, format: str, current: Current) -> ImageData:  # noqa: ARG002
+    def getImageData(self, format: str, current: Current) -> ImageData:
         """Return the newest image.
 
         Raises ConfigurationNotExistException for an unknown format, HardwareFailedException without an image.
@@ -104,7 +104,7 @@ class CameraI(Camera):
             tilt=facts.tilt,
         )
 
-    def setCameraDescription(self, description: CameraDescription, current: Current) -> int:  # noqa: ARG002
+    def setCameraDescription(self, description: CameraDescription, current: Current) -> int:
         """Take width, height and rate from a description; returns 0.
 
         Raises ConfigurationNotExistException, telling what there is, and then changes nothing.
@@ -136,7 +136,7 @@ class CameraI(Camera):
         """Take no more images for the caller's sake; others that started streaming keep theirs."""
         self._streaming.discard(current.client)
 
-    def reset(self, current: Current) -> None:  # noqa: ARG002
+    def reset(self, current: Current) -> None:
         """Return to the settings with which the server was started."""
         self._settings = self._options
         self._streaming.clear()

@@ -1,16 +1,37 @@
-"""Servant of the server's health."""
+"""Servants of the robot's clock and of the server's health."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from interfaces.nao import Health, HealthReport, Severity
+from interfaces.nao import Clock as ClockServant
+from interfaces.nao import ClockReading, Health, HealthReport, Severity
 from naoserver.condition import ConditionWatch
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.robot import BodyState, Robot
-from zenoh_ice import Current
+from zenoh_ice import Clock, Current
+
+
+class ClockI(ClockServant):
+    """Tell the robot's time, in calls and as a stream."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+
+    def getTime(self, current: Current) -> ClockReading:
+        """Return the robot's time."""
+        return self._reading()
+
+    def publish(self) -> None:
+        """Send the time to whoever listens."""
+        if self.getTimePublisher.listening:
+            reading = self._reading()
+            self.getTimePublisher.publish(reading, time=reading.time)
+
+    def _reading(self) -> ClockReading:
+        return ClockReading(time=self._clock.now(), rate=self._clock.rate, simulated=self._clock.simulated)
 
 
 class HealthI(Health):
@@ -30,7 +51,7 @@ class HealthI(Health):
         self._started = wall_time()
         self._condition = ConditionWatch(robot, events)
 
-    def getHealth(self, current: Current) -> HealthReport:  # noqa: ARG002
+    def getHealth(self, current: Current) -> HealthReport:
         """Return the state of the server."""
         return self._report()
 

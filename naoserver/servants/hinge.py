@@ -1,8 +1,9 @@
-"""Servants of a hinge or of a ball's mechanism: position commands and encoders, axis by axis."""
+"""Servants of a hinge or a ball's mechanism, axis by axis: position commands, encoders, speed of the neck."""
 
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import msgspec
 
@@ -15,22 +16,24 @@ from interfaces.jderobot import (
     Pose3DMotorsParams,
 )
 from naoserver.guarded_device import GuardedDevice
-from naoserver.hinges import Axis, Hinge
+from naoserver.hinges import NECK, Axis, Hinge
 from naoserver.robot import JointReading
-from naoserver.servants.conversions import refusals_told, require_finite, to_time
+from naoserver.servants.shared import StateStream, refusals_raised, require_finite, to_time
 from zenoh_ice import Current
+
+_YAW, _PITCH = (joint for _, joint in NECK.joints)
 
 
 class Pose3DMotorsI(Pose3DMotors):
     """Send the joints of `hinge` to positions. An axis that the hinge does not have is ignored."""
 
     def __init__(self, device: GuardedDevice, hinge: Hinge) -> None:
-        self.device = device
+        self._device = device
         self._axes = hinge.joints
 
-    def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:  # noqa: ARG002
+    def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:
         """Return the newest targets and speeds, as they were limited."""
-        goals = {axis: self.device.goal(joint) for axis, joint in self._axes}
+        goals = {axis: self._device.goal(joint) for axis, joint in self._axes}
         targets = {str(axis): goal.target for axis, goal in goals.items()}
         pan = [goal.speed for axis, goal in goals.items() if axis is Axis.PAN]
         other = [goal.speed for axis, goal in goals.items() if axis is not Axis.PAN]
@@ -50,37 +53,29 @@ class Pose3DMotorsI(Pose3DMotors):
                 )
         targets = {joint: float(getattr(data, axis)) for axis, joint in self._axes}
         speeds = {joint: data.panSpeed if axis is Axis.PAN else data.tiltSpeed for axis, joint in self._axes}
-        with refusals_told():
-            return 1 if self.device.move(targets, speeds, client=current.client).limitations else 0
+        with refusals_raised():
+            return 1 if self._device.move(targets, speeds, client=current.client).limitations else 0
 
-    def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:  # noqa: ARG002
+    def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
         """Return the limits of the axes."""
-        return motor_params(self.device, self._axes)
+        return _motor_params(self._device, self._axes)
 
-    def stop(self, current: Current) -> None:  # noqa: ARG002
+    def stop(self, current: Current) -> None:
         """Hold the setpoint of every axis where it is by now."""
-        self.device.hold(joint for _, joint in self._axes)
+        self._device.hold(joint for _, joint in self._axes)
 
 
 class Pose3DEncodersI(Pose3DEncoders):
     """Tell where the joints of `hinge` are, in calls and as a stream."""
 
     def __init__(self, device: GuardedDevice, hinge: Hinge) -> None:
-        self.device = device
+        self._device = device
         self._places = tuple((str(axis), device.index(joint)) for axis, joint in hinge.joints)
+        self.stream: Final = StateStream(device.read, self.getPose3DEncodersDataPublisher, self._data)
 
-    def getPose3DEncodersData(self, current: Current) -> Pose3DEncodersData:  # noqa: ARG002
+    def getPose3DEncodersData(self, current: Current) -> Pose3DEncodersData:
         """Return the newest positions."""
-        return self._data(self.device.read())
-
-    @property
-    def listening(self) -> bool:
-        """Whether anybody listens to the stream."""
-        return self.getPose3DEncodersDataPublisher.listening
-
-    def publish(self, reading: JointReading) -> None:
-        """Send a reading to whoever listens."""
-        self.getPose3DEncodersDataPublisher.publish(self._data(reading), time=reading.time)
+        return self._data(self._device.read())
 
     def _data(self, reading: JointReading) -> Pose3DEncodersData:
         data = Pose3DEncodersData(
@@ -91,7 +86,40 @@ class Pose3DEncodersI(Pose3DEncoders):
         return data
 
 
-def motor_params(device: GuardedDevice, axes: tuple[tuple[Axis, str], ...]) -> Pose3DMotorsParams:
+class NeckSpeedI(Pose3DMotors):
+    """Turn the head at `panSpeed` and `tiltSpeed`; the positions of a command are ignored.
+
+    A command that is not renewed stops.
+    """
+
+    def __init__(self, device: GuardedDevice) -> None:
+        self._device = device
+
+    def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:
+        """Return the speeds that the head is commanded to keep, as they were limited."""
+        pan, tilt = self._device.velocity(_YAW), self._device.velocity(_PITCH)
+        return msgspec.structs.replace(_NO_COMMAND, panSpeed=pan, tiltSpeed=tilt)
+
+    def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
+        """Turn the head; returns 1 when a speed was limited, else 0.
+
+        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
+        """
+        require_finite(**msgspec.structs.asdict(data))
+        with refusals_raised():
+            outcome = self._device.drive({_YAW: data.panSpeed, _PITCH: data.tiltSpeed}, current.client)
+        return 1 if outcome.limitations else 0
+
+    def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
+        """Return the limits of pan and tilt and of their speeds."""
+        return _motor_params(self._device, NECK.joints)
+
+    def stop(self, current: Current) -> None:
+        """Hold the head where it is."""
+        self._device.hold((_YAW, _PITCH))
+
+
+def _motor_params(device: GuardedDevice, axes: tuple[tuple[Axis, str], ...]) -> Pose3DMotorsParams:
     """Return the limits of some axes, 0 of the others, and the highest speeds that each of them takes."""
     limits = dict.fromkeys(Pose3DMotorsParams.__struct_fields__, 0.0)
     for axis, joint in axes:

@@ -1,22 +1,39 @@
-"""Servant of the motions made of key frames."""
+"""Servants of motions made of key frames, and of postures: by key frames, or the robot's own way."""
 
 from __future__ import annotations
 
+import threading
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Final
 
 from interfaces.jderobot import InvalidValueException
-from interfaces.nao import ActionState, MotionFacts, Motions
+from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
+from naoserver.capabilities import OwnPostures, PostureProgress
+from naoserver.errors import CommandRefused, RobotError
+from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
 from naoserver.motions.player import ActionProgress, MotionPlayer
-from naoserver.motions.routes import MotionRoute, RouteError
-from naoserver.servants.conversions import refusals_told, require_finite
-from naoserver.servants.streaming import Changes
-from zenoh_ice import Current
+from naoserver.motions.postures import POSTURES, nearest_posture
+from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError
+from naoserver.servants.shared import (
+    MOST_QUOTED,
+    StateStream,
+    refusals_raised,
+    require_finite,
+    require_fraction,
+)
+from zenoh_ice import Current, Publisher
 
 _FASTEST: Final = 2.0
-KIND: Final = "motion"
-"""What the player calls an action of this servant."""
+MOTION: Final = "motion"
+"""The player's kind of the actions of `Motions`."""
+POSTURE: Final = "posture"
+"""The player's kind of the actions of `Postures`."""
+_OWNER: Final = "the way into a posture"
+"""The claim on the joints while a robot goes its own way."""
+_PERIOD: Final = 0.05
+"""Wall seconds between two checks whether such a way is at its end."""
 
 
 class MotionsI(Motions):
@@ -28,9 +45,9 @@ class MotionsI(Motions):
         self._player = player
         self._motions = motions
         self._robot_time = robot_time
-        self._changes = Changes()
+        self.stream: Final = _action_stream(self._state, self.getMotionStatePublisher)
 
-    def getMotions(self, current: Current) -> list[MotionFacts]:  # noqa: ARG002
+    def getMotions(self, current: Current) -> list[MotionFacts]:
         """Return the motions that can be played."""
         return [
             MotionFacts(name=of.name, description=of.description, duration=of.duration, start=of.start)
@@ -44,7 +61,7 @@ class MotionsI(Motions):
         """
         motion = self._motions.get(name)
         if motion is None:
-            message = f"there is no motion {name[:64]!r}; there are {', '.join(self._motions)}"
+            message = f"there is no motion {name[:MOST_QUOTED]!r}; there are {', '.join(self._motions)}"
             raise InvalidValueException(message, "name")
         require_finite(pace=pace)
         if not 0.0 < pace <= _FASTEST:
@@ -52,41 +69,200 @@ class MotionsI(Motions):
                 f"pace is {pace:g}: it must be above 0 and at most {_FASTEST:g}", "pace"
             )
         route = MotionRoute(motion, self._motions.values())
-        with refusals_told():
+        with refusals_raised():
             try:
-                self._player.begin(KIND, name, route, pace=pace, client=current.client)
+                self._player.begin(MOTION, name, route, pace=pace, client=current.client)
             except RouteError as error:
                 raise InvalidValueException(str(error), "name") from error
 
-    def stop(self, current: Current) -> None:  # noqa: ARG002
+    def stop(self, current: Current) -> None:
         """Stop what is played, and hold its joints where they are."""
-        self._player.stop(KIND)
+        self._player.stop(MOTION)
 
-    def getMotionState(self, current: Current) -> ActionState:  # noqa: ARG002
+    def getMotionState(self, current: Current) -> ActionState:
         """Return how the newest motion goes."""
-        return self.read()
+        return self._state()
+
+    def _state(self) -> ActionState:
+        return _action_state(self._player.progress(MOTION), self._robot_time())
+
+
+class PosturesI(Postures):
+    """What both kinds have in common. `robot_time` is in s."""
+
+    def __init__(self, robot_time: Callable[[], float]) -> None:
+        self._robot_time = robot_time
+        self.stream: Final = _action_stream(self._state, self.getPostureStatePublisher)
 
     @property
-    def device(self) -> MotionsI:
-        """Itself: nobody else tells of the motions."""
-        return self
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """The postures that the body can be brought into."""
+
+    @abstractmethod
+    def progress(self) -> ActionProgress:
+        """Return how the way to the newest posture goes."""
+
+    @abstractmethod
+    def go(self, name: str, fraction: float, client: str) -> None:
+        """Begin to go to a posture. Raises RouteError, InvalidCommand or CommandRefused."""
+
+    def getPostures(self, current: Current) -> list[str]:
+        """Return the postures that the body can be brought into."""
+        return list(self.names)
+
+    def goToPosture(self, name: str, fraction: float, current: Current) -> None:
+        """Begin to go to a posture at a fraction of the full pace.
+
+        Raises InvalidValueException, also when there is no way, or CommandRefusedException.
+        """
+        if name not in self.names:
+            message = f"there is no posture {name[:MOST_QUOTED]!r}; there are {', '.join(self.names)}"
+            raise InvalidValueException(message, "name")
+        require_fraction(fraction)
+        with refusals_raised():
+            try:
+                self.go(name, fraction, current.client)
+            except RouteError as error:
+                raise InvalidValueException(str(error), "name") from error
+
+    def getPostureState(self, current: Current) -> ActionState:
+        """Return how the way to the newest posture goes."""
+        return self._state()
+
+    def _state(self) -> ActionState:
+        return _action_state(self.progress(), self._robot_time())
+
+
+class KeyFramePosturesI(PosturesI):
+    """Bring a body into postures by the server's own motions."""
+
+    def __init__(
+        self, player: MotionPlayer, motions: Mapping[str, Motion], robot_time: Callable[[], float]
+    ) -> None:
+        super().__init__(robot_time)
+        self._player = player
+        self._motions = motions
 
     @property
-    def listening(self) -> bool:
-        """Whether anybody listens to the stream."""
-        return self.getMotionStatePublisher.listening
+    def names(self) -> tuple[str, ...]:
+        """The postures whose angles are known."""
+        return tuple(POSTURES)
 
-    def read(self) -> ActionState:
-        """Return how the newest motion goes."""
-        return action_state(self._player.progress(KIND), self._robot_time())
+    def progress(self) -> ActionProgress:
+        """Return how the way to the newest posture goes."""
+        return self._player.progress(POSTURE)
 
-    def publish(self, state: ActionState) -> None:
-        """Send how the newest motion goes to whoever listens, when it is news."""
-        if self._changes.are_news((state.count, state.status, state.progress), state.time):
-            self.getMotionStatePublisher.publish(state, time=state.time)
+    def go(self, name: str, fraction: float, client: str) -> None:
+        """Begin to go to a posture, getting up on the way where the body lies."""
+        self._player.begin(
+            POSTURE, name, PostureRoute(name, self._motions.values(), fraction), client=client
+        )  # fmt: skip
+
+    def stop(self, current: Current) -> None:
+        """Stop on the way, and hold every joint where it is."""
+        self._player.stop(POSTURE)
+
+    def getPosture(self, current: Current) -> str:
+        """Return the posture that the body is in; empty when it is in none."""
+        return nearest_posture(self._player.situation())
 
 
-def action_state(progress: ActionProgress, time: float) -> ActionState:
+class OwnPosturesI(PosturesI):
+    """Pass postures on to a robot that knows the way itself, through the gate in front of its `body`.
+
+    On the way all joints belong to it: who stops one of them ends it. It is to be watched, so that they are
+    free at its end; `look_within` is told in how many wall seconds `watch` is due.
+    """
+
+    def __init__(
+        self,
+        postures: OwnPostures,
+        body: GuardedDevice,
+        robot_time: Callable[[], float],
+        look_within: Callable[[float], None],
+    ) -> None:
+        super().__init__(robot_time)
+        self.name: Final = "postures"
+        self._postures = postures
+        self._body = body
+        self._look_within = look_within
+        self._lock = threading.Lock()
+        self._closed = False
+        self._count = 0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The postures that the robot knows."""
+        return self._postures.names
+
+    def progress(self) -> ActionProgress:
+        """Return how the way to the newest posture goes."""
+        of = self._look()
+        if of.moving:
+            status = ActionStatus.Moving
+        elif of.reached:
+            status = ActionStatus.Done
+        else:
+            status = ActionStatus.Failed if of.message else ActionStatus.Idle
+        return ActionProgress(of.name, status, float(of.reached), of.message, self._count)
+
+    def go(self, name: str, fraction: float, client: str) -> None:
+        """Let the robot begin to go to a posture."""
+        joints = [joint.name for joint in self._body.joints]
+        with self._lock:
+            self._body.require(client)
+            if self._closed:
+                return
+            self._body.claims.claim(_OWNER, joints, self._end)
+            try:
+                self._postures.go(name, fraction)
+            except RobotError:
+                self._body.claims.release(_OWNER)
+                raise
+            self._count += 1
+        self._look_within(_PERIOD)
+        try:
+            self._body.require(client)
+        except CommandRefused:  # an emergency stop came in between
+            self._end()
+            raise
+
+    def stop(self, current: Current) -> None:
+        """Stop on the way."""
+        self._end()
+
+    def getPosture(self, current: Current) -> str:
+        """Return the posture that the robot is in; empty when it is in none."""
+        return self._postures.current()
+
+    def watch(self) -> float | None:
+        """Free the joints at the end of the way; return in how many wall seconds to look again."""
+        return _PERIOD if self._look().moving else None
+
+    def drop_client(self, client: str) -> None:
+        """Do nothing: the way that a client began goes on to its end, as a position command does."""
+
+    def close(self) -> None:
+        """Stop on the way, and refuse further ones."""
+        with self._lock:
+            self._closed = True
+        self._end()
+
+    def _end(self) -> None:
+        """Stop on the way, and free the joints: they need nothing more to come to rest."""
+        self._postures.stop()
+        self._body.claims.release(_OWNER)
+
+    def _look(self) -> PostureProgress:
+        with self._lock:
+            progress = self._postures.progress()
+            if not progress.moving:
+                self._body.claims.release(_OWNER)
+        return progress
+
+
+def _action_state(progress: ActionProgress, time: float) -> ActionState:
     """Return how an action goes as the interface has it."""
     return ActionState(
         time=time,
@@ -95,4 +271,15 @@ def action_state(progress: ActionProgress, time: float) -> ActionState:
         progress=progress.progress,
         message=progress.message,
         count=progress.count,
+    )
+
+
+def _action_stream(
+    read: Callable[[], ActionState], publisher: Publisher[ActionState]
+) -> StateStream[ActionState, ActionState]:
+    return StateStream(
+        read,
+        publisher,
+        lambda state: state,
+        news=lambda state: (state.count, state.status, state.progress),
     )

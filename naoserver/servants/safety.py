@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from interfaces.nao import Safety, SafetyState
 from naoserver.gate import Gate, GateState
-from naoserver.servants.conversions import refusals_told
+from naoserver.servants.shared import refusals_raised
 from zenoh_ice import Current
 
 
@@ -19,14 +19,14 @@ class SafetyI(Safety):
         self._gate = gate
         self._robot_time = robot_time
 
-    def emergencyStop(self, reason: str, current: Current) -> None:  # noqa: ARG002
+    def emergencyStop(self, reason: str, current: Current) -> None:
         """Stop all that moves and refuse every command until resetEmergencyStop."""
         try:
             self._gate.stop(reason)
         finally:
             self.publish()
 
-    def resetEmergencyStop(self, current: Current) -> None:  # noqa: ARG002
+    def resetEmergencyStop(self, current: Current) -> None:
         """Take commands again."""
         self._gate.reset()
         self.publish()
@@ -36,7 +36,7 @@ class SafetyI(Safety):
 
         Raises CommandRefusedException while somebody else holds it, InvalidValueException.
         """
-        with refusals_told():
+        with refusals_raised():
             self._gate.acquire(current.client, holder, seconds)
         self.publish()
 
@@ -45,7 +45,7 @@ class SafetyI(Safety):
         if self._gate.release(current.client):
             self.publish()
 
-    def getSafetyState(self, current: Current) -> SafetyState:  # noqa: ARG002
+    def getSafetyState(self, current: Current) -> SafetyState:
         """Return who may command the robot."""
         return self._state()
 

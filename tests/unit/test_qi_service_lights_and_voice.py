@@ -1,6 +1,5 @@
 """ALLeds, ALTextToSpeech and ALMemory over a fake robot, in virtual time."""
 
-
 import pytest
 
 pytest.importorskip("qi")

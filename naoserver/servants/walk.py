@@ -1,9 +1,13 @@
-"""Servant of the walk: JdeRobot's `Motors`, in m/s and rad/s both ways."""
+"""Servants of the walk, JdeRobot's `Motors` in m/s and rad/s both ways, and of its odometry, `Encoders`."""
 
 from __future__ import annotations
 
-from interfaces.jderobot import Motors
-from naoserver.servants.conversions import refusals_told, require_finite
+import math
+from typing import Final
+
+from interfaces.jderobot import Encoders, EncodersData, Motors
+from naoserver.capabilities import Odometry
+from naoserver.servants.shared import StateStream, refusals_raised, require_finite
 from naoserver.walk_guard import WalkGuard
 from zenoh_ice import Current
 
@@ -14,7 +18,7 @@ class MotorsI(Motors):
     def __init__(self, walk: WalkGuard) -> None:
         self._walk = walk
 
-    def getV(self, current: Current) -> float:  # noqa: ARG002
+    def getV(self, current: Current) -> float:
         """Return the commanded forward velocity in m/s."""
         return self._walk.commanded().forward
 
@@ -26,7 +30,7 @@ class MotorsI(Motors):
         require_finite(v=v)
         return self._drive("forward", v, current)
 
-    def getW(self, current: Current) -> float:  # noqa: ARG002
+    def getW(self, current: Current) -> float:
         """Return the commanded turning velocity in rad/s."""
         return self._walk.commanded().turn
 
@@ -35,7 +39,7 @@ class MotorsI(Motors):
         require_finite(w=w)
         return self._drive("turn", w, current)
 
-    def getL(self, current: Current) -> float:  # noqa: ARG002
+    def getL(self, current: Current) -> float:
         """Return the commanded sideways velocity in m/s."""
         return self._walk.commanded().left
 
@@ -44,10 +48,32 @@ class MotorsI(Motors):
         require_finite(l=l)
         return self._drive("left", l, current)
 
-    def stop(self, current: Current) -> None:  # noqa: ARG002
+    def stop(self, current: Current) -> None:
         """End the walk, on both feet."""
         self._walk.stop()
 
     def _drive(self, kind: str, velocity: float, current: Current) -> int:
-        with refusals_told():
+        with refusals_raised():
             return 1 if self._walk.drive({kind: velocity}, current.client) else 0
+
+
+class EncodersI(Encoders):
+    """Tell where the robot believes to be, in calls and as a stream."""
+
+    def __init__(self, walk: WalkGuard) -> None:
+        self._walk = walk
+        self.stream: Final = StateStream(walk.read, self.getEncodersDataPublisher, _data)
+
+    def getEncodersData(self, current: Current) -> EncodersData:
+        """Return the newest odometry."""
+        return _data(self._walk.read())
+
+
+def _data(odometry: Odometry) -> EncodersData:
+    return EncodersData(
+        robotx=odometry.x,
+        roboty=odometry.y,
+        robottheta=odometry.heading,
+        robotcos=math.cos(odometry.heading),
+        robotsin=math.sin(odometry.heading),
+    )

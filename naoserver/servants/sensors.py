@@ -1,0 +1,139 @@
+"""Servants of the sensors but joints and cameras: each tells a part of what the senses read."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from interfaces import nao
+from naoserver.body import H25
+from naoserver.capabilities import FootReading, SenseReading, Senses
+from naoserver.servants.shared import StateStream
+from zenoh_ice import Current
+
+_PLACES: Final = {
+    side: [H25.facts["fsr"][side][sensor] for sensor in ("FrontLeft", "FrontRight", "RearLeft", "RearRight")]
+    for side in ("left", "right")
+}
+"""Where the sensors of each sole are in the foot's frame in m."""
+
+
+class InertialUnitI(nao.InertialUnit):
+    """Tell how the torso is accelerated, turned and tilted, in calls and as a stream."""
+
+    def __init__(self, senses: Senses) -> None:
+        self._senses = senses
+        self.stream: Final = StateStream(senses.read, self.getInertialReadingPublisher, _inertial)
+
+    def getInertialReading(self, current: Current) -> nao.InertialReading:
+        """Return the newest reading."""
+        return _inertial(self._senses.read())
+
+
+class FootPressureI(nao.FootPressure):
+    """Tell what presses on the soles, in calls and as a stream."""
+
+    def __init__(self, senses: Senses) -> None:
+        self._senses = senses
+        self.stream: Final = StateStream(senses.read, self.getFeetReadingPublisher, _feet)
+
+    def getFeetReading(self, current: Current) -> nao.FeetReading:
+        """Return the newest reading."""
+        return _feet(self._senses.read())
+
+
+class SonarI(nao.Sonar):
+    """Tell what is near in front of the chest, in calls and as a stream: the sonar measures rarely."""
+
+    def __init__(self, senses: Senses) -> None:
+        self._senses = senses
+        self.stream: Final = StateStream(
+            senses.read, self.getSonarReadingPublisher, _sonar, news=lambda reading: reading.sonar
+        )
+
+    def getSonarReading(self, current: Current) -> nao.SonarReading:
+        """Return the newest reading."""
+        return _sonar(self._senses.read())
+
+    def getSonarLimits(self, current: Current) -> nao.SonarLimits:
+        """Return the sonar's range and cone."""
+        nearest, farthest = self._senses.sonar_range
+        return nao.SonarLimits(nearest=nearest, farthest=farthest, cone=self._senses.sonar_cone)
+
+
+class TouchI(nao.Touch):
+    """Tell what is touched, in calls and as a stream."""
+
+    def __init__(self, senses: Senses) -> None:
+        self._senses = senses
+        self.stream: Final = StateStream(
+            senses.read, self.getTouchReadingPublisher, self._touch, news=lambda reading: reading.touched
+        )
+
+    def getTouchNames(self, current: Current) -> list[str]:
+        """Return the names of the sensors."""
+        return list(self._senses.touch_names)
+
+    def getTouchReading(self, current: Current) -> nao.TouchReading:
+        """Return what is touched."""
+        return self._touch(self._senses.read())
+
+    def _touch(self, reading: SenseReading) -> nao.TouchReading:
+        touched = [name for name in self._senses.touch_names if name in reading.touched]
+        return nao.TouchReading(time=reading.time, touched=touched)
+
+
+class BatteryI(nao.Battery):
+    """Tell the state of the battery, in calls and as a stream, which is slow: a battery changes slowly."""
+
+    def __init__(self, senses: Senses) -> None:
+        self._senses = senses
+        self.stream: Final = StateStream(
+            senses.read, self.getBatteryReadingPublisher, _battery, news=lambda _: None
+        )
+
+    def getBatteryReading(self, current: Current) -> nao.BatteryReading:
+        """Return the newest reading."""
+        return _battery(self._senses.read())
+
+
+def _inertial(reading: SenseReading) -> nao.InertialReading:
+    inertial = reading.inertial
+    return nao.InertialReading(
+        time=reading.time,
+        acceleration=nao.Vector3(*inertial.acceleration),
+        angularVelocity=nao.Vector3(*inertial.angular_velocity),
+        roll=inertial.roll,
+        pitch=inertial.pitch,
+    )
+
+
+def _feet(reading: SenseReading) -> nao.FeetReading:
+    left, right = _foot(reading.left_foot, "left"), _foot(reading.right_foot, "right")
+    return nao.FeetReading(time=reading.time, left=left, right=right)
+
+
+def _foot(foot: FootReading, side: str) -> nao.FootReading:
+    total = foot.total
+    pressures = (foot.front_left, foot.front_right, foot.rear_left, foot.rear_right)
+    x, y = (
+        sum(pressure * place[axis] for pressure, place in zip(pressures, _PLACES[side], strict=True)) / total
+        if total > 0.0
+        else 0.0
+        for axis in (0, 1)
+    )
+    return nao.FootReading(*pressures, total=total, centerX=x, centerY=y)
+
+
+def _sonar(reading: SenseReading) -> nao.SonarReading:
+    return nao.SonarReading(time=reading.time, left=reading.sonar.left, right=reading.sonar.right)
+
+
+def _battery(reading: SenseReading) -> nao.BatteryReading:
+    battery = reading.battery
+    return nao.BatteryReading(
+        time=reading.time,
+        charge=battery.charge,
+        current=battery.current,
+        temperature=battery.temperature,
+        plugged=battery.plugged,
+    )

@@ -1,0 +1,112 @@
+"""What servants share: the stream of a state, checks of arguments, and errors as the interface has them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final, Generic, Protocol, TypeVar
+
+from interfaces.jderobot import CommandRefusedException, InvalidValueException, Time
+from naoserver.errors import CommandRefused, InvalidCommand
+from zenoh_ice import Publisher
+
+_REMINDER: Final = 0.5
+"""Robot seconds after which a state is sent again that has not changed."""
+MOST_QUOTED: Final = 64
+"""Characters of a client's text that an error repeats."""
+
+
+class Timed(Protocol):
+    """A reading of one moment."""
+
+    @property
+    def time(self) -> float:
+        """Robot time in s."""
+        ...
+
+
+R = TypeVar("R", bound=Timed)
+V = TypeVar("V")
+
+
+class StateStream(Generic[R, V]):
+    """The stream of a servant: what `read` returns, or a part of it, converted to the interface's type.
+
+    Streams of equal `read` share one reading. With `news`, which returns what counts as a change, a reading
+    is sent only when that has changed, or after half a second, for whoever has begun to listen meanwhile.
+    """
+
+    def __init__(
+        self,
+        read: Callable[[], R],
+        publisher: Publisher[V],
+        convert: Callable[[R], V],
+        *,
+        news: Callable[[R], object] | None = None,
+    ) -> None:
+        self.read: Final = read
+        """Return the newest snapshot without blocking."""
+        self._publisher = publisher
+        self._convert = convert
+        self._news = news
+        self._last: object = None
+        self._sent = -math.inf
+
+    @property
+    def listening(self) -> bool:
+        """Whether anybody listens."""
+        return self._publisher.listening
+
+    def publish(self, reading: R) -> None:
+        """Send a reading to whoever listens."""
+        time = reading.time
+        if self._news is not None:
+            state = self._news(reading)
+            if state == self._last and 0.0 <= time - self._sent < _REMINDER:
+                return
+            self._last, self._sent = state, time
+        self._publisher.publish(self._convert(reading), time=time)
+
+
+def to_time(seconds: float) -> Time:
+    """Return a point in robot time as the interface has it."""
+    whole, micro = divmod(round(seconds * 1_000_000), 1_000_000)
+    return Time(seconds=whole, useconds=micro)
+
+
+def require_finite(**values: float) -> None:
+    """Raise InvalidValueException, naming the field, unless every value is a finite number."""
+    for field, value in values.items():
+        if not math.isfinite(value):
+            raise InvalidValueException(f"{field} is {value}: it must be a finite number", field)
+
+
+def require_fraction(fraction: float) -> None:
+    """Raise InvalidValueException unless `fraction` is finite, above 0 and at most 1."""
+    require_finite(fraction=fraction)
+    if not 0.0 < fraction <= 1.0:
+        raise InvalidValueException(f"fraction is {fraction}: it must be above 0 and at most 1", "fraction")
+
+
+def require_within(lower: float, upper: float, **values: float) -> None:
+    """Raise InvalidValueException, naming the field, unless every value is finite and within limits."""
+    require_finite(**values)
+    for field, value in values.items():
+        if not lower <= value <= upper:
+            message = f"{field} is {value:g}: it must be from {lower:g} to {upper:g}"
+            raise InvalidValueException(message, field)
+
+
+@contextmanager
+def refusals_raised() -> Iterator[None]:
+    """Raise the interface's exception for a refused command.
+
+    InvalidCommand becomes InvalidValueException, CommandRefused becomes CommandRefusedException.
+    """
+    try:
+        yield
+    except InvalidCommand as refusal:
+        raise InvalidValueException(str(refusal), refusal.field) from refusal
+    except CommandRefused as refusal:
+        raise CommandRefusedException(str(refusal), refusal.holder) from refusal

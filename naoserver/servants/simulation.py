@@ -1,0 +1,87 @@
+"""Servants that only a simulation has: of the scene around the robot, and of the ground truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from interfaces.nao import GroundTruth, GroundTruthReading, Pose, Quaternion, Scene, Vector3
+from naoserver import capabilities
+from naoserver.capabilities import Stage, Truth, Vector
+from naoserver.servants.shared import StateStream, refusals_raised, require_finite
+from zenoh_ice import Current
+
+
+class SceneI(Scene):
+    """Set the scene of a simulation: no command of the robot, so that no lease and no stop holds it.
+
+    `end_motion` ends what the robot does: a robot that is put elsewhere does not go on with it there.
+    """
+
+    def __init__(self, stage: Stage, end_motion: Callable[[], None]) -> None:
+        self._stage: Final = stage
+        self._end_motion: Final = end_motion
+
+    def reset(self, current: Current) -> None:
+        """Put the robot and everything else back to where they began; what the robot does ends."""
+        self._end_motion()
+        self._stage.reset()
+
+    def getObjects(self, current: Current) -> list[str]:
+        """Return the names of what can be placed."""
+        return list(self._stage.objects)
+
+    def placeObject(self, name: str, position: Vector3, current: Current) -> None:
+        """Put something somewhere, at rest. Raises InvalidValueException."""
+        with refusals_raised():
+            self._stage.place_object(name, _finite(position))
+
+    def placeRobot(self, x: float, y: float, heading: float, current: Current) -> None:
+        """Put the robot on its feet somewhere; what it does ends. Raises InvalidValueException."""
+        require_finite(x=x, y=y, heading=heading)
+        with refusals_raised():
+            self._stage.place_robot(x, y, heading)
+        self._end_motion()
+
+    def pushRobot(self, force: Vector3, seconds: float, current: Current) -> None:
+        """Push the torso for some seconds. Raises InvalidValueException."""
+        require_finite(seconds=seconds)
+        with refusals_raised():
+            self._stage.push(_finite(force), seconds)
+
+    def pressSensor(self, name: str, seconds: float, current: Current) -> None:
+        """Press a touch sensor for some seconds. Raises InvalidValueException."""
+        require_finite(seconds=seconds)
+        with refusals_raised():
+            self._stage.press(name, seconds)
+
+
+class GroundTruthI(GroundTruth):
+    """Tell where the robot and everything else is, in calls and as a stream."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+        self.stream: Final = StateStream(stage.truth, self.getGroundTruthPublisher, _truth)
+
+    def getGroundTruth(self, current: Current) -> GroundTruthReading:
+        """Return where everything is."""
+        return _truth(self._stage.truth())
+
+
+def _finite(vector: Vector3) -> Vector:
+    require_finite(x=vector.x, y=vector.y, z=vector.z)
+    return vector.x, vector.y, vector.z
+
+
+def _truth(truth: Truth) -> GroundTruthReading:
+    return GroundTruthReading(
+        time=truth.time,
+        torso=_pose(truth.torso),
+        velocity=Vector3(*truth.velocity),
+        angularVelocity=Vector3(*truth.angular_velocity),
+        objects={name: _pose(pose) for name, pose in truth.objects.items()},
+    )
+
+
+def _pose(pose: capabilities.Pose) -> Pose:
+    return Pose(position=Vector3(*pose.position), orientation=Quaternion(*pose.orientation))
