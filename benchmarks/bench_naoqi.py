@@ -32,9 +32,8 @@ from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import Link, call
+from naoserver_naoqi.link import Link, RobotAddress, call
 from naoserver_qi import serve_as_naoqi
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import Communicator, ObjectPrx, WallClock, initialize

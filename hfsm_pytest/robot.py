@@ -216,7 +216,7 @@ def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]
 
 
 def _has_gl() -> bool:
-    from naoserver_sim.gl import create_context
+    from naoserver_sim.cameras import create_context
 
     try:
         create_context(16, 16).free()

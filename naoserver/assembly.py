@@ -15,12 +15,12 @@ from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.hinges import HINGES, Hinge, ball_hinge
 from naoserver.jobs import Job, Periodic
-from naoserver.motions.library import load_motions
 from naoserver.motions.player import PERIOD, MotionPlayer
 from naoserver.motions.postures import situation_of
+from naoserver.motions.reader import load_motions
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import JointDevice, Robot
-from naoserver.safety import Safety
+from naoserver.safety import JointSafety
 from naoserver.servants.body import JointsI, PoseHeadI
 from naoserver.servants.camera import CameraI
 from naoserver.servants.expression import LedsI, SpeechI
@@ -251,7 +251,7 @@ class Assembly:
 
     def _guard(self, device: JointDevice, options: SafetyOptions, gate: Gate) -> GuardedDevice:
         own = {joint.name for joint in device.joints}
-        safety = Safety(
+        safety = JointSafety(
             device.joints,
             options,
             [table for table in H25.anticollision if {table.independent, table.dependent} <= own],

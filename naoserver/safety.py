@@ -23,9 +23,8 @@ from typing import Final
 
 from naoserver.body import Coupling
 from naoserver.errors import InvalidCommand
-from naoserver.joint_rules import JointRules, clamp
+from naoserver.joint_rules import JointRules, Limitation, Outcome, clamp
 from naoserver.options import SafetyOptions
-from naoserver.outcome import Limitation, Outcome
 from naoserver.range_table import RangeTable
 from naoserver.robot import JointFacts, JointReading
 
@@ -54,7 +53,7 @@ class _Drive:
     client: str
 
 
-class Safety:
+class JointSafety:
     """Watch over the joints of one device."""
 
     def __init__(

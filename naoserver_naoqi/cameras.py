@@ -17,8 +17,7 @@ from naoserver.body import H25
 from naoserver.errors import HardwareFailure
 from naoserver.robot import CameraFacts, Frame
 from naoserver_naoqi.connection import Connection
-from naoserver_naoqi.generation import is_nao6
-from naoserver_naoqi.link import CallFailed, Link, call
+from naoserver_naoqi.link import CallFailed, Link, call, is_nao6
 
 __all__ = ["NAME", "RESOLUTIONS", "NaoqiCameras", "Stamps", "frame_of"]
 

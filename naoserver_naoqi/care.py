@@ -9,9 +9,8 @@ from typing import Final
 
 from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure
-from naoserver_naoqi.connection import Connection
+from naoserver_naoqi.connection import Connection, Reporter
 from naoserver_naoqi.link import CallFailed, Link, call
-from naoserver_naoqi.reporter import Reporter
 
 __all__ = ["Care", "End", "Life", "Start", "Wishes"]
 

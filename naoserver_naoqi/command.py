@@ -9,9 +9,9 @@ import typer
 
 from naoserver.options import ServerOptions
 from naoserver.server import serve
-from naoserver_naoqi.address import AddressError, RobotAddress
 from naoserver_naoqi.care import End, Life, Start, Wishes
 from naoserver_naoqi.libqi import connect
+from naoserver_naoqi.link import AddressError, RobotAddress
 from naoserver_naoqi.robot import NaoqiRobot
 from zenoh_ice import initialize
 from zenoh_ice.command import with_settings

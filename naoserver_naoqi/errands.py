@@ -1,17 +1,17 @@
-"""Calls whose answers nobody waits for, and questions that are asked again and again."""
+"""Calls whose answers nobody waits for: single ones, questions asked again and again, commands in order."""
 
 from __future__ import annotations
 
+import logging
 import threading
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, Final, Generic, TypeVar
 
 from naoserver.errors import HardwareFailure
-from naoserver_naoqi.connection import Connection
-from naoserver_naoqi.link import Link, LinkLost, Reply
-from naoserver_naoqi.reporter import Reporter
+from naoserver_naoqi.connection import Connection, Reporter
+from naoserver_naoqi.link import CallFailed, CallTimeout, Link, LinkLost, Reply
 
-__all__ = ["Errands", "Question"]
+__all__ = ["Errands", "Lane", "Question"]
 
 MOST: Final = 200
 """Calls that may go on at the same time; a robot that answers none gets no more."""
@@ -105,3 +105,115 @@ class Question:
         except HardwareFailure as error:
             self._due = self._now() + _AFTER_FAILURE
             self._reporter.tell_once(self._operation, str(error))
+
+
+_logger = logging.getLogger(__name__)
+
+_PATIENCE: Final = 1.0
+"""Seconds that the robot gets to obey, before the next command is sent all the same."""
+_END: Final = 2.0
+
+K = TypeVar("K", bound=Hashable)
+V = TypeVar("V")
+
+
+class Lane(Generic[K, V]):
+    """Commands of one kind, of which the newest for each key counts.
+
+    NAOqi may run two calls in either order: so the next is sent when the one before has been answered. The
+    first goes out from the caller's own thread. What comes meanwhile waits, and of two commands for the same
+    key the newer one is sent: however slow the robot is, nothing piles up. `send` begins the calls.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        connection: Connection,
+        reporter: Reporter,
+        send: Callable[[Link, Mapping[K, V]], Sequence[Reply]],
+    ) -> None:
+        self._name = name
+        self._connection = connection
+        self._reporter = reporter
+        self._send = send
+        self._changed = threading.Condition()
+        self._waiting: dict[K, V] = {}
+        self._replies: Sequence[Reply] = ()
+        self._closing = False
+        self._thread = threading.Thread(target=self._run, name=f"NAOqi {name}", daemon=True)
+
+    @property
+    def idle(self) -> bool:
+        """Whether every command has been answered."""
+        with self._changed:
+            return not self._replies and not self._waiting
+
+    def start(self) -> None:
+        """Start to send."""
+        self._thread.start()
+
+    def post(self, commands: Mapping[K, V]) -> None:
+        """Send commands, now or as soon as those before have been answered; drop them while it is lost."""
+        with self._changed:
+            link = self._connection.link
+            if self._closing or link is None:
+                return
+            self._waiting.update(commands)
+            if not self._replies:
+                self._begin(link)
+                self._changed.notify_all()
+
+    def forget(self) -> None:
+        """Drop what was not sent yet."""
+        with self._changed:
+            self._waiting.clear()
+
+    def settle(self, timeout: float) -> bool:
+        """Wait until every command has been answered; return whether it was within some seconds."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not self._replies and not self._waiting, timeout)
+
+    def close(self) -> None:
+        """Send what waits, and end the thread."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        if self._thread.ident is not None:
+            self._thread.join(_END)
+            if self._thread.is_alive():
+                _logger.error("%s did not end within %g s", self._thread.name, _END)
+
+    def _begin(self, link: Link) -> None:
+        commands, self._waiting = self._waiting, {}
+        try:
+            self._replies = self._send(link, commands)
+        except HardwareFailure as error:
+            self._reporter.tell_once(self._name, str(error))
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._replies or self._closing)
+                replies = self._replies
+                if not replies:
+                    return
+            for reply in replies:
+                self._await(reply)
+            with self._changed:
+                self._replies = ()
+                link = self._connection.link
+                if link is None:
+                    self._waiting.clear()
+                elif self._waiting:
+                    self._begin(link)
+                self._changed.notify_all()
+
+    def _await(self, reply: Reply) -> None:
+        try:
+            reply.result(_PATIENCE)
+        except (CallFailed, CallTimeout) as error:
+            self._reporter.tell_once(self._name, str(error))
+        except LinkLost:
+            pass  # the connection tells it
+        else:
+            self._reporter.tell_once(self._name, "")

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from naoserver.body import H25
-from naoserver_naoqi.connection import Connection
-from naoserver_naoqi.errands import Errands
-from naoserver_naoqi.lane import Lane
+from naoserver_naoqi.connection import Connection, Reporter
+from naoserver_naoqi.errands import Errands, Lane
 from naoserver_naoqi.link import Link, Reply
-from naoserver_naoqi.reporter import Reporter
 from naoserver_naoqi.state import NaoqiState
 
 __all__ = ["NaoqiJoints", "Order", "calls_of"]

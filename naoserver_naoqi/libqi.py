@@ -8,8 +8,7 @@ from typing import Any, Final
 import qi
 
 from naoserver.libqi import start_libqi
-from naoserver_naoqi.address import RobotAddress
-from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply
+from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply, RobotAddress
 
 __all__ = ["LibqiLink", "connect"]
 

@@ -9,10 +9,9 @@ from typing import Any, Final
 
 from naoserver.capabilities import PostureProgress
 from naoserver.errors import CommandRefused, HardwareFailure
-from naoserver_naoqi.connection import Connection
+from naoserver_naoqi.connection import Connection, Reporter
 from naoserver_naoqi.errands import Errands, Question
 from naoserver_naoqi.link import Link, LinkLost, Reply, call
-from naoserver_naoqi.reporter import Reporter
 
 __all__ = ["NaoqiPostures"]
 

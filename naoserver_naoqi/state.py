@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 from collections import deque
@@ -13,13 +14,12 @@ from naoserver.capabilities import SenseReading
 from naoserver.errors import HardwareFailure
 from naoserver.robot import FALLEN_TILT, BodyState, JointReading
 from naoserver_naoqi.connection import SILENCE
-from naoserver_naoqi.generation import is_nao6
-from naoserver_naoqi.link import CallFailed, Link, call
+from naoserver_naoqi.link import CallFailed, Link, call, is_nao6
 from naoserver_naoqi.memory_keys import FARTHEST, Measurements, MemoryLayout
 from naoserver_naoqi.setpoints import Setpoints
 from zenoh_ice import Clock
 
-__all__ = ["NaoqiSenses", "NaoqiState"]
+__all__ = ["NaoqiSenses", "NaoqiSonar", "NaoqiState"]
 
 _WINDOW: Final = 4
 """Measurements over which a velocity is taken that the robot does not tell: its cycle and ours drift."""
@@ -141,23 +141,12 @@ class NaoqiState:
 class NaoqiSenses:
     """The senses of the robot. Implements Senses."""
 
+    touch_names = H25.touch_sensors
+    sonar_range = (0.25, FARTHEST)
+    sonar_cone = math.radians(60.0)
+
     def __init__(self, state: NaoqiState) -> None:
         self._state = state
-
-    @property
-    def touch_names(self) -> tuple[str, ...]:
-        """The touch sensors of an H25."""
-        return H25.touch_sensors
-
-    @property
-    def sonar_range(self) -> tuple[float, float]:
-        """Nearest and farthest distance that the sonar tells in m."""
-        return 0.25, FARTHEST
-
-    @property
-    def sonar_cone(self) -> float:
-        """Full angle of the sonar's cone in rad."""
-        return math.radians(60.0)
 
     def read(self) -> SenseReading:
         """Return the newest snapshot."""
@@ -169,3 +158,28 @@ def _kind(link: Link) -> str:
         return str(call(link, "ALMemory.getData", "RobotConfig/Body/Type"))[:40]
     except HardwareFailure:
         return "robot of unknown kind"
+
+
+_logger = logging.getLogger(__name__)
+
+_NAME: Final = "naoserver-naoqi"
+
+
+class NaoqiSonar:
+    """Turn the sonar on, and off again."""
+
+    def open(self, link: Link) -> None:
+        """Turn it on; a robot without one has nothing near."""
+        try:
+            call(link, "ALSonar.subscribe", _NAME)
+        except CallFailed as error:
+            _logger.info("the sonar stays off: %s", error)
+
+    def close(self, link: Link | None) -> None:
+        """Turn it off, unless somebody else wants it."""
+        if link is None:
+            return
+        try:
+            call(link, "ALSonar.unsubscribe", _NAME, timeout=1.0)
+        except HardwareFailure as error:
+            _logger.debug("the sonar stays as it is: %s", error)

@@ -10,11 +10,9 @@ from typing import Any, Final
 from naoserver.body import H25
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver_naoqi.connection import PERIOD, Connection
-from naoserver_naoqi.errands import Question
-from naoserver_naoqi.lane import Lane
+from naoserver_naoqi.connection import PERIOD, Connection, Reporter
+from naoserver_naoqi.errands import Lane, Question
 from naoserver_naoqi.link import CallFailed, Link, Reply, call
-from naoserver_naoqi.reporter import Reporter
 from naoserver_naoqi.state import NaoqiState
 from zenoh_ice import Clock
 

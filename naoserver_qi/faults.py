@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 
 from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure
-from naoserver.fake.senses import FakeSenses
+from naoserver.fake.robot import FakeSenses
 from naoserver_qi.arguments import number, text, texts
 
 __all__ = ["Faults", "FaultsService"]

@@ -8,8 +8,8 @@ from typing import Final
 
 from interfaces.nao import ActionStatus
 from naoserver.motions.keyframes import Motion
-from naoserver.motions.library import load_motions
 from naoserver.motions.postures import nearest_posture
+from naoserver.motions.reader import load_motions
 from naoserver.motions.routes import MotionRoute
 from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import CLIENT, Access

@@ -8,7 +8,7 @@ from typing import Final
 
 from naoserver.capabilities import Voice
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.voice import LONGEST_TEXT
+from naoserver.expression import LONGEST_TEXT
 from naoserver_qi.arguments import chosen, number, number_within, text
 from naoserver_qi.calls import Call, long_call
 from naoserver_qi.memory import ALMemory

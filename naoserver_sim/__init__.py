@@ -2,20 +2,19 @@
 
 Module            What it holds
 `body`            the body made from its facts: links, joints, motors, contact shapes, cameras
-`self_collision`  which links touch each other
-`appearance`      what a person sees of it: a skin, or bare blocks
-`lamps`           how the robot's lights look
-`contacts`        who touches whom
+`contacts`        what touches what
+`appearance`      what a person sees of it, read from skin.toml and skin.obj; the lamps
 `world`, `worlds` what surrounds the robot, read from files
 `surroundings`    all that in the model; a soccer field in `field`
 `model`           all of it compiled, and the robot put on its feet
-`control`         setpoints that move at limited speed
+`motors`          setpoints that move at limited speed, stiffness, heat
 `pacing`          simulated time against the wall clock
-`simulator`       the physics thread
-`stage`           the scene, told and changed
-`clock`           the simulated time as a clock
-`gl`, `cameras`   the camera thread
+`simulator`       the physics thread, and its time as a clock
+`senses`, `walk`  what the robot feels, and how it walks
+`stage`           the scene, read and changed
+`cameras`         the camera thread
 `viewer`          MuJoCo's window
+`geometry`        the visible shapes as JSON, for the editor
 `robot`           `SimulatedRobot`
 `learning`        environments of Gymnasium in which it learns
 `cli`, `command`  the command; several robots at once in `team`

@@ -1,163 +1,219 @@
-"""Paint on the links of the body: materials, shells and primitives that are seen and never touched."""
+"""What is seen of the robot: shapes and materials from skin.toml, meshes from skin.obj, and lamps that shine.
+
+Nothing of it is ever touched.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from enum import Enum
-from typing import Final
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from importlib import resources
+from typing import Any, Final, Literal, NamedTuple
 
+import msgspec
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from naoserver_sim.lamps import add_lamp_materials, lamp_material
-from naoserver_sim.mesh import Mesh
+from naoserver.capabilities import Color
+from naoserver.expression import START
+
+__all__ = ["VISUAL_GROUP", "Lamps", "Look", "add_appearance", "lamp_material", "look_of"]
 
 VISUAL_GROUP: Final = 1
 """The geoms of this group are what the cameras see of the robot."""
+_GLASS: Final = (0.62, 0.65, 0.68)
+"""The color of a lamp that is off."""
+_WHITE: Final = (0.52, 0.74, 0.80)
+"""The white of LEDs, which is cold; what shines by itself is added to it."""
+_PALE: Final = 0.25
+"""Share of white in what a lamp shows: it dazzles."""
+_EMISSION: Final = 0.7
+
 
 Vector = tuple[float, float, float]
+_PRIMITIVES: Final = {
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "disc": mujoco.mjtGeom.mjGEOM_CYLINDER,
+}
 
 
-class Material(Enum):
-    """Colors (red, green, blue), specular and shininess, each 0 to 1, and emission."""
-
-    WHITE = ((0.93, 0.93, 0.94), 0.6, 0.8, 0.0)
-    LIGHT_GREY = ((0.80, 0.81, 0.83), 0.4, 0.6, 0.0)
-    GREY = ((0.42, 0.44, 0.47), 0.2, 0.3, 0.0)
-    DARK = ((0.16, 0.17, 0.19), 0.2, 0.4, 0.0)
-    BLACK = ((0.03, 0.03, 0.04), 0.6, 0.9, 0.0)
-    # As far from red as orange goes: who looks for a red ball must not find the robot's own body.
-    ORANGE = ((0.98, 0.56, 0.05), 0.5, 0.7, 0.0)
-
-    def __init__(self, rgb: Vector, specular: float, shininess: float, emission: float) -> None:
-        self.rgb = rgb
-        self.specular = specular
-        self.shininess = shininess
-        self.emission = emission
+class _Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    color: Vector
+    specular: float
+    shininess: float
 
 
-class Painter:
-    """Add what is seen to the links of a body.
+class _Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A shape on a link, as the comments in skin.toml explain it."""
 
-    What is painted on a link of the left side (`l_...`) is painted on the right one, too, mirrored. On a link
-    in the middle `twice=True` adds the mirror image. Lengths in m in the link's frame.
-    """
+    link: str
+    kind: Literal["mesh", "ellipsoid", "box", "capsule", "disc"]
+    material: str = ""
+    light: str = ""
+    mesh: str = ""
+    size: tuple[float, ...] = ()
+    at: Vector = (0.0, 0.0, 0.0)
+    to: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, 1.0)
+    twice: bool = False
 
-    def __init__(self, spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody]) -> None:
-        self._spec = spec
-        self._links = links
-        self._meshes = 0
-        add_lamp_materials(spec)
-        for material in Material:
-            spec.add_material(
-                name=material.name,
-                rgba=[*material.rgb, 1.0],
-                specular=material.specular,
-                shininess=material.shininess,
-                emission=material.emission,
+    def places(self) -> Iterator[tuple[str, bool]]:
+        """Yield the links that it is on, each with whether it is mirrored there."""
+        yield self.link, False
+        if self.link.startswith("l_"):
+            yield f"r_{self.link[2:]}", True
+        elif self.twice:
+            yield self.link, True
+
+    def material_on(self, *, mirrored: bool) -> str:
+        """Return the name of its material."""
+        if not self.light:
+            return self.material
+        sided = self.twice or self.link.startswith("l_")
+        return lamp_material(f"{'Right' if mirrored else 'Left'}{self.light}" if sided else self.light)
+
+
+class _Looks(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    shell: tuple[_Shape, ...]
+    blocks: tuple[_Shape, ...]
+
+
+class _Skin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    materials: dict[str, _Material]
+    looks: _Looks
+
+
+class _Mesh(NamedTuple):
+    vertices: NDArray[np.float64]
+    """Shape (n, 3) in m."""
+    faces: NDArray[np.int32]
+    """Shape (m, 3): indices of vertices, counter-clockwise from outside."""
+
+
+def add_appearance(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], *, skin: bool) -> None:
+    """Add what is seen to the links of a body: its shell, or bare blocks."""
+    look = _read_skin()
+    for light, color in START.items():
+        shown = look_of(color)
+        spec.add_material(
+            name=lamp_material(light), rgba=[*shown.color, 1.0], emission=shown.emission, specular=0.0
+        )
+    for name, material in look.materials.items():
+        spec.add_material(
+            name=name,
+            rgba=[*material.color, 1.0],
+            specular=material.specular,
+            shininess=material.shininess,
+        )
+    for shape in look.looks.shell if skin else look.looks.blocks:
+        for link, mirrored in shape.places():
+            links[link].add_geom(
+                type=_PRIMITIVES[shape.kind],
+                material=shape.material_on(mirrored=mirrored),
+                group=VISUAL_GROUP,
+                contype=0,
+                conaffinity=0,
+                mass=0,
+                **_geometry(spec, shape, mirrored=mirrored),
             )
 
-    def shell(self, link: str, mesh: Mesh, material: Material, *, twice: bool = False) -> None:
-        """Add a mesh."""
-        for place, mirror in self._places(link, twice=twice):
-            name = f"{place}_{self._meshes}"
-            self._meshes += 1
-            side = mesh.mirrored() if mirror else mesh
-            self._spec.add_mesh(
-                name=name,
-                uservert=side.vertices.flatten(),
-                userface=side.faces.flatten(),
-                smoothnormal=True,
-                # Of panels, which are open below, no volume can be told.
-                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-            )
-            self._add(place, material.name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
 
-    def ellipsoid(
-        self, link: str, half: Vector, at: Vector, material: Material, *, twice: bool = False
-    ) -> None:
-        """Add an ellipsoid with half axes `half`."""
-        for place, mirror in self._places(link, twice=twice):
-            kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID
-            self._add(place, material.name, type=kind, size=half, pos=_reflected(at, mirror=mirror))
-
-    def box(self, link: str, half: Vector, at: Vector, material: Material) -> None:
-        """Add a box with half sides `half`."""
-        for place, mirror in self._places(link, twice=False):
-            kind = mujoco.mjtGeom.mjGEOM_BOX
-            self._add(place, material.name, type=kind, size=half, pos=_reflected(at, mirror=mirror))
-
-    def capsule(self, link: str, radius: float, ends: tuple[Vector, Vector], material: Material) -> None:
-        """Add a capsule between the centers of its round ends."""
-        for place, mirror in self._places(link, twice=False):
-            fromto = [value for end in ends for value in _reflected(end, mirror=mirror)]
-            kind = mujoco.mjtGeom.mjGEOM_CAPSULE
-            self._add(place, material.name, type=kind, size=[radius, 0, 0], fromto=fromto)
-
-    def disc(
-        self,
-        link: str,
-        size: tuple[float, float],
-        at: Vector,
-        normal: Vector,
-        material: Material,
-        *,
-        twice: bool = False,
-    ) -> None:
-        """Add a disc of `size` (radius, thickness) round `at`, with the axis `normal`."""
-        for place, mirror in self._places(link, twice=twice):
-            self._add_disc(place, size, at, normal, material.name, mirror=mirror)
-
-    def lamp(
-        self,
-        link: str,
-        size: tuple[float, float],
-        at: Vector,
-        normal: Vector,
-        light: str,
-        *,
-        twice: bool = False,
-    ) -> None:
-        """Add a disc that shines as a group of lights does: `Chest`, or `Eye` of `LeftEye` and `RightEye`."""
-        for place, mirror in self._places(link, twice=twice):
-            sided = twice or link.startswith("l_")
-            group = f"{'Right' if mirror else 'Left'}{light}" if sided else light
-            self._add_disc(place, size, at, normal, lamp_material(group), mirror=mirror)
-
-    def _add_disc(
-        self,
-        place: str,
-        size: tuple[float, float],
-        at: Vector,
-        normal: Vector,
-        material: str,
-        *,
-        mirror: bool,
-    ) -> None:
-        quat = np.zeros(4)
-        direction = np.array(_reflected(normal, mirror=mirror))
-        mujoco.mju_quatZ2Vec(quat, direction / np.linalg.norm(direction))
-        self._add(
-            place,
-            material,
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            size=[size[0], size[1] / 2, 0],
-            pos=_reflected(at, mirror=mirror),
-            quat=quat,
-        )
-
-    def _places(self, link: str, *, twice: bool) -> list[tuple[str, bool]]:
-        """Return the links to paint on, each with whether it is the mirror image."""
-        if link.startswith("l_"):
-            return [(link, False), (f"r_{link[2:]}", True)]
-        return [(link, False), (link, True)] if twice else [(link, False)]
-
-    def _add(self, link: str, material: str, **shape: mujoco.mjtGeom | str | Sequence[float]) -> None:
-        self._links[link].add_geom(
-            material=material, group=VISUAL_GROUP, contype=0, conaffinity=0, mass=0, **shape
-        )
+def _geometry(spec: mujoco.MjSpec, shape: _Shape, *, mirrored: bool) -> dict[str, Any]:
+    """Return what MuJoCo is to know of a shape's form and place."""
+    mirror = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
+    if shape.kind == "mesh":
+        return {"meshname": _add_mesh(spec, shape.mesh, mirrored=mirrored)}
+    size = [*shape.size, 0.0, 0.0][:3]
+    if shape.kind == "capsule":
+        return {"size": size, "fromto": [*(mirror * shape.at), *(mirror * shape.to)]}
+    quat = np.zeros(4)
+    normal = mirror * shape.normal
+    mujoco.mju_quatZ2Vec(quat, normal / np.linalg.norm(normal))
+    return {"size": size, "pos": mirror * shape.at, "quat": quat}
 
 
-def _reflected(vector: Vector, *, mirror: bool) -> Vector:
-    x, y, z = vector
-    return (x, -y, z) if mirror else vector
+def _add_mesh(spec: mujoco.MjSpec, name: str, *, mirrored: bool) -> str:
+    """Add a mesh or its mirror image; return its name in the model."""
+    vertices, faces = _read_meshes()[name]
+    added = f"{name} mirrored" if mirrored else name
+    spec.add_mesh(
+        name=added,
+        uservert=(vertices * [1, -1, 1] if mirrored else vertices).flatten(),
+        userface=(faces[:, ::-1] if mirrored else faces).flatten(),
+        smoothnormal=True,
+        # Panels are open below and have no volume.
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    return added
+
+
+@cache
+def _read_skin() -> _Skin:
+    text = resources.files("naoserver_sim").joinpath("skin.toml").read_text(encoding="utf-8")
+    return msgspec.convert(tomllib.loads(text), _Skin)
+
+
+@cache
+def _read_meshes() -> Mapping[str, _Mesh]:
+    """Return the meshes of skin.obj, a file in Wavefront's format, by the names of its objects."""
+    text = resources.files("naoserver_sim").joinpath("skin.obj").read_text(encoding="utf-8")
+    meshes, before = {}, 0
+    for part in text.split("\no ")[1:]:
+        name, *lines = part.splitlines()
+        rows = [line.split() for line in lines]
+        vertices = np.array([row[1:] for row in rows if row[0] == "v"], np.float64)
+        faces = np.array([row[1:] for row in rows if row[0] == "f"], np.int32)
+        meshes[name] = _Mesh(vertices, faces - 1 - before)
+        before += len(vertices)
+    return meshes
+
+
+def lamp_material(light: str) -> str:
+    """Return the name of the material of a group's lamps."""
+    return f"light {light}"
+
+
+class Look(NamedTuple):
+    """A color of a surface, and how much of it shines by itself."""
+
+    color: Color
+    emission: float
+
+
+def look_of(light: Color) -> Look:
+    """Return how a lamp looks that shows a color."""
+    brightness = max(light)
+    red, green, blue = (
+        glass * (1.0 - brightness) + white * ((1.0 - _PALE) * shown + _PALE * brightness)
+        for glass, white, shown in zip(_GLASS, _WHITE, light, strict=True)
+    )
+    return Look((red, green, blue), _EMISSION * brightness)
+
+
+class Lamps:
+    """Let the lamps of a model look as its lights are."""
+
+    def __init__(self, mj: mujoco.MjModel, colors: Callable[[], Mapping[str, Color]]) -> None:
+        self._mj = mj
+        self._colors = colors
+        self._materials = {
+            light: mujoco.mj_name2id(mj, mujoco.mjtObj.mjOBJ_MATERIAL, lamp_material(light))
+            for light in START
+        }
+        self._shown: Mapping[str, Color] = dict(START)
+
+    def show(self) -> None:
+        """Look as the lights are now; for the thread that draws."""
+        colors = self._colors()
+        if colors == self._shown:
+            return
+        self._shown = colors
+        for light, material in self._materials.items():
+            look = look_of(colors[light])
+            self._mj.mat_rgba[material, :3] = look.color
+            self._mj.mat_emission[material] = look.emission

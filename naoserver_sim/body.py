@@ -14,9 +14,8 @@ import numpy as np
 
 from naoserver.body import Body, Joint, Link
 from naoserver.robot import CameraFacts
-from naoserver_sim.contacts import FRICTION, moving
+from naoserver_sim.contacts import FRICTION, exclude_neighbors, moving
 from naoserver_sim.motors import add_motor
-from naoserver_sim.self_collision import exclude_neighbors
 
 TORSO: Final = "torso"
 

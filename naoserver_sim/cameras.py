@@ -1,16 +1,19 @@
-"""The cameras: a thread that owns the GL context and renders images for who asks."""
+"""The cameras: a thread that owns the GL context and renders images on request."""
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import importlib
 import logging
+import os
 import queue
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Protocol
 
 import mujoco
 import numpy as np
@@ -18,12 +21,73 @@ from numpy.typing import NDArray
 
 from naoserver.errors import HardwareFailure
 from naoserver.robot import CameraFacts, Frame
-from naoserver_sim.appearance import VISUAL_GROUP
-from naoserver_sim.gl import create_context
-from naoserver_sim.lamps import Lamps
+from naoserver_sim.appearance import VISUAL_GROUP, Lamps
 from naoserver_sim.simulator import Snapshot
 
 _log = logging.getLogger(__name__)
+
+_LIBRARIES: Final = {"egl": ("libEGL.so.1",), "osmesa": ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")}
+_CHOICE: Final = "MUJOCO_GL"
+_OFF: Final = ("disable", "disabled", "off", "false", "0")
+_MISSING: Final = (
+    "no GL library to render camera images with: install one with"
+    " 'apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0' (or libosmesa6)"
+    " and start again"
+)
+
+
+class GLContext(Protocol):
+    """What MuJoCo's GL contexts offer."""
+
+    def make_current(self) -> None:
+        """Make it the context of the calling thread."""
+
+    def free(self) -> None:
+        """Give it back."""
+
+
+def create_context(width: int, height: int) -> GLContext:
+    """Make an offscreen GL context for the calling thread: EGL, or OSMesa where there is no EGL.
+
+    The environment variable MUJOCO_GL, set to one of these or to `disable`, leaves no choice.
+
+    Raises HardwareFailure that names the missing package.
+    """
+    reasons = []
+    wanted = os.environ.get(_CHOICE, "").lower()
+    for backend in (wanted,) if wanted in _LIBRARIES else tuple(_LIBRARIES):
+        if wanted in _OFF:
+            reasons.append(f"rendering is switched off by {_CHOICE}={wanted}")
+            break
+        if not _is_installed(backend):
+            reasons.append(f"{' or '.join(_LIBRARIES[backend])} is not installed")
+            continue
+        try:
+            # MuJoCo reads its variable when it looks up GL's functions, PyOpenGL its own when imported.
+            os.environ[_CHOICE] = backend
+            os.environ.setdefault("PYOPENGL_PLATFORM", backend)
+            context: GLContext = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+            context.make_current()
+        # PyOpenGL and the drivers fail with what they like, AttributeError and GLError among it.
+        except Exception as error:  # noqa: BLE001
+            _log.info("no rendering with %s: %s", backend, error)
+            reasons.append(f"{backend} does not work here: {error}")
+        else:
+            _log.debug("rendering with %s", backend)
+            return context
+    os.environ[_CHOICE] = wanted
+    raise HardwareFailure(f"{_MISSING} ({'; '.join(reasons)})")
+
+
+def _is_installed(backend: str) -> bool:
+    for library in _LIBRARIES[backend]:
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            continue
+        return True
+    return False
+
 
 _FRAME_TIMEOUT: Final = 1.0
 _SETUP_TIMEOUT: Final = 10.0

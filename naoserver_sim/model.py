@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.robot import CameraFacts, JointFacts
-from naoserver_sim.appearance import Painter
-from naoserver_sim.blocks import paint_blocks
+from naoserver_sim.appearance import add_appearance
 from naoserver_sim.body import TORSO, add_body, sole
 from naoserver_sim.senses.sensors import add_sensors
-from naoserver_sim.skin import paint_skin
 from naoserver_sim.surroundings import SPECTATOR, about_z, add_movables, add_surroundings
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
@@ -104,7 +102,7 @@ def build_model(body: Body = H25, world: World | None = None, *, skin: bool = Tr
     add_surroundings(spec, world)
     links = add_body(spec, body, cameras[: len(body.cameras)])
     add_sensors(spec, links, body)
-    (paint_skin if skin else paint_blocks)(Painter(spec, links))
+    add_appearance(spec, links, skin=skin)
     add_movables(spec, world)
     mj = spec.compile()
     leaders = {coupling.follower: coupling.leader for coupling in body.couplings}

@@ -5,28 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
-from naoserver.capabilities import Lights, OwnPostures, Stage, Voice, Walker
+from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
-from naoserver.lights import FadingLights
-from naoserver.robot import FALLEN_TILT, BodyState, CameraFacts, Frame, JointFacts, JointReading
-from naoserver.voice import TimedVoice
+from naoserver.expression import FadingLights, TimedVoice
+from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
+from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraRenderer
-from naoserver_sim.clock import SimulationClock
-from naoserver_sim.control import Command, SetpointController
-from naoserver_sim.lamps import Lamps
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
+from naoserver_sim.motors import Command, SetpointController
 from naoserver_sim.pacing import Pacer
-from naoserver_sim.senses.encoders import encoded
-from naoserver_sim.senses.noise import SenseNoise
+from naoserver_sim.senses.record import SenseNoise, encoded
 from naoserver_sim.senses.simulated import SimulatedSenses
-from naoserver_sim.simulator import PacedSimulator, Simulator, VirtualSimulator
+from naoserver_sim.simulator import PacedSimulator, SimulationClock, Simulator, VirtualSimulator
 from naoserver_sim.stage import SimulatedStage
 from naoserver_sim.viewer import show
 from naoserver_sim.walk.walker import SimulatedWalker
@@ -40,20 +37,11 @@ class SimulatedDevice:
     """Some joints of a simulation: the robot's, or those of a mechanism that carries a ball."""
 
     def __init__(self, name: str, simulator: Simulator, index: DeviceIndex) -> None:
-        self._name = name
+        self.name: Final = name
+        self.joints: Final = index.joints
         self._simulator = simulator
         self._index = index
         self._places = {joint.name: place for place, joint in enumerate(index.joints)}
-
-    @property
-    def name(self) -> str:
-        """`Nao`, or the name of the ball."""
-        return self._name
-
-    @property
-    def joints(self) -> tuple[JointFacts, ...]:
-        """The joints in the order of every reading."""
-        return self._index.joints
 
     def read(self) -> JointReading:
         """Return the newest snapshot of the joints."""
@@ -125,6 +113,8 @@ class SimulatedRobot(SimulatedDevice):
     `noise` the senses are as imperfect and late as those of a real robot, by the seed's random numbers.
     """
 
+    postures: OwnPostures | None = None
+
     def __init__(
         self,
         *,
@@ -144,16 +134,17 @@ class SimulatedRobot(SimulatedDevice):
         data = standing(model, body.postures[posture])
         controller = _controller(model, data)
         simulator: PacedSimulator | VirtualSimulator
-        self._clock: Clock
+        robot_clock: Clock
         if clock is None:
             simulator = PacedSimulator(model.mj, data, controller, Pacer(speed))
-            self._clock = SimulationClock(simulator)
+            robot_clock = SimulationClock(simulator)
         else:
-            simulator = VirtualSimulator(model.mj, data, controller, clock)
-            self._clock = clock
+            simulator, robot_clock = VirtualSimulator(model.mj, data, controller, clock), clock
+        self.clock: Final = robot_clock
+        self.cameras: Final = model.cameras
         super().__init__("Nao", simulator, model.robot)
         self._noise = noise
-        self._senses = SimulatedSenses(
+        self.senses: Final = SimulatedSenses(
             model,
             data,
             simulator,
@@ -161,21 +152,23 @@ class SimulatedRobot(SimulatedDevice):
             random=np.random.default_rng(seed),
             body=body,
         )
-        simulator.watchers.append(self._senses)
-        self._walker = SimulatedWalker(model, data, controller, simulator, self._senses.record, noise=noise)
-        simulator.parts.append(self._walker)
-        self._stage = SimulatedStage(
-            model, data, controller, simulator, press=self._senses.press, moved=(self._walker.abandon,)
+        simulator.watchers.append(self.senses)
+        self.walker: Final = SimulatedWalker(
+            model, data, controller, simulator, self.senses.record, noise=noise
         )
-        simulator.parts.append(self._stage)
+        simulator.parts.append(self.walker)
+        self.stage: Final = SimulatedStage(
+            model, data, controller, simulator, press=self.senses.press, moved=(self.walker.abandon,)
+        )
+        simulator.parts.append(self.stage)
         self._model = model
         self._scratch = mujoco.MjData(model.mj)
         self._physics = simulator
-        self._lights = FadingLights(self._clock.now)
-        self._voice = TimedVoice(self._clock.now)
-        self._lamps = Lamps(model.mj, self._lights.colors)
+        self.lights: Final = FadingLights(self.clock.now)
+        self.voice: Final = TimedVoice(self.clock.now)
+        self._lamps = Lamps(model.mj, self.lights.colors)
         self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, self._lamps)
-        self._mechanisms = tuple(
+        self.mechanisms: Final = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
 
@@ -183,51 +176,6 @@ class SimulatedRobot(SimulatedDevice):
         """Return the newest snapshot of the joints; with noise, the angles that encoders tell apart."""
         reading = super().read()
         return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
-
-    @property
-    def cameras(self) -> tuple[CameraFacts, ...]:
-        """The head's two cameras and the spectator's."""
-        return self._model.cameras
-
-    @property
-    def walker(self) -> Walker:
-        """Its walk."""
-        return self._walker
-
-    @property
-    def senses(self) -> SimulatedSenses:
-        """Its senses."""
-        return self._senses
-
-    @property
-    def lights(self) -> Lights:
-        """Its lights: what they would show is told."""
-        return self._lights
-
-    @property
-    def voice(self) -> Voice:
-        """Its voice: what it would say is told."""
-        return self._voice
-
-    @property
-    def postures(self) -> OwnPostures | None:
-        """None: the server's key frames bring it into postures."""
-        return None
-
-    @property
-    def stage(self) -> Stage:
-        """The scene around it."""
-        return self._stage
-
-    @property
-    def clock(self) -> Clock:
-        """The simulated time."""
-        return self._clock
-
-    @property
-    def mechanisms(self) -> tuple[SimulatedDevice, ...]:
-        """What carries the balls: joints for pan in rad, distance in m and height in m, in this order."""
-        return self._mechanisms
 
     def state(self) -> BodyState:
         """Return the newest snapshot of the body."""

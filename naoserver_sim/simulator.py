@@ -1,4 +1,4 @@
-"""The physics: the model stepped on a thread at its pace, or after a virtual clock."""
+"""The physics: the model stepped on a thread at its pace, or after a virtual clock; and its clock."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
-from naoserver_sim.control import Command, SetpointController
-from naoserver_sim.motors import Motors
+from naoserver_sim.motors import Command, Motors, SetpointController
 from naoserver_sim.pacing import Pacer
 
 if TYPE_CHECKING:
     from zenoh_ice import Clock
+import time
 
 _log = logging.getLogger(__name__)
 
@@ -114,7 +114,11 @@ class Simulator:
 
     def newest(self) -> Snapshot:
         """Return the newest snapshot."""
+        self.catch_up()
         return self._snapshot
+
+    def catch_up(self) -> None:
+        """Step the physics up to the clock's time, unless a thread does: for readers of what it changes."""
 
     def post(self, command: Command) -> None:
         """Hand over a command; it takes effect at the next control tick."""
@@ -261,11 +265,10 @@ class VirtualSimulator(Simulator):
         self._lock = threading.Lock()
         self._closed = False
 
-    def newest(self) -> Snapshot:
-        """Return the state at the last control tick up to the clock's time."""
+    def catch_up(self) -> None:
+        """Step the physics up to the last control tick before the clock's time."""
         with self._lock:
             self._catch_up()
-            return self._snapshot
 
     def post(self, command: Command) -> None:
         """Hand over a command; it takes effect at the first control tick after the clock's time."""
@@ -303,3 +306,46 @@ class VirtualSimulator(Simulator):
         ticks = math.floor(elapsed / self.tick_period + _ROUNDING) - self._ticks
         if ticks > 0 and not self._closed:
             self.advance(ticks)
+
+
+_SHORTEST: Final = 0.0005
+_LONGEST: Final = 0.05
+
+
+class SimulationClock:
+    """The time of a simulator that keeps its own pace; it moves on with each control tick."""
+
+    simulated: Final = True
+
+    def __init__(self, simulator: PacedSimulator) -> None:
+        self._simulator = simulator
+
+    @property
+    def rate(self) -> float:
+        """Simulated seconds in a second of wall time, over the last second; 0 when it stands still."""
+        return self._simulator.real_time_factor
+
+    def now(self) -> float:
+        """Return the seconds since the start of the simulation."""
+        return self._simulator.newest().time
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for a duration in s; returns early when the simulation ends."""
+        self.sleep_until(self.now() + seconds)
+
+    def sleep_until(self, when: float) -> None:
+        """Wait until the clock shows `when`; returns early when the simulation ends."""
+        while self._simulator.running and (left := when - self.now()) > 0:
+            time.sleep(self._nap(left))
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        """Wait for an event for at most `timeout` s of simulated time; return whether it is set."""
+        end = self.now() + timeout
+        while self._simulator.running and (left := end - self.now()) > 0:
+            if event.wait(self._nap(left)):
+                return True
+        return event.is_set()
+
+    def _nap(self, left: float) -> float:
+        """Return how long to sleep on the wall before looking at the time again."""
+        return min(max(left / max(self.rate, 1e-3), _SHORTEST), _LONGEST)

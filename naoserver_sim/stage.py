@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from naoserver.capabilities import Pose, Truth, Vector
 from naoserver.errors import InvalidCommand
-from naoserver_sim.control import SetpointController
 from naoserver_sim.model import FreeIndex, Model
+from naoserver_sim.motors import SetpointController
 from naoserver_sim.simulator import Simulator, Snapshot
 from naoserver_sim.surroundings import about_z
 

@@ -8,24 +8,183 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver.capabilities import Lights, OwnPostures, Stage, Voice
+from naoserver.capabilities import (
+    BatteryReading,
+    FootReading,
+    InertialReading,
+    Odometry,
+    OwnPostures,
+    SenseReading,
+    SonarReading,
+    Stage,
+    WalkVelocity,
+)
 from naoserver.errors import HardwareFailure
+from naoserver.expression import FadingLights, TimedVoice
 from naoserver.fake.camera import Ball, draw
-from naoserver.fake.senses import FakeSenses
-from naoserver.fake.walker import FakeWalker
-from naoserver.lights import FadingLights
-from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
-from naoserver.stiffness import StiffnessRamps
-from naoserver.voice import TimedVoice
+from naoserver.robot import BodyState, Frame, JointFacts, JointReading
 from zenoh_ice import Clock, WallClock
+
+__all__ = ["LIMITS", "FakeWalker", "StiffnessRamps"]
+
+_GRAVITY: Final = 9.81  # m/s2
+_WEIGHT: Final = _GRAVITY * sum(link.mass for link in H25.links)  # N
+_HALF: Final = FootReading(*[_WEIGHT / 8] * 4)
+
+
+class Feelings(TypedDict, total=False):
+    """What can be felt: fields of `SenseReading`."""
+
+    inertial: InertialReading
+    left_foot: FootReading
+    right_foot: FootReading
+    sonar: SonarReading
+    touched: frozenset[str]
+    battery: BatteryReading
+
+
+class FakeSenses:
+    """Feel what it is to stand still, with nothing near, until told otherwise. Implements Senses."""
+
+    touch_names = H25.touch_sensors
+    sonar_range = (0.25, 2.55)
+    sonar_cone = math.radians(60.0)
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._reading = SenseReading(
+            time=clock.now(),
+            inertial=InertialReading((0.0, 0.0, _GRAVITY), (0.0, 0.0, 0.0), roll=0.0, pitch=0.0),
+            left_foot=_HALF,
+            right_foot=_HALF,
+            sonar=SonarReading(),
+            touched=frozenset(),
+            battery=BatteryReading(charge=0.8, current=-1.9, temperature=30.0, plugged=False),
+        )
+
+    def read(self) -> SenseReading:
+        """Return what is felt now."""
+        with self._lock:
+            return replace(self._reading, time=self._clock.now())
+
+    def feel(self, **feelings: Unpack[Feelings]) -> None:
+        """Let some senses tell something from now on: a test's way to set a scene."""
+        with self._lock:
+            self._reading = replace(self._reading, **feelings)
+
+
+LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
+"""The highest velocity of each kind: those of the simulated robot."""
+_STILL: Final = WalkVelocity()
+
+
+class FakeWalker:
+    """Move at the commanded velocity from the moment of the command. Implements Walker."""
+
+    limits = LIMITS
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()  # held for microseconds
+        self._velocity = _STILL
+        self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
+        self._closed = False
+
+    def command(self, velocity: WalkVelocity) -> None:
+        """Move at a velocity until the next command."""
+        with self._lock:
+            self._go_on()
+            if not self._closed:
+                self._velocity = velocity
+
+    def commanded(self) -> WalkVelocity:
+        """Return the newest command."""
+        return self._velocity
+
+    @property
+    def walking(self) -> bool:
+        """Whether it moves: it stops at once."""
+        return self._velocity != _STILL
+
+    def odometry(self) -> Odometry:
+        """Return where it is."""
+        with self._lock:
+            self._go_on()
+            return self._odometry
+
+    def close(self) -> None:
+        """Stop for good."""
+        with self._lock:
+            self._go_on()
+            self._velocity = _STILL
+            self._closed = True
+
+    def _go_on(self) -> None:
+        """Move to now: with a constant velocity in its own frame it goes along a part of a circle."""
+        before, velocity, now = self._odometry, self._velocity, self._clock.now()
+        seconds = max(0.0, now - before.time)
+        turned = velocity.turn * seconds
+        half = turned / 2.0
+        middle = before.heading + half
+        chord = seconds * (math.sin(half) / half if half else 1.0)
+        cosine, sine = chord * math.cos(middle), chord * math.sin(middle)
+        self._odometry = Odometry(
+            time=now,
+            x=before.x + velocity.forward * cosine - velocity.left * sine,
+            y=before.y + velocity.forward * sine + velocity.left * cosine,
+            heading=math.pi - (math.pi - before.heading - turned) % (2.0 * math.pi),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Ramp:
+    """A change from `start` on: from one value to another within some seconds."""
+
+    start: float
+    seconds: float
+    before: float
+    after: float
+
+    def at(self, time: float) -> float:
+        left = self.start + self.seconds - time
+        if left <= 0.0:
+            return self.after
+        return self.after + (self.before - self.after) * min(1.0, left / self.seconds)
+
+
+class StiffnessRamps:
+    """The stiffness of each motor over robot time, 1 at first. Safe to use from any thread."""
+
+    def __init__(self, motors: Sequence[str]) -> None:
+        self._lock = threading.Lock()
+        self._ramps = {motor: _Ramp(0.0, 0.0, 1.0, 1.0) for motor in motors}
+
+    def command(self, stiffnesses: Mapping[str, float], seconds: float, now: float) -> None:
+        """Change some motors within some seconds from `now` on. Raises KeyError for an unknown one."""
+        with self._lock:
+            for motor, value in stiffnesses.items():
+                self._ramps[motor] = _Ramp(now, seconds, self._ramps[motor].at(now), value)
+
+    def at(self, time: float) -> tuple[float, ...]:
+        """Return the stiffness of every motor, in the order in which they were given."""
+        with self._lock:
+            return tuple(ramp.at(time) for ramp in self._ramps.values())
+
+    def limp_since(self, time: float) -> dict[str, float]:
+        """Return the motors that are limp at a time, and since when."""
+        with self._lock:
+            ends = {motor: ramp.start + ramp.seconds for motor, ramp in self._ramps.items() if not ramp.after}
+        return {motor: end for motor, end in ends.items() if end <= time}
+
 
 LAG: Final = 0.02
 """Time constant in s with which a joint follows its setpoint."""
@@ -86,8 +245,8 @@ class FakeDevice:
         clock: Clock,
         posture: Mapping[str, float] | None = None,
     ) -> None:
-        self._name = name
-        self._joints = joints
+        self.name: Final = name
+        self.joints: Final = joints
         self._by_name = {joint.name: joint for joint in joints}
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
@@ -99,16 +258,6 @@ class FakeDevice:
             name: _Motion(now, value, value)
             for name, value in ((j.name, min(max(start[j.name], j.lower), j.upper)) for j in joints)
         }
-
-    @property
-    def name(self) -> str:
-        """The device's name."""
-        return self._name
-
-    @property
-    def joints(self) -> tuple[JointFacts, ...]:
-        """The joints in the order of every reading."""
-        return self._joints
 
     def read(self) -> JointReading:
         """Return the state of the joints now."""
@@ -123,7 +272,7 @@ class FakeDevice:
             commands=tuple(m.setpoint for m in motions),
             torques=tuple(
                 min(max(_STIFFNESS * (m.setpoint - m.position), -j.max_torque), j.max_torque)
-                for m, j in zip(motions, self._joints, strict=True)
+                for m, j in zip(motions, self.joints, strict=True)
             ),
             stiffnesses=self._stiffnesses.at(time),
             temperatures=(_WARM,) * len(motions),
@@ -192,6 +341,9 @@ class FakeRobot(FakeDevice):
     capture raises HardwareFailure with that text.
     """
 
+    postures: OwnPostures | None = None
+    stage: Stage | None = None
+
     def __init__(
         self,
         clock: Clock | None = None,
@@ -200,73 +352,30 @@ class FakeRobot(FakeDevice):
         balls: Mapping[str, tuple[int, int, int]] | None = None,
         camera_failure: str | None = None,
     ) -> None:
-        self._robot_clock: Clock = clock or WallClock()
-        super().__init__("Nao", H25.joints, self._robot_clock, posture or H25.postures["STAND_INIT"])
+        self.clock: Final[Clock] = clock or WallClock()
+        super().__init__("Nao", H25.joints, self.clock, posture or H25.postures["STAND_INIT"])
         colors = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)} if balls is None else balls
         self._balls = {
             name: FakeDevice(
                 name,
                 tuple(JointFacts(name + axis, *limits) for axis, *limits in BALL_JOINTS),
-                self._robot_clock,
+                self.clock,
                 {f"{name}Pan": 0.3 * (index - 0.5), f"{name}Distance": 1.0, f"{name}Height": 0.5},
             )
             for index, name in enumerate(colors)
         }
         self._colors = dict(colors)
         self._camera_failure = camera_failure
-        self._lights = FadingLights(self._robot_clock.now)
-        self._voice = TimedVoice(self._robot_clock.now)
-        self._senses = FakeSenses(self._robot_clock)
-        self._walker = FakeWalker(self._robot_clock)
-
-    @property
-    def cameras(self) -> tuple[CameraFacts, ...]:
-        """The head's two cameras."""
-        return H25.cameras
-
-    @property
-    def walker(self) -> FakeWalker:
-        """Its walk."""
-        return self._walker
-
-    @property
-    def senses(self) -> FakeSenses:
-        """Its senses: what it is told to feel."""
-        return self._senses
-
-    @property
-    def lights(self) -> Lights:
-        """Its lights: what they would show is told."""
-        return self._lights
-
-    @property
-    def voice(self) -> Voice:
-        """Its voice: what it would say is told."""
-        return self._voice
-
-    @property
-    def postures(self) -> OwnPostures | None:
-        """None: the server's key frames bring it into postures."""
-        return None
-
-    @property
-    def stage(self) -> Stage | None:
-        """None: there is nothing around it."""
-        return None
-
-    @property
-    def clock(self) -> Clock:
-        """The clock that was given, or steady wall time."""
-        return self._robot_clock
-
-    @property
-    def mechanisms(self) -> tuple[FakeDevice, ...]:
-        """The balls."""
-        return tuple(self._balls.values())
+        self.cameras: Final = H25.cameras
+        self.mechanisms: Final = tuple(self._balls.values())
+        self.lights: Final = FadingLights(self.clock.now)
+        self.voice: Final = TimedVoice(self.clock.now)
+        self.senses: Final = FakeSenses(self.clock)
+        self.walker: Final = FakeWalker(self.clock)
 
     def state(self) -> BodyState:
         """Return that it stands upright: it cannot fall."""
-        return BodyState(torso_tilt=0.0, fallen=False, real_time_factor=self._robot_clock.rate, lag=0.0)
+        return BodyState(torso_tilt=0.0, fallen=False, real_time_factor=self.clock.rate, lag=0.0)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Draw what a camera sees: each ball as a disc of its colour on a grey ground."""
@@ -292,6 +401,6 @@ class FakeRobot(FakeDevice):
     def close(self) -> None:
         """Stop all motion."""
         super().close()
-        self._walker.close()
+        self.walker.close()
         for ball in self._balls.values():
             ball.close()

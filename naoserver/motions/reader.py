@@ -19,6 +19,8 @@ A joint that a frame does not give is on its way to the next frame that gives it
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
@@ -33,7 +35,7 @@ from naoserver.motions.keyframes import Interpolation, Key, Motion
 from naoserver.motions.postures import POSTURES
 from zenoh_ice.toml_file import parse_toml, place, read_text
 
-__all__ = ["MotionError", "parse_motion", "read_motion"]
+__all__ = ["MotionError", "load_motions", "parse_motion", "read_motion"]
 
 _LONGEST: Final = 600.0
 _SAME_MOTOR: Final = "HipYawPitch"
@@ -178,3 +180,19 @@ def _too_fast(joint: str, keys: Sequence[Key]) -> tuple[float, str] | None:
             message = f"{joint} would have to move at {speed:.3g} rad/s to be here at {after.time:g} s"
             return after.time, f"{message}; its motor does {fastest:.3g}"
     return None
+
+
+def load_motions(folder: Path | None = None) -> Mapping[str, Motion]:
+    """Return the motions in the files `*.toml` of a folder by name, or our own. Raises MotionError."""
+    if folder is None:
+        return _own_motions()
+    if not folder.is_dir():
+        raise MotionError(f"{folder}: there is no such folder of motions")
+    motions = (read_motion(path) for path in sorted(folder.glob("*.toml")))
+    return MappingProxyType({motion.name: motion for motion in motions})
+
+
+@cache
+def _own_motions() -> Mapping[str, Motion]:
+    with resources.as_file(resources.files("naoserver.motions") / "files") as own:
+        return load_motions(own)

@@ -8,8 +8,8 @@ from typing import Final
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import LedColor, Leds, LedState, Speech, SpeechState
 from naoserver.capabilities import Lights, Voice
+from naoserver.expression import LONGEST_TEXT
 from naoserver.servants.shared import MOST_QUOTED, StateStream, refusals_raised, require_within
-from naoserver.voice import LONGEST_TEXT
 from zenoh_ice import Current
 
 _LONGEST_FADE: Final = 60.0  # s

@@ -1,9 +1,11 @@
-"""What the sensors told at the last control ticks, kept as raw as it came until somebody asks."""
+"""What the sensors told at the last control ticks, with their errors, kept raw until it is asked for."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import mujoco
@@ -12,11 +14,130 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.capabilities import FootReading, InertialReading, Vector
-from naoserver_sim.senses.feet import SoleSensors, load
-from naoserver_sim.senses.noise import Errors, SenseNoise
 from naoserver_sim.senses.sensors import SIDES, SensorLayout
 
 Array = NDArray[np.float64]
+
+CHANNELS: Final = 16
+"""Measurements with errors: specific force (3), turning rate (3), roll and pitch (2), soles (2 x 4)."""
+_BLOCK: Final = 256
+
+
+@dataclass(frozen=True, slots=True)
+class SenseNoise:
+    """How imperfect the sensors are: standard deviations unless said otherwise."""
+
+    acceleration: float = 0.15
+    """White noise of the accelerometer in m/s2: B-Human's filter reckons with a variance of 0.0222."""
+    acceleration_offset: float = 0.1
+    """Offset of each axis in m/s2: the 1 % that the documentation gives, of gravity."""
+    turning: float = 0.005
+    """White noise of the gyrometer in rad/s: B-Human's 0.03 deg/s per root of a hertz, at 100 Hz."""
+    turning_offset: float = 0.005
+    """Offset of each axis in rad/s: what a calibration leaves; assumed."""
+    tilt: float = 0.003
+    """White noise of roll and pitch in rad; assumed."""
+    tilt_offset: float = 0.01
+    """Offset of each in rad: how the unit is mounted; assumed."""
+    pressure: float = 0.2
+    """White noise of a foot's sensor that carries something in N; assumed."""
+    pressure_gain: float = 0.1
+    """Error of the gain of each of a foot's sensors; assumed, after the documentation, which says that their
+    sum is not accurate enough to have a meaning."""
+    most_pressure: float = 25.0
+    """The most that a foot's sensor tells in N: the end of its range."""
+    sonar_near: float = 0.01
+    """White noise of the sonar in m up to 0.8 m: the best resolution that the documentation gives."""
+    sonar_far: float = 0.04
+    """White noise of the sonar in m beyond: its worst."""
+    delay: int = 1
+    """Control ticks by which all is told late: one cycle of the bus between the boards of the body."""
+
+
+class Errors:
+    """The errors of each tick, one after the other."""
+
+    def __init__(self, noise: SenseNoise, random: np.random.Generator) -> None:
+        self._random = random
+        white = [noise.acceleration] * 3 + [noise.turning] * 3 + [noise.tilt] * 2 + [noise.pressure] * 8
+        offsets = [noise.acceleration_offset] * 3 + [noise.turning_offset] * 3 + [noise.tilt_offset] * 2
+        self._white = np.array(white)
+        self._offsets = np.zeros(CHANNELS)
+        self._offsets[: len(offsets)] = random.normal(0.0, offsets)
+        self.gains: Final[list[float]] = random.normal(1.0, noise.pressure_gain, 8).clip(0.5, 1.5).tolist()
+        """Of the foot's sensors, left before right."""
+        self._block: Array = np.zeros((0, CHANNELS))
+        self._next = 0
+
+    def next(self) -> Array:
+        """Return the errors of the next tick, by channel."""
+        if self._next == len(self._block):
+            shape = (_BLOCK, CHANNELS)
+            self._block = self._random.standard_normal(shape) * self._white + self._offsets
+            self._next = 0
+        row: Array = self._block[self._next]
+        self._next += 1
+        return row
+
+
+SENSORS: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
+"""The sensors of a sole in the order of every reading."""
+
+Four = tuple[float, float, float, float]
+
+
+def load(foot: Sequence[float]) -> float:
+    """Return what presses on a sole at right angles in N, of a foot as `SensorLayout.feet` has it."""
+    pressing = -(foot[0] * foot[18] + foot[1] * foot[19] + foot[2] * foot[20])
+    return pressing if pressing > 0.0 else 0.0
+
+
+class SoleSensors:
+    """The sensors of one sole: together they carry the load, each the more the nearer its center is.
+
+    The load is shared bilinearly, so that the sum of the four is the load and their center of pressure is
+    that of the foot wherever it lies between them; beyond them the outermost carry all.
+    """
+
+    def __init__(self, body: Body, side: str) -> None:
+        places = {name: body.facts["fsr"][side][name] for name in SENSORS}
+        self._front = (places["FrontLeft"][0] + places["FrontRight"][0]) / 2
+        self._rear = (places["RearLeft"][0] + places["RearRight"][0]) / 2
+        # Left and right ends of the line between the front and between the rear sensors.
+        self._front_ends = places["FrontLeft"][1], places["FrontRight"][1]
+        self._rear_ends = places["RearLeft"][1], places["RearRight"][1]
+
+    def pressures(self, foot: Sequence[float]) -> Four:
+        """Return what the sensors carry in N, of a foot as `SensorLayout.feet` has it."""
+        fx, fy, fz, tx, ty, tz, px, py, pz, ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz = foot
+        carried = -(fx * cx + fy * cy + fz * cz)
+        if carried <= 0.0:
+            return 0.0, 0.0, 0.0, 0.0
+        rx, ry, rz = px - ox, py - oy, pz - oz
+        mx, my, mz = ry * fz - rz * fy + tx, rz * fx - rx * fz + ty, rx * fy - ry * fx + tz
+        # The moment about the sole's middle is that of the load at the center of pressure.
+        x = (mx * bx + my * by + mz * bz) / carried
+        y = -(mx * ax + my * ay + mz * az) / carried
+        forward = _within_unit((x - self._rear) / (self._front - self._rear))
+        left = self._rear_ends[0] + forward * (self._front_ends[0] - self._rear_ends[0])
+        right = self._rear_ends[1] + forward * (self._front_ends[1] - self._rear_ends[1])
+        leftward = _within_unit((y - right) / (left - right))
+        front, rear = carried * forward, carried * (1.0 - forward)
+        return front * leftward, front * (1.0 - leftward), rear * leftward, rear * (1.0 - leftward)
+
+
+def _within_unit(value: float) -> float:
+    return 0.0 if value < 0.0 else min(value, 1.0)
+
+
+STEP: Final = math.tau / 4096
+"""Resolution in rad: the 12 bits, about 0.1 degrees, that the documentation of the robot gives."""
+
+
+def encoded(angles: Sequence[float]) -> tuple[float, ...]:
+    """Return angles in rad as encoders tell them: the nearest that they tell apart."""
+    return tuple(round(angle / STEP) * STEP for angle in angles)
+
 
 _FOOT: Final = 21
 """Measurements of a foot: see `SensorLayout.feet`."""

@@ -1,9 +1,12 @@
-"""The senses of the simulated robot, as the server asks for them, and what feeds them at each tick."""
+"""The senses of the simulated robot as the server asks for them: also its battery, falls and touch."""
 
 from __future__ import annotations
 
+import logging
 import math
-from dataclasses import replace
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Final
 
 import mujoco
@@ -11,17 +14,156 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
-from naoserver.capabilities import SenseReading, SonarReading
-from naoserver_sim.model import Model
-from naoserver_sim.senses.battery import Battery
-from naoserver_sim.senses.falls import FallManager
-from naoserver_sim.senses.noise import SenseNoise
-from naoserver_sim.senses.record import Sample, SensorRecord
+from naoserver.capabilities import BatteryReading, SenseReading, SonarReading
+from naoserver.errors import InvalidCommand
+from naoserver_sim.model import DeviceIndex, Model
+from naoserver_sim.senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim.senses.sonar import PERIOD, RANGE, Sonar
-from naoserver_sim.senses.touch import Touch
 from naoserver_sim.simulator import Simulator
 
 Array = NDArray[np.float64]
+
+VOLTAGE: Final = 21.6
+"""Nominal, in V: six cells of 3.6 V."""
+ENERGY: Final = 62.6 * 3600.0
+"""In J: 2.9 Ah at 21.6 V, the battery of NAO6."""
+ELECTRONICS: Final = 40.0
+"""Draw in W of what does not move. With the motors of a robot that stands it empties the battery in 90
+minutes, the endurance in normal use that the data sheet gives."""
+_AMBIENT: Final = 25.0
+_WARMTH: Final = 1.5
+"""Kelvin by which a current of 1 A, for good, warms the battery, times the current once more."""
+_TIME_CONSTANT: Final = 1800.0
+"""Seconds in which it gains 63 % of that."""
+
+
+class Battery:
+    """Empty as the motors work; `draw` belongs to the thread of the physics.
+
+    A motor takes its mechanical power and what its winding loses. Of a motor whose no-load speed is w and
+    whose stall torque is T, at the voltage for which these hold, the winding loses w/T times the square of
+    the torque; power that the load gives back is lost.
+    """
+
+    def __init__(self, robot: DeviceIndex, body: Body) -> None:
+        leading = [
+            joint for joint in range(len(robot.joints)) if robot.motors[joint] not in robot.motors[:joint]
+        ]
+        self._motors = robot.motors[leading]
+        self._dofs = robot.dofs[leading]
+        motors = [body.facts["joints"][joint].get("motor") for joint in leading]
+        self._losses = np.array(
+            [m["no_load_speed_out"] / m["stall_torque_out_no_loss"] if m else 0.0 for m in motors]
+        )
+        self._energy = ENERGY
+        self._temperature = _AMBIENT
+        self.reading = BatteryReading(1.0, 0.0, _AMBIENT, plugged=False)
+        """The newest reading."""
+
+    def draw(self, seconds: float, torques: Array, velocities: Array) -> None:
+        """Go on for some seconds, by the torques of the motors and the velocities of the joints."""
+        torque = torques[self._motors]
+        power = torque * velocities[self._dofs] + self._losses * torque * torque
+        watts = ELECTRONICS + float(np.maximum(power, 0.0).sum())
+        current = watts / VOLTAGE
+        self._energy = max(self._energy - watts * seconds, 0.0)
+        warmer = _AMBIENT + _WARMTH * current * current - self._temperature
+        self._temperature += warmer * seconds / _TIME_CONSTANT
+        self.reading = BatteryReading(self._energy / ENERGY, -current, self._temperature, plugged=False)
+
+
+_log = logging.getLogger(__name__)
+
+FALLING_TILT: Final = math.radians(35)
+"""Tilt of the torso from which on there is no way back when it goes on tilting."""
+FALLING_RATE: Final = 0.8
+"""Rate in rad/s at which a tilt grows in a fall, not in a motion that bends or lies down."""
+LIMP_WITHIN: Final = 0.1
+"""Seconds in which the motors let go."""
+_UPRIGHT: Final = math.radians(15)
+"""Greatest tilt at which the robot stands."""
+_STANDING_LOAD: Final = 25.0
+"""Least load on the soles in N with which it stands: half its weight."""
+_HEELS: Final = 15.0
+"""Load on the soles in N below which it is off its feet: heels that lie on the floor carry less."""
+_STANDING_TIME: Final = 0.5
+"""Seconds for which it has to stand to be watched, and to be off its feet to be so no more."""
+
+
+class FallManager:
+    """Watch the tilt and the feet at each tick, and let go once in a fall; in the thread of the physics."""
+
+    def __init__(self, let_go: Callable[[float], None]) -> None:
+        self._let_go = let_go
+        self._tilt = 0.0
+        self._stood = 0.0
+        self._off_feet = 0.0
+        self.watching = False
+        """Whether a fall would be noticed."""
+        self.falls = 0
+        """Falls noticed so far."""
+
+    def look(self, time: float, seconds: float, tilt: float, load: float) -> None:
+        """Look at the angle between the torso and the vertical in rad, and at the load on the soles in N.
+
+        `seconds` have passed since the last look.
+        """
+        rate, self._tilt = (tilt - self._tilt) / seconds, tilt
+        on_feet = load >= _STANDING_LOAD
+        self._off_feet = 0.0 if load >= _HEELS else self._off_feet + seconds
+        self._stood = self._stood + seconds if on_feet and tilt < _UPRIGHT else 0.0
+        if self._stood >= _STANDING_TIME:
+            self.watching = True
+        elif self._off_feet >= _STANDING_TIME:
+            self.watching = False
+        if self.watching and tilt > FALLING_TILT and rate > FALLING_RATE:
+            self.watching = False
+            self.falls += 1
+            _log.warning("the robot falls at %.2f s: its motors let go", time)
+            self._let_go(LIMP_WITHIN)
+
+
+BUMPERS: Final = ("LFootBumperLeft", "LFootBumperRight", "RFootBumperLeft", "RFootBumperRight")
+"""The bumpers in the order of `SensorLayout.bumpers`."""
+_LONGEST_NAME: Final = 64  # characters of a client's text that are told back
+_SWITCHES_AT: Final = 1.0
+"""Force in N that presses a bumper."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Press:
+    begin: float
+    end: float
+
+
+class Touch:
+    """Tell what is pressed at a time. Safe to use from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._presses: Mapping[str, _Press] = {}  # the newest of each sensor; replaced as a whole
+
+    def press(self, sensor: str, begin: float, seconds: float) -> None:
+        """Press a sensor for some seconds, and for as long as it is pressed already.
+
+        Raises InvalidCommand when there is none of that name.
+        """
+        if sensor not in H25.touch_sensors:
+            name, names = sensor[:_LONGEST_NAME], ", ".join(H25.touch_sensors)
+            raise InvalidCommand("name", f"there is no touch sensor {name!r}; there are {names}")
+        press = _Press(begin, begin + seconds)
+        with self._lock:
+            before = self._presses.get(sensor)
+            if before is not None and before.end >= begin:
+                press = _Press(before.begin, max(before.end, press.end))
+            self._presses = {**self._presses, sensor: press}
+
+    def touched(self, time: float, bumps: tuple[float, ...]) -> frozenset[str]:
+        """Return what is pressed, by the forces on the bumpers in N and by who presses."""
+        names = {sensor for sensor, press in self._presses.items() if press.begin <= time < press.end}
+        names.update(name for name, force in zip(BUMPERS, bumps, strict=True) if force >= _SWITCHES_AT)
+        return frozenset(names)
+
 
 _NEAR: Final = 0.8
 """Distance in m up to which the sonar is precise."""
@@ -35,6 +177,9 @@ class SimulatedSenses:
     Implements `naoserver.capabilities.Senses` and `naoserver_sim.simulator.Watcher`. With `noise` every sense
     is as imperfect as that says, drawn from `random`; the same numbers at the same ticks from the same seed.
     """
+
+    touch_names = H25.touch_sensors
+    sonar_range = RANGE
 
     def __init__(
         self,
@@ -54,6 +199,7 @@ class SimulatedSenses:
         """What the sensors told at the last ticks: what a controller asks at every tick."""
         self._battery = Battery(model.robot, body)
         self._sonar = Sonar(model.mj, body)
+        self.sonar_cone: Final = self._sonar.cone
         self._touch = Touch()
         self.falls: Final = FallManager(self._go_limp)
         """What notices that the robot falls."""
@@ -64,24 +210,9 @@ class SimulatedSenses:
         self._echo: tuple[Array, SonarReading] | None = None
         self._cached: tuple[Sample, SenseReading] | None = None
 
-    @property
-    def touch_names(self) -> tuple[str, ...]:
-        """The touch sensors."""
-        return H25.touch_sensors
-
-    @property
-    def sonar_range(self) -> tuple[float, float]:
-        """Nearest and farthest distance that the sonar tells in m."""
-        return RANGE
-
-    @property
-    def sonar_cone(self) -> float:
-        """Full angle of the sonar's cone in rad."""
-        return self._sonar.cone
-
     def read(self) -> SenseReading:
         """Return the newest snapshot."""
-        self._simulator.newest()  # a virtual clock's time is caught up with
+        self._simulator.catch_up()
         sample = self.record.newest
         touched = self._touch.touched(sample.time, self.record.bumps(sample))
         cached = self._cached

@@ -14,16 +14,14 @@ from numpy.typing import NDArray
 
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver_sim.control import SetpointController
 from naoserver_sim.model import Model
-from naoserver_sim.senses.encoders import encoded
-from naoserver_sim.senses.record import SensorRecord
+from naoserver_sim.motors import SetpointController
+from naoserver_sim.senses.record import SensorRecord, encoded
 from naoserver_sim.simulator import Simulator
-from naoserver_sim.walk.arms import ArmSwing
 from naoserver_sim.walk.controller import WalkController
 from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, Legs
 from naoserver_sim.walk.odometry import Attitude, Odometer
-from naoserver_sim.walk.trim import Trim
+from naoserver_sim.walk.upper_body import ArmSwing, Trim
 
 __all__ = ["LIMITS", "SimulatedWalker"]
 
@@ -68,6 +66,8 @@ class SimulatedWalker:
     the angles of the legs as their encoders tell them.
     """
 
+    limits = LIMITS
+
     def __init__(
         self,
         model: Model,
@@ -101,11 +101,6 @@ class SimulatedWalker:
         self._attitude = Attitude()
         self._loads = sensors.loads()
 
-    @property
-    def limits(self) -> WalkVelocity:
-        """The highest velocity of each kind, each by itself."""
-        return LIMITS
-
     def command(self, velocity: WalkVelocity) -> None:
         """Walk at a velocity until the next command; all 0 ends the walk on both feet.
 
@@ -123,13 +118,13 @@ class SimulatedWalker:
 
     def commanded(self) -> WalkVelocity:
         """Return the newest command; all 0 once it has ended, also by a fall."""
-        self._simulator.newest()
+        self._simulator.catch_up()
         return self._commanded
 
     @property
     def walking(self) -> bool:
         """Whether it moves the legs: from a command until it stands on both feet again."""
-        self._simulator.newest()
+        self._simulator.catch_up()
         return self._commanded != _STILL or self._stage is not _Stage.RESTING
 
     def odometry(self) -> Odometry:

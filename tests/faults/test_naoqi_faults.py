@@ -10,9 +10,8 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
-from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import call
+from naoserver_naoqi.link import RobotAddress, call
 from naoserver_naoqi.robot import NaoqiRobot
 from tests.support.limits import LIMIT
 from tests.support.naoqi import connect_patiently

@@ -14,10 +14,9 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import PoseHeadPrx
-from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.command import parse_address
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import call
+from naoserver_naoqi.link import RobotAddress, call
 from tests.support.limits import LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
 from tests.support.robot_server import wait_for

@@ -12,9 +12,8 @@ import pytest
 
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
-from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import LinkLost, call
+from naoserver_naoqi.link import LinkLost, RobotAddress, call
 from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, module
 

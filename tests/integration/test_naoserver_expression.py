@@ -6,8 +6,8 @@ import pytest
 
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import LedColor, LedsPrx, SpeechPrx
+from naoserver.expression import START
 from naoserver.fake import FakeRobot
-from naoserver.lights import START
 from tests.support.limits import LIMIT
 from tests.support.robot_server import served_to_client, wait_for
 

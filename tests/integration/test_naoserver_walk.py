@@ -7,7 +7,7 @@ import pytest
 from interfaces.jderobot import EncodersPrx, InvalidValueException, MotorsPrx
 from interfaces.nao import HealthPrx, JointsPrx
 from naoserver.fake import FakeRobot
-from naoserver.fake.walker import LIMITS
+from naoserver.fake.robot import LIMITS
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually, served_to_client, wait_for

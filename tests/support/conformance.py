@@ -46,7 +46,7 @@ def simulated(options: ServerOptions | None) -> Iterator[RobotClient]:
 def naoqi(options: ServerOptions | None) -> Iterator[RobotClient]:
     """Serve a robot over NAOqi: the robot without physics, behind what makes it a NAOqi, over libqi."""
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from naoserver_naoqi.address import RobotAddress
+    from naoserver_naoqi.link import RobotAddress
     from naoserver_naoqi.robot import NaoqiRobot
     from naoserver_qi import serve_as_naoqi
     from tests.support.naoqi import connect_patiently

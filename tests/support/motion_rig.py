@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, Final
 
 from naoserver.assembly import Assembly
-from naoserver.motions.library import load_motions
 from naoserver.motions.player import PERIOD, ActionProgress
 from naoserver.motions.postures import nearest_posture, situation_of, stance_of
+from naoserver.motions.reader import load_motions
 from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.options import ServerOptions
 from zenoh_ice import VirtualClock

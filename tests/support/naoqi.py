@@ -11,9 +11,8 @@ from typing import Any
 import qi
 
 from naoserver.libqi import start_libqi
-from naoserver_naoqi.address import RobotAddress
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import Link, Reply
+from naoserver_naoqi.link import Link, Reply, RobotAddress
 from tests.support.limits import CALL_LIMIT, LIMIT
 
 __all__ = ["connect_patiently", "connected", "eventually_near"]

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25
 from naoserver_sim.model import build_model, standing
-from naoserver_sim.senses.noise import SenseNoise
-from naoserver_sim.senses.record import SensorRecord
+from naoserver_sim.senses.record import SenseNoise, SensorRecord
 from naoserver_sim.senses.sensors import add_sensors
 
 Array = NDArray[np.float64]

@@ -44,7 +44,7 @@ def _surveyed(robot: Robot) -> dict[str, str]:
 
 
 def _surveyed_through_naoqi() -> dict[str, str]:
-    from naoserver_naoqi.address import RobotAddress
+    from naoserver_naoqi.link import RobotAddress
     from naoserver_naoqi.robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 
 from naoserver.body import H25
 from naoserver.motions.keyframes import Interpolation
-from naoserver.motions.library import load_motions
 from naoserver.motions.postures import POSTURES
-from naoserver.motions.reader import MotionError, parse_motion
+from naoserver.motions.reader import MotionError, load_motions, parse_motion
 
 FRAME = "[[frame]]\nafter = 1.0\n"
 

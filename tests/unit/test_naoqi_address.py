@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver_naoqi.address import AddressError, RobotAddress
+from naoserver_naoqi.link import AddressError, RobotAddress
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ STATE = "ALMemory.getListData"
 @pytest.fixture
 def naoqi(monkeypatch):
     monkeypatch.setattr("naoserver_naoqi.connection._RETRY", 0.01)  # seconds between two attempts
-    monkeypatch.setattr("naoserver_naoqi.lane._PATIENCE", LIMIT)  # seconds until the next command is sent
+    monkeypatch.setattr("naoserver_naoqi.errands._PATIENCE", LIMIT)  # seconds until the next command is sent
     return ScriptedNaoqi()
 
 
@@ -73,7 +73,7 @@ def test_nothing_that_was_commanded_before_is_sent_after_it_was_found(naoqi):
         eventually(lambda: robot._connection._link is None)
         naoqi.reachable = True
         eventually(lambda: robot._connection.link is not None)
-        eventually(lambda: robot._joints.orders.idle)
+        eventually(lambda: robot._commands.orders.idle)
         assert len(naoqi.called("ALMotion.setAngles")) == 1
         assert len(naoqi.called("ALMotion.stopMove")) == 2, "a walk of before the loss is ended"
 

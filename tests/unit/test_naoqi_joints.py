@@ -17,7 +17,7 @@ FULL = {joint.name: joint.max_velocity for joint in H25.joints}
 
 @pytest.fixture
 def naoqi(monkeypatch):
-    monkeypatch.setattr("naoserver_naoqi.lane._PATIENCE", LIMIT)  # seconds until the next command is sent
+    monkeypatch.setattr("naoserver_naoqi.errands._PATIENCE", LIMIT)  # seconds until the next command is sent
     return ScriptedNaoqi()
 
 
@@ -113,6 +113,6 @@ def test_a_refusal_is_told_once_and_the_next_command_goes_out(naoqi, caplog):
     with naoqi.robot() as robot:
         for target in (0.1, 0.2, 0.3):
             robot.command_positions({"HeadYaw": target}, {"HeadYaw": FULL["HeadYaw"]})
-            eventually(lambda: robot._joints.orders.idle)
+            eventually(lambda: robot._commands.orders.idle)
     assert caplog.text.count("the joint is hot") == 1
     assert len(naoqi.called(SET)) == 3

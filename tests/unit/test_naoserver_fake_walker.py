@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.capabilities import Walker, WalkVelocity
-from naoserver.fake.walker import FakeWalker
+from naoserver.fake.robot import FakeWalker
 from zenoh_ice import VirtualClock
 
 velocities = st.builds(WalkVelocity, st.floats(-0.3, 0.3), st.floats(-0.12, 0.12), st.floats(-0.9, 0.9))

@@ -13,7 +13,7 @@ from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.jobs import JobThreads
 from naoserver.options import SafetyOptions
-from naoserver.safety import Safety
+from naoserver.safety import JointSafety
 from naoserver.watchdog import Watchdog
 from tests.support.limits import LIMIT
 from zenoh_ice import VirtualClock, WallClock
@@ -25,7 +25,7 @@ class Rig:
         self.due = None
         self.events = EventLog(clock.now, lambda: self.wall)
         self.device = device or FakeDevice("Nao", H25.joints, clock)
-        safety = Safety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
+        safety = JointSafety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
         self.gate = Gate(self.events, lambda: self.wall)
         self.guarded = GuardedDevice(
             self.device,

@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from naoserver.jobs import JobThreads, Periodic
-from naoserver.rate_meter import WINDOW, RateMeter
+from naoserver.servants.camera import WINDOW, RateMeter
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually
 from zenoh_ice import VirtualClock, WallClock

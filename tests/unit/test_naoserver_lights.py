@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.lights import SINGLE_COLORED, START, FadingLights
+from naoserver.expression import SINGLE_COLORED, START, FadingLights
 from zenoh_ice import VirtualClock
 
 RED, BLACK = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)

@@ -12,7 +12,7 @@ from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice
 from naoserver.options import SafetyOptions
-from naoserver.safety import Safety
+from naoserver.safety import JointSafety
 from zenoh_ice.clocks.clock import VirtualClock
 
 LIMITS = {joint.name: joint for joint in H25.joints}
@@ -25,7 +25,7 @@ class Rig:
     def __init__(self, posture=None, **options):
         self.clock = VirtualClock()
         self.device = FakeDevice("Nao", H25.joints, self.clock, posture or {})
-        self.safety = Safety(H25.joints, SafetyOptions(**options), H25.anticollision, H25.couplings)
+        self.safety = JointSafety(H25.joints, SafetyOptions(**options), H25.anticollision, H25.couplings)
         self.wall = 0.0
         self.limitations = []
         self.stopped = []

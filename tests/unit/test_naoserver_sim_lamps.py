@@ -5,8 +5,8 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from naoserver.lights import START
-from naoserver_sim.lamps import Lamps, lamp_material, look_of
+from naoserver.expression import START
+from naoserver_sim.appearance import Lamps, lamp_material, look_of
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from naoserver.body import H25
+from naoserver_sim.contacts import _are_neighbors
 from naoserver_sim.model import build_model, standing
-from naoserver_sim.self_collision import _are_neighbors
 
 pytestmark = pytest.mark.sim
 

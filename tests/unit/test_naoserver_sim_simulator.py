@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim.control import Command, SetpointController
+from naoserver_sim.motors import Command, SetpointController
 from naoserver_sim.pacing import Pacer
 from naoserver_sim.simulator import STEPS_PER_TICK, PacedSimulator, Simulator
 from tests.support.limits import LIMIT

@@ -4,7 +4,7 @@ import pytest
 
 from naoserver.capabilities import Utterance
 from naoserver.errors import InvalidCommand
-from naoserver.voice import MOST_WAITING, TimedVoice, speaking_time
+from naoserver.expression import MOST_WAITING, TimedVoice, speaking_time
 from zenoh_ice import VirtualClock
 
 HELLO, LONGER = "Hello", "I am a robot, and I have much to say."

@@ -10,11 +10,11 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
 from naoserver.fake import FakeRobot
-from naoserver.fake.walker import LIMITS, FakeWalker
+from naoserver.fake.robot import LIMITS, FakeWalker
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
-from naoserver.safety import Safety
+from naoserver.safety import JointSafety
 from naoserver.walk_guard import WalkGuard
 from zenoh_ice import VirtualClock
 
@@ -53,7 +53,7 @@ class Rig:
         self.gate = Gate(self.events, lambda: self.wall)
         self.robot = FakeRobot(self.clock)
         steady: dict[str, Any] = {"wall_time": lambda: self.wall, "look_within": self.due.append}
-        safety = Safety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
+        safety = JointSafety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
         self.body = GuardedDevice(self.robot, safety, self.gate, self.events, **steady)
         self.walker = SlowWalker(self.clock)
         self.walk = WalkGuard(self.walker, self.body, self.gate, self.events, SafetyOptions(), **steady)

@@ -6,7 +6,7 @@ import pytest
 
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.falls import FALLING_TILT, FallManager
+from naoserver_sim.senses.simulated import FALLING_TILT, FallManager
 from zenoh_ice.clocks.clock import VirtualClock
 
 pytestmark = pytest.mark.sim

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.noise import Errors, SenseNoise
+from naoserver_sim.senses.record import Errors, SenseNoise
 from tests.support.physics import Lab
 from zenoh_ice.clocks.clock import VirtualClock
 

@@ -8,7 +8,7 @@ from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.senses.record import SensorRecord
-from naoserver_sim.senses.touch import BUMPERS
+from naoserver_sim.senses.simulated import BUMPERS
 from tests.support.physics import loose_parts
 from zenoh_ice.clocks.clock import VirtualClock
 

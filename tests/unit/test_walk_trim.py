@@ -3,7 +3,7 @@ import pytest
 
 from naoserver.body import H25
 from naoserver_sim.model import build_model
-from naoserver_sim.walk.trim import Trim
+from naoserver_sim.walk.upper_body import Trim
 
 pytestmark = pytest.mark.sim
 

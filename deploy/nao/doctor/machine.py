@@ -25,7 +25,7 @@ _GL_PROGRAM: Final = """\
 import sys
 try:
     import mujoco
-    from naoserver_sim.gl import create_context
+    from naoserver_sim.cameras import create_context
 except ModuleNotFoundError as error:
     sys.exit(f"missing {error.name}")
 context = create_context(16, 16)

@@ -1,0 +1,171 @@
+"""Lights and voice over time, for robots without lamps or loudspeaker: colors fade, texts last."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+from naoserver.capabilities import Color, Utterance
+from naoserver.errors import InvalidCommand
+
+__all__ = [
+    "LONGEST_TEXT",
+    "MOST_WAITING",
+    "SINGLE_COLORED",
+    "START",
+    "FadingLights",
+    "TimedVoice",
+    "speaking_time",
+]
+
+_WHITE: Final = (1.0, 1.0, 1.0)
+_BLUE: Final = (0.0, 0.0, 1.0)
+_OFF: Final = (0.0, 0.0, 0.0)
+
+START: Final[Mapping[str, Color]] = MappingProxyType(
+    {
+        "LeftEye": _WHITE,
+        "RightEye": _WHITE,
+        "LeftEar": _BLUE,
+        "RightEar": _BLUE,
+        "Head": _BLUE,
+        "Chest": _OFF,
+        "LeftFoot": _OFF,
+        "RightFoot": _OFF,
+    }
+)
+"""What each group of an H25 shows after the start."""
+SINGLE_COLORED: Final[Mapping[str, Color]] = MappingProxyType(
+    dict.fromkeys(("LeftEar", "RightEar", "Head"), _BLUE)
+)
+"""The groups that have one color, and which."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Fade:
+    """A change from `start` on: from one color to another within some seconds."""
+
+    before: Color
+    after: Color
+    start: float = 0.0
+    seconds: float = 0.0
+
+    def at(self, time: float) -> Color:
+        left = self.start + self.seconds - time
+        if left <= 0.0:
+            return self.after
+        share = min(1.0, left / self.seconds)
+        red, green, blue = (a + (b - a) * share for a, b in zip(self.after, self.before, strict=True))
+        return red, green, blue
+
+
+class FadingLights:
+    """The lights of an H25 on a clock, `now` in s of robot time. Implements Lights; safe from any thread."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._lock = threading.Lock()
+        self._fades = {name: _Fade(color, color) for name, color in START.items()}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The groups: eyes, ears, head, chest and feet."""
+        return tuple(START)
+
+    def set(self, name: str, color: Color, seconds: float) -> None:
+        """Let a group fade to a color in some seconds of robot time. Raises KeyError for an unknown group."""
+        if (only := SINGLE_COLORED.get(name)) is not None:
+            brightness = max(color)
+            color = (only[0] * brightness, only[1] * brightness, only[2] * brightness)
+        with self._lock:
+            now = self._now()
+            self._fades[name] = _Fade(self._fades[name].at(now), color, now, seconds)
+
+    def reset(self) -> None:
+        """Let every group show what it shows after the start."""
+        with self._lock:
+            self._fades = {name: _Fade(color, color) for name, color in START.items()}
+
+    def colors(self) -> Mapping[str, Color]:
+        """Return what each group shows now."""
+        with self._lock:
+            now = self._now()
+            return {name: fade.at(now) for name, fade in self._fades.items()}
+
+
+_RATE: Final = 14.0
+"""Characters a second: 150 words a minute, of 4.6 letters and a blank each."""
+_PAUSE: Final = 0.4
+"""Seconds of breath around a text."""
+LONGEST_TEXT: Final = 2000
+"""Characters that are said at a time."""
+MOST_WAITING: Final = 100
+"""Texts that may wait to be said."""
+
+
+def speaking_time(text: str) -> float:
+    """Return the seconds that a voice takes for a text."""
+    return _PAUSE + len(text) / _RATE
+
+
+@dataclass(frozen=True, slots=True)
+class _Speech:
+    text: str
+    start: float
+    end: float
+
+
+class TimedVoice:
+    """Say texts one after the other on a clock, `now` in s of robot time.
+
+    Implements Voice; safe from any thread.
+    """
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._lock = threading.Lock()
+        self._agenda: deque[_Speech] = deque()  # what is being said, and what comes after it
+        self._newest = ""
+        self._begun = 0
+
+    def say(self, text: str) -> None:
+        """Say a text after those that were asked for before.
+
+        Raises InvalidCommand when too many wait already.
+        """
+        with self._lock:
+            now = self._now()
+            self._go_on(now)
+            if len(self._agenda) > MOST_WAITING:
+                raise InvalidCommand("text", f"{MOST_WAITING} texts wait to be said already")
+            start = self._agenda[-1].end if self._agenda else now
+            self._agenda.append(_Speech(text, start, start + speaking_time(text)))
+
+    def stop(self) -> None:
+        """Fall silent, and forget what was not said yet."""
+        with self._lock:
+            self._go_on(self._now())
+            if self._agenda:
+                self._begin(self._agenda[0])
+            self._agenda.clear()
+
+    def utterance(self) -> Utterance:
+        """Return what is being said."""
+        with self._lock:
+            self._go_on(self._now())
+            if not self._agenda:
+                return Utterance(self._newest, speaking=False, count=self._begun)
+            return Utterance(self._agenda[0].text, speaking=True, count=self._begun + 1)
+
+    def _go_on(self, now: float) -> None:
+        """Drop what has been said by now."""
+        while self._agenda and self._agenda[0].end <= now:
+            self._begin(self._agenda.popleft())
+
+    def _begin(self, speech: _Speech) -> None:
+        self._newest = speech.text
+        self._begun += 1
