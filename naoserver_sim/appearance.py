@@ -19,7 +19,19 @@ from numpy.typing import NDArray
 from naoserver.capabilities import Color
 from naoserver.expression import START
 
-__all__ = ["VISUAL_GROUP", "Lamps", "Look", "add_appearance", "lamp_material", "look_of"]
+__all__ = [
+    "VISUAL_GROUP",
+    "Lamps",
+    "Look",
+    "Mesh",
+    "Shape",
+    "add_appearance",
+    "lamp_material",
+    "look_of",
+    "read_meshes",
+    "read_skin",
+    "turned_to",
+]
 
 VISUAL_GROUP: Final = 1
 """The geoms of this group are what the cameras see of the robot."""
@@ -42,13 +54,30 @@ _PRIMITIVES: Final = {
 }
 
 
+class Look(NamedTuple):
+    """A color of a surface, and how much of it shines by itself."""
+
+    color: Color
+    emission: float
+
+
+def look_of(light: Color) -> Look:
+    """Return how a lamp looks that shows a color."""
+    brightness = max(light)
+    red, green, blue = (
+        glass * (1.0 - brightness) + white * ((1.0 - _PALE) * shown + _PALE * brightness)
+        for glass, white, shown in zip(_GLASS, _WHITE, light, strict=True)
+    )
+    return Look((red, green, blue), _EMISSION * brightness)
+
+
 class _Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     color: Vector
     specular: float
     shininess: float
 
 
-class _Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A shape on a link, as the comments in skin.toml explain it."""
 
     link: str
@@ -70,17 +99,21 @@ class _Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         elif self.twice:
             yield self.link, True
 
-    def material_on(self, *, mirrored: bool) -> str:
-        """Return the name of its material."""
-        if not self.light:
-            return self.material
-        sided = self.twice or self.link.startswith("l_")
-        return lamp_material(f"{'Right' if mirrored else 'Left'}{self.light}" if sided else self.light)
+    def shining(self, *, mirrored: bool) -> str:
+        """Return the group of lights that it shines with; empty when it does not."""
+        sided = self.light and (self.twice or self.link.startswith("l_"))
+        return f"{'Right' if mirrored else 'Left'}{self.light}" if sided else self.light
+
+    def look(self, *, mirrored: bool) -> Look:
+        """Return how it looks after the start."""
+        if light := self.shining(mirrored=mirrored):
+            return look_of(START[light])
+        return Look(read_skin().materials[self.material].color, 0.0)
 
 
 class _Looks(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    shell: tuple[_Shape, ...]
-    blocks: tuple[_Shape, ...]
+    shell: tuple[Shape, ...]
+    blocks: tuple[Shape, ...]
 
 
 class _Skin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -88,7 +121,9 @@ class _Skin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     looks: _Looks
 
 
-class _Mesh(NamedTuple):
+class Mesh(NamedTuple):
+    """A surface of triangles."""
+
     vertices: NDArray[np.float64]
     """Shape (n, 3) in m."""
     faces: NDArray[np.int32]
@@ -97,7 +132,7 @@ class _Mesh(NamedTuple):
 
 def add_appearance(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], *, skin: bool) -> None:
     """Add what is seen to the links of a body: its shell, or bare blocks."""
-    look = _read_skin()
+    look = read_skin()
     for light, color in START.items():
         shown = look_of(color)
         spec.add_material(
@@ -114,7 +149,7 @@ def add_appearance(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], *, 
         for link, mirrored in shape.places():
             links[link].add_geom(
                 type=_PRIMITIVES[shape.kind],
-                material=shape.material_on(mirrored=mirrored),
+                material=shape.material or lamp_material(shape.shining(mirrored=mirrored)),
                 group=VISUAL_GROUP,
                 contype=0,
                 conaffinity=0,
@@ -123,7 +158,7 @@ def add_appearance(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], *, 
             )
 
 
-def _geometry(spec: mujoco.MjSpec, shape: _Shape, *, mirrored: bool) -> dict[str, Any]:
+def _geometry(spec: mujoco.MjSpec, shape: Shape, *, mirrored: bool) -> dict[str, Any]:
     """Return what MuJoCo is to know of a shape's form and place."""
     mirror = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
     if shape.kind == "mesh":
@@ -131,15 +166,19 @@ def _geometry(spec: mujoco.MjSpec, shape: _Shape, *, mirrored: bool) -> dict[str
     size = [*shape.size, 0.0, 0.0][:3]
     if shape.kind == "capsule":
         return {"size": size, "fromto": [*(mirror * shape.at), *(mirror * shape.to)]}
+    return {"size": size, "pos": mirror * shape.at, "quat": turned_to(mirror * shape.normal)}
+
+
+def turned_to(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the quaternion (w, x, y, z) that turns the z axis to a direction."""
     quat = np.zeros(4)
-    normal = mirror * shape.normal
-    mujoco.mju_quatZ2Vec(quat, normal / np.linalg.norm(normal))
-    return {"size": size, "pos": mirror * shape.at, "quat": quat}
+    mujoco.mju_quatZ2Vec(quat, direction / np.linalg.norm(direction))
+    return quat
 
 
 def _add_mesh(spec: mujoco.MjSpec, name: str, *, mirrored: bool) -> str:
     """Add a mesh or its mirror image; return its name in the model."""
-    vertices, faces = _read_meshes()[name]
+    vertices, faces = read_meshes()[name]
     added = f"{name} mirrored" if mirrored else name
     spec.add_mesh(
         name=added,
@@ -153,13 +192,14 @@ def _add_mesh(spec: mujoco.MjSpec, name: str, *, mirrored: bool) -> str:
 
 
 @cache
-def _read_skin() -> _Skin:
+def read_skin() -> _Skin:
+    """Return what is seen of the robot, as skin.toml has it."""
     text = resources.files("naoserver_sim").joinpath("skin.toml").read_text(encoding="utf-8")
     return msgspec.convert(tomllib.loads(text), _Skin)
 
 
 @cache
-def _read_meshes() -> Mapping[str, _Mesh]:
+def read_meshes() -> Mapping[str, Mesh]:
     """Return the meshes of skin.obj, a file in Wavefront's format, by the names of its objects."""
     text = resources.files("naoserver_sim").joinpath("skin.obj").read_text(encoding="utf-8")
     meshes, before = {}, 0
@@ -168,7 +208,7 @@ def _read_meshes() -> Mapping[str, _Mesh]:
         rows = [line.split() for line in lines]
         vertices = np.array([row[1:] for row in rows if row[0] == "v"], np.float64)
         faces = np.array([row[1:] for row in rows if row[0] == "f"], np.int32)
-        meshes[name] = _Mesh(vertices, faces - 1 - before)
+        meshes[name] = Mesh(vertices, faces - 1 - before)
         before += len(vertices)
     return meshes
 
@@ -176,23 +216,6 @@ def _read_meshes() -> Mapping[str, _Mesh]:
 def lamp_material(light: str) -> str:
     """Return the name of the material of a group's lamps."""
     return f"light {light}"
-
-
-class Look(NamedTuple):
-    """A color of a surface, and how much of it shines by itself."""
-
-    color: Color
-    emission: float
-
-
-def look_of(light: Color) -> Look:
-    """Return how a lamp looks that shows a color."""
-    brightness = max(light)
-    red, green, blue = (
-        glass * (1.0 - brightness) + white * ((1.0 - _PALE) * shown + _PALE * brightness)
-        for glass, white, shown in zip(_GLASS, _WHITE, light, strict=True)
-    )
-    return Look((red, green, blue), _EMISSION * brightness)
 
 
 class Lamps:

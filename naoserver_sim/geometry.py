@@ -15,41 +15,23 @@ import json
 from pathlib import Path
 from typing import Any, Final
 
-import mujoco
 import numpy as np
 import typer
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver_sim.appearance import VISUAL_GROUP
-from naoserver_sim.model import build_model
+from naoserver_sim.appearance import Shape, read_meshes, read_skin, turned_to
 from naoserver_sim.world import BALL_RADIUS, DEFAULT_WORLD, load_world
 
 __all__ = ["describe_body"]
 
 MESH_UNIT: Final = 1e-4
 """Metres in a unit of a mesh's vertices."""
-_SAME: Final = 1.5
-"""Units within which the vertices of mirrored meshes agree."""
 _DIGITS: Final = 5
-_KINDS: Final = {
-    mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid",
-    mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
-    mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
-    mujoco.mjtGeom.mjGEOM_BOX: "box",
-    mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
-}
 
 
 def describe_body() -> dict[str, Any]:
     """Return the body and the balls as plain data."""
-    model = build_model().mj
-    meshes = _Meshes(model)
-    shapes = [
-        _shape(model, number, meshes)
-        for number in range(model.ngeom)
-        if model.geom_group[number] == VISUAL_GROUP
-    ]
     joints = {joint.child: joint for joint in H25.joints}
     links = []
     for link in H25.links:
@@ -64,12 +46,24 @@ def describe_body() -> dict[str, Any]:
         for side, outline in H25.facts["sole"].items()
         if side in ("left", "right")
     }
+    meshes = read_meshes()
+    numbers = {name: number for number, name in enumerate(meshes)}
     return {
         "generatedBy": "python -m naoserver_sim.geometry, from the facts and the skin of the H25",
         "meshUnit": MESH_UNIT,
         "links": links,
-        "shapes": shapes,
-        "meshes": meshes.described,
+        "shapes": [
+            {"link": link, **_form(shape, numbers, mirrored=mirrored), **_look(shape, mirrored=mirrored)}
+            for shape in read_skin().looks.shell
+            for link, mirrored in shape.places()
+        ],
+        "meshes": [
+            {
+                "vertices": _base64(np.round(mesh.vertices / MESH_UNIT).astype("<i2")),
+                "indices": _base64(mesh.faces.astype("<u2")),
+            }
+            for mesh in meshes.values()
+        ],
         "soles": soles,
         "balls": {
             ball.name: {"radius": BALL_RADIUS, "color": list(ball.color)}
@@ -78,56 +72,31 @@ def describe_body() -> dict[str, Any]:
     }
 
 
-class _Meshes:
-    """The meshes of a model in units, each once: of a pair of mirror images only one."""
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self._model = model
-        self._vertices: list[NDArray[np.float64]] = []
-        self.described: list[dict[str, str]] = []
-
-    def add(self, geom: int) -> tuple[int, bool]:
-        """Return the number of the mesh of a geom in the frame of its link, and whether it is mirrored."""
-        model, mesh = self._model, self._model.geom_dataid[geom]
-        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        turn = np.zeros(9)
-        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-        points = model.mesh_vert[first : first + count] @ turn.reshape(3, 3).T + model.geom_pos[geom]
-        points = points / MESH_UNIT
-        for number, known in enumerate(self._vertices):
-            for mirrored in (False, True):
-                image = known * [1, -1, 1] if mirrored else known
-                if image.shape == points.shape and np.abs(image - points).max() < _SAME:
-                    return number, mirrored
-        first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-        self._vertices.append(points)
-        self.described.append(
-            {
-                "vertices": _base64(np.round(points).astype("<i2")),
-                "indices": _base64(model.mesh_face[first : first + count].astype("<u2")),
-            }
-        )
-        return len(self._vertices) - 1, False
-
-
-def _shape(model: mujoco.MjModel, geom: int, meshes: _Meshes) -> dict[str, Any]:
-    link = model.body(model.geom_bodyid[geom]).name
-    material = model.geom_matid[geom]
-    look: dict[str, Any] = {"color": [round(float(value), 3) for value in model.mat_rgba[material][:3]]}
-    if model.mat_emission[material] > 0:
-        look["glow"] = round(float(model.mat_emission[material]), 3)
-    kind = mujoco.mjtGeom(model.geom_type[geom])
-    if kind == mujoco.mjtGeom.mjGEOM_MESH:
-        mesh, mirrored = meshes.add(geom)
-        return {"link": link, "kind": "mesh", "mesh": mesh, "mirrored": mirrored, **look}
-    w, x, y, z = model.geom_quat[geom]
+def _form(shape: Shape, meshes: dict[str, int], *, mirrored: bool) -> dict[str, Any]:
+    if shape.kind == "mesh":
+        return {"kind": "mesh", "mesh": meshes[shape.mesh], "mirrored": mirrored}
+    mirror = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
+    size, place, axis = [*shape.size, 0.0, 0.0][:3], mirror * shape.at, mirror * shape.normal
+    if shape.kind == "capsule":
+        end = mirror * shape.to
+        place, axis = (place + end) / 2, place - end
+        size[1] = float(np.linalg.norm(axis)) / 2
+    w, x, y, z = turned_to(axis)
     return {
-        "link": link, "kind": _KINDS[kind], "size": _rounded(model.geom_size[geom]),
-        "position": _rounded(model.geom_pos[geom]), "quaternion": _rounded((x, y, z, w)), **look,
-    }  # fmt: skip
+        "kind": {"disc": "cylinder"}.get(shape.kind, shape.kind),
+        "size": _rounded(size),
+        "position": _rounded(place),
+        "quaternion": _rounded((x, y, z, w)),
+    }
 
 
-def _rounded(values: Any) -> list[float]:  # noqa: ANN401 - an array of MuJoCo's
+def _look(shape: Shape, *, mirrored: bool) -> dict[str, Any]:
+    look = shape.look(mirrored=mirrored)
+    glow = {"glow": round(look.emission, 3)} if look.emission > 0 else {}
+    return {"color": [round(value, 3) for value in look.color], **glow}
+
+
+def _rounded(values: Any) -> list[float]:  # noqa: ANN401 - an array, or numbers
     return [round(float(value), _DIGITS) + 0.0 for value in values]
 
 
