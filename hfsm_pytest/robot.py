@@ -187,7 +187,7 @@ class _VirtualJobs:
         self._scheduled: dict[Job, float] = {}
 
     def wake(self) -> None:
-        """Find out anew when each job is due: a client listens, or something was commanded."""
+        """Check when each job is due: a client listens now, or something was commanded."""
         for job in self._jobs:
             self._schedule(job)
 

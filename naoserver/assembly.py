@@ -57,7 +57,7 @@ class Assembly:
         self.watched: Final[list[Watched]] = self._watchdog.watched
         """What moves and is checked by the watchdog."""
         self.events: Final = EventLog(robot.clock.now, wall.now)
-        """What an operator should know, as the health report tells it."""
+        """What an operator should know, as the health report has it."""
         self.gate: Final = Gate(self.events, wall.now)
         """Emergency stop and lease in front of every command of the robot."""
 

@@ -192,7 +192,7 @@ class _JobThread(threading.Thread):
     def _wait(self) -> None:
         """Wait until something is due, or has changed."""
         now, begun = self._clock.now(), time.monotonic()
-        # On the job's clock also while idle: whoever advances a virtual one waits for its waiters.
+        # On the jobs' clock also while idle: advancing a virtual one waits for its waiters.
         seconds = min(min(job.due(now) for job in self._jobs) - now, _POLL * (self._clock.rate or 1.0))
         with suppress(ClockStalledException):  # nobody advances the virtual clock
             self._clock.wait(self.changed, max(0.0, seconds))

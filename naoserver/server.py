@@ -30,7 +30,7 @@ class RobotServer:
         self.assembly: Final = Assembly(robot, options, WallClock())
         """What stands between the robot and its clients: another way in goes through its guards too."""
         self.events: Final = self.assembly.events
-        """What an operator should know, as the health report tells it."""
+        """What an operator should know, as the health report has it."""
         self._threads = JobThreads(self.assembly.jobs)
         self.assembly.on_wake = self._threads.wake
         self._start()

@@ -91,7 +91,7 @@ class NaoqiRobot:
 
     def report_to(self, assembly: Assembly) -> None:
         """Tell clients what happens to the robot, at once when it is lost; then no command gets through."""
-        self._reporter.report_to(assembly.events, assembly.health.tell)
+        self._reporter.report_to(assembly.events, assembly.health.report_now)
         self._connection.on_lost.append(assembly.gate.lose)
         self._connection.on_found.append(assembly.gate.find)
 

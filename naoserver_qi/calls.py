@@ -1,9 +1,9 @@
 """How calls of libqi reach the services: one wrapper for errors, long calls and what tests make go wrong.
 
-What bites in libqi's Python and is met here: a method that blocks holds one of its few threads, so long calls
-answer with a future and run on threads of our own; an exception travels with the path and line of the code,
-while a future that failed tells its text alone; every method of a registered object can be called, so what is
-registered is a bare facade that has the operations only.
+Pitfalls of libqi in Python that are handled here: a method that blocks holds one of its few threads, so long
+calls answer with a future and run in a pool; an exception exposes the path and line of the code, a failed
+future only its text; every method of a registered object can be called, so a bare facade with the operations
+is registered.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Call:
-    """A long call that goes on, and may be broken off by whoever made it or by the end of the service."""
+    """A long call that is running; its caller or the end of the service may cancel it."""
 
     def __init__(self, clock: Clock) -> None:
         self.stopped: Final = threading.Event()
         self._clock = clock
 
     def wait(self, seconds: float) -> bool:
-        """Wait some robot seconds; return at once, and True, when the call is broken off."""
+        """Wait some robot seconds; return at once, and True, when the call is cancelled."""
         return self._clock.wait(self.stopped, seconds)
 
 
@@ -73,7 +73,7 @@ class Calls:
         return made
 
     def close(self) -> None:
-        """Break off the calls that go on, and wait for their end."""
+        """Cancel the running calls, and wait for their end."""
         with self._lock:
             self._closed = True
             running = list(self._running)

@@ -44,7 +44,7 @@ class ALLeds:
     """Set the lights, a group at a time; a fade returns when it is at its end."""
 
     def __init__(self, lights: Lights | None) -> None:
-        """Serve lights; None of a robot that has none, which every command then tells."""
+        """Serve lights; None makes every command fail."""
         self._found = lights
         self._groups: dict[str, tuple[str, ...]] = dict(GROUPS)
 

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property, partial
 from typing import Final
 
-from naoserver.capabilities import FootReading, SenseReading, Senses
+from naoserver.capabilities import SenseReading, Senses
 from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver.robot import JointReading
-from naoserver.walk_guard import WalkGuard
 from naoserver_qi.access import Access
 from naoserver_qi.arguments import text
 
 __all__ = ["ALSonar", "Moment", "keys_of"]
 
 GRAVITY: Final = 9.81
-"""In m/s2: pressure is told in kg."""
+"""In m/s2: pressure is in kg."""
 NOTHING_NEAR: Final = 5.0
-"""What the sonar tells in m when nothing is in its range."""
+"""Distance in m of the sonar when nothing is in its range."""
 _FULL: Final = 0.99
 _MOST: Final = 100
 _DEVICES: Final = "Device/SubDeviceList/"
@@ -90,73 +89,85 @@ class Moment:
 
 Look = Callable[[Moment], object]
 
+_JOINT_KEYS: Final = {
+    f"{_DEVICES}{{}}/Position/Sensor/Value": "positions",
+    f"{_DEVICES}{{}}/Position/Actuator/Value": "commands",
+    f"{_DEVICES}{{}}/Hardness/Actuator/Value": "stiffnesses",
+    f"{_DEVICES}{{}}/Temperature/Sensor/Value": "temperatures",
+    "Motion/Velocity/Sensor/{}": "velocities",
+    "Motion/Torque/Sensor/{}": "torques",
+}
+"""The part of a JointReading under each key of a joint."""
+_FOOT_KEYS: Final = {
+    "FrontLeft": "front_left",
+    "FrontRight": "front_right",
+    "RearLeft": "rear_left",
+    "RearRight": "rear_right",
+    "TotalWeight": "total",
+}
+"""The part of a FootReading under each key of a foot."""
+
 
 def keys_of(access: Access, sonar: ALSonar) -> Mapping[str, Look]:
-    """Return what tells the value of every key that the robot keeps itself."""
-    keys: dict[str, Look] = dict(_of_joints(access))
-    keys["RobotConfig/Body/Type"] = lambda _moment: "nao"
-    keys["RobotConfig/Body/BaseVersion"] = lambda _moment: "V6.0"
-    keys["RobotConfig/Head/BaseVersion"] = lambda _moment: "V6.0"
-    keys["DCM/Time"] = lambda moment: round(moment.joints.time * 1000)
-    keys["robotHasFallen"] = lambda moment: moment.fallen
-    keys["robotIsWakeUp"] = lambda moment: min(moment.joints.stiffnesses) > 0.0
+    """Return how to look up every key that the robot keeps itself."""
+    keys: dict[str, Look] = {
+        "RobotConfig/Body/Type": lambda _: "nao",
+        "RobotConfig/Body/BaseVersion": lambda _: "V6.0",
+        "RobotConfig/Head/BaseVersion": lambda _: "V6.0",
+        "DCM/Time": lambda moment: round(moment.joints.time * 1000),
+        "robotHasFallen": lambda moment: moment.fallen,
+        "robotIsWakeUp": lambda moment: min(moment.joints.stiffnesses) > 0.0,
+    }
+    for i, joint in enumerate(access.body.joints):
+        for key, part in _JOINT_KEYS.items():
+            keys[key.format(joint.name)] = partial(_of_joint, part, i)
     if access.robot.senses is not None:
         keys.update(_of_inertial_unit(access))
-        keys.update(_of_feet())
-        keys.update(_of_sonar(sonar))
+        for foot, side in (("LFoot", "left_foot"), ("RFoot", "right_foot")):
+            for name, part in _FOOT_KEYS.items():
+                keys[f"{_DEVICES}{foot}/FSR/{name}/Sensor/Value"] = partial(_of_foot, side, part)
+        for i, side in enumerate(("Left", "Right")):
+            keys[f"{_DEVICES}US/{side}/Sensor/Value"] = partial(_of_sonar, sonar, i)
         keys.update(_of_battery())
         keys.update(_of_touch(access.robot.senses.touch_names))
     return keys
 
 
-def _of_joints(access: Access) -> Iterator[tuple[str, Look]]:
-    for i, joint in enumerate(access.body.joints):
-        device = f"{_DEVICES}{joint.name}/"
-        yield f"{device}Position/Sensor/Value", _entry(lambda moment: moment.joints.positions, i)
-        yield f"{device}Position/Actuator/Value", _entry(lambda moment: moment.joints.commands, i)
-        yield f"{device}Hardness/Actuator/Value", _entry(lambda moment: moment.joints.stiffnesses, i)
-        yield f"{device}Temperature/Sensor/Value", _entry(lambda moment: moment.joints.temperatures, i)
-        yield f"Motion/Velocity/Sensor/{joint.name}", _entry(lambda moment: moment.joints.velocities, i)
-        yield f"Motion/Torque/Sensor/{joint.name}", _entry(lambda moment: moment.joints.torques, i)
+def _of_joint(part: str, index: int, moment: Moment) -> float:
+    value: float = getattr(moment.joints, part)[index]
+    return value
+
+
+def _of_foot(side: str, part: str, moment: Moment) -> float:
+    force: float = getattr(getattr(moment.senses, side), part)
+    return force / GRAVITY
+
+
+def _of_sonar(sonar: ALSonar, side: int, _moment: Moment) -> float:
+    return min(sonar._distances()[side], NOTHING_NEAR)
 
 
 def _of_inertial_unit(access: Access) -> Iterator[tuple[str, Look]]:
     unit = f"{_DEVICES}InertialSensor/"
     for i, axis in enumerate("XYZ"):
-        acceleration = _pull(i)
-        angular_velocity = _entry(lambda moment: moment.senses.inertial.angular_velocity, i)
         # The short names are those of the NAO4 and older, the long ones came with the NAO5.
-        yield f"{unit}Acc{axis}/Sensor/Value", acceleration
-        yield f"{unit}Accelerometer{axis}/Sensor/Value", acceleration
-        yield f"{unit}Gyr{axis}/Sensor/Value", angular_velocity
-        yield f"{unit}Gyroscope{axis}/Sensor/Value", angular_velocity
+        for name in ("Acc", "Accelerometer"):
+            yield f"{unit}{name}{axis}/Sensor/Value", partial(_pull, i)
+        for name in ("Gyr", "Gyroscope"):
+            yield f"{unit}{name}{axis}/Sensor/Value", partial(_turning, i)
     yield f"{unit}AngleX/Sensor/Value", lambda moment: moment.senses.inertial.roll
     yield f"{unit}AngleY/Sensor/Value", lambda moment: moment.senses.inertial.pitch
-    if access.walk is not None:
-        yield f"{unit}AngleZ/Sensor/Value", _heading(access.walk)
+    if (walk := access.walk) is not None:
+        yield f"{unit}AngleZ/Sensor/Value", lambda _: walk.read().heading
 
 
-def _of_feet() -> Iterator[tuple[str, Look]]:
-    feet: dict[str, Callable[[Moment], FootReading]] = {
-        "LFoot": lambda moment: moment.senses.left_foot,
-        "RFoot": lambda moment: moment.senses.right_foot,
-    }
-    for foot, of in feet.items():
-        pressure = f"{_DEVICES}{foot}/FSR/"
-        yield f"{pressure}FrontLeft/Sensor/Value", _mass(of, lambda reading: reading.front_left)
-        yield f"{pressure}FrontRight/Sensor/Value", _mass(of, lambda reading: reading.front_right)
-        yield f"{pressure}RearLeft/Sensor/Value", _mass(of, lambda reading: reading.rear_left)
-        yield f"{pressure}RearRight/Sensor/Value", _mass(of, lambda reading: reading.rear_right)
-        yield f"{pressure}TotalWeight/Sensor/Value", _mass(of, lambda reading: reading.total)
+def _pull(axis: int, moment: Moment) -> float:
+    """Return the pull of gravity and inertia: -9.8 m/s2 along z of a NAO6 that stands."""
+    return -moment.senses.inertial.acceleration[axis]
 
 
-def _of_sonar(sonar: ALSonar) -> Iterator[tuple[str, Look]]:
-    for i, side in enumerate(("Left", "Right")):
-        yield f"{_DEVICES}US/{side}/Sensor/Value", _distance(sonar, i)
-
-
-def _distance(sonar: ALSonar, side: int) -> Look:
-    return lambda _moment: min(sonar._distances()[side], NOTHING_NEAR)
+def _turning(axis: int, moment: Moment) -> float:
+    return moment.senses.inertial.angular_velocity[axis]
 
 
 def _of_battery() -> Iterator[tuple[str, Look]]:
@@ -172,34 +183,18 @@ def _of_battery() -> Iterator[tuple[str, Look]]:
 def _of_touch(names: tuple[str, ...]) -> Iterator[tuple[str, Look]]:
     for name in names:
         for key in _touch_keys(name):
-            yield key, _pressed({name})
+            yield key, partial(_pressed, {name})
     for side, event in (("L", "LeftBumperPressed"), ("R", "RightBumperPressed")):
-        yield event, _pressed({name for name in names if name.startswith(f"{side}FootBumper")})
+        bumpers = {name for name in names if name.startswith(f"{side}FootBumper")}
+        yield event, partial(_pressed, bumpers)
 
 
-def _heading(walk: WalkGuard) -> Look:
-    return lambda _moment: walk.read().heading
-
-
-def _entry(of: Callable[[Moment], Sequence[float]], index: int) -> Look:
-    return lambda moment: of(moment)[index]
-
-
-def _pull(axis: int) -> Look:
-    """Return what tells how gravity and inertia pull: a NAO6 tells -9.8 m/s2 along z where it stands."""
-    return lambda moment: -moment.senses.inertial.acceleration[axis]
-
-
-def _mass(of: Callable[[Moment], FootReading], force: Callable[[FootReading], float]) -> Look:
-    return lambda moment: force(of(moment)) / GRAVITY
-
-
-def _pressed(sensors: set[str]) -> Look:
-    return lambda moment: 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
+def _pressed(sensors: set[str], moment: Moment) -> float:
+    return 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
 
 
 def _touch_keys(name: str) -> Iterator[str]:
-    """Yield the keys of a touch sensor: of its device, and of what ALTouch tells of it."""
+    """Yield the keys of a touch sensor: of its device, and of its event."""
     if name == "ChestButton":
         yield f"{_DEVICES}ChestBoard/Button/Sensor/Value"
         yield "ChestButtonPressed"

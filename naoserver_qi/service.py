@@ -176,7 +176,7 @@ class _Listener:
             return
         session.close()
         del session
-        # libqi releases the services on a thread of its own. A process that ends meanwhile hangs: that
+        # libqi releases the services on its own thread. A process that ends meanwhile hangs: that
         # thread waits for Python's lock, which is held while libqi waits for its threads.
         limit = time.monotonic() + _RELEASING
         while any(service() is not None for service in self._offered) and time.monotonic() < limit:

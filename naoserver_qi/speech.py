@@ -27,7 +27,7 @@ class ALTextToSpeech:
     """Say texts; tags for pauses and pitch are left out."""
 
     def __init__(self, voice: Voice | None, memory: ALMemory) -> None:
-        """Serve a voice; None of a robot that has none, which every command then tells."""
+        """Serve a voice; None makes every command fail."""
         self._found = voice
         self._memory = memory
         self._turn = threading.Lock()

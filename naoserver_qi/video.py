@@ -112,7 +112,7 @@ class _Subscription:
 
 
 class ALVideoDevice:
-    """Give pictures to whoever subscribed. None is taken while nobody asks for one."""
+    """Give pictures to subscribers. None is taken while nobody asks for one."""
 
     def __init__(self, robot: Robot, faults: Faults) -> None:
         self._robot = robot

@@ -36,7 +36,7 @@ _PATIENCE: Final = 10.0
 class Walking:
     """Walk through the guard, and renew what was commanded until something ends it.
 
-    The guard stops what is not renewed. libqi does not tell when a client is gone, so a walk goes on as it
+    The guard stops what is not renewed. libqi does not report when a client is gone, so a walk goes on as it
     does on the real robot, until stopMove, another client, a fall, the emergency stop or the end of the
     service.
     """

@@ -31,7 +31,7 @@ WINDOW: Final = 2.0
 
 
 class RateMeter:
-    """Count events and tell their rate over the last `WINDOW` seconds of the clock `now`. Thread-safe."""
+    """Count events and return their rate over the last `WINDOW` seconds of the clock `now`. Thread-safe."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
@@ -42,7 +42,7 @@ class RateMeter:
         """Count an event at a time in s."""
         with self._lock:
             if self._times and time < self._times[-1]:
-                self._times.clear()  # a simulation started anew
+                self._times.clear()  # a simulation was restarted
             self._times.append(time)
             self._drop(time)
 
@@ -58,7 +58,7 @@ class RateMeter:
             self._times.popleft()
 
 
-_LONGEST_NAME = 64  # characters of a client's text that are told back
+_LONGEST_NAME = 64  # characters of a client's text that an error repeats
 
 
 class CameraI(Camera):
@@ -189,7 +189,7 @@ class CameraI(Camera):
 
     @property
     def delivered_rate(self) -> float:
-        """Images taken a second of robot time, lately."""
+        """Images taken in a second of robot time, over the last two."""
         return self._meter.rate
 
     def drop_client(self, client: str) -> None:
@@ -197,7 +197,7 @@ class CameraI(Camera):
         self._streaming.discard(client)
 
     def publish(self) -> bool:
-        """Take an image and send it to whoever listens; returns whether there was one."""
+        """Take an image and send it to the listeners; returns whether there was one."""
         try:
             with self._taking:
                 frame = self._take()

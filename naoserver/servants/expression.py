@@ -16,7 +16,7 @@ _LONGEST_FADE: Final = 60.0  # s
 
 
 class LedsI(Leds):
-    """Set the lights, and tell what they show. `robot_time` is in s."""
+    """Set the lights, and report what they show. `robot_time` is in s."""
 
     def __init__(self, lights: Lights, robot_time: Callable[[], float]) -> None:
         self._lights = lights
@@ -58,7 +58,7 @@ class LedsI(Leds):
 
 
 class SpeechI(Speech):
-    """Say texts, and tell what is being said. `robot_time` is in s."""
+    """Say texts, and report what is being said. `robot_time` is in s."""
 
     def __init__(self, voice: Voice, robot_time: Callable[[], float]) -> None:
         self._voice = voice

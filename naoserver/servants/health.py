@@ -15,7 +15,7 @@ from zenoh_ice import Clock, Current
 
 
 class ClockI(ClockServant):
-    """Tell the robot's time, in calls and as a stream."""
+    """Report the robot's time, in calls and as a stream."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -25,7 +25,7 @@ class ClockI(ClockServant):
         return self._reading()
 
     def publish(self) -> None:
-        """Send the time to whoever listens."""
+        """Send the time to the listeners."""
         if self.getTimePublisher.listening:
             reading = self._reading()
             self.getTimePublisher.publish(reading, time=reading.time)
@@ -56,14 +56,14 @@ class HealthI(Health):
         return self._report()
 
     def publish(self) -> None:
-        """Look how the robot is, and send a report to whoever listens."""
+        """Check the robot, and send a report to the listeners."""
         state = self._state()
         if state is not None:
             self._condition.look(state)
-        self.tell()
+        self.report_now()
 
-    def tell(self) -> None:
-        """Send a report to whoever listens, now: something happened that cannot wait for the next one."""
+    def report_now(self) -> None:
+        """Send a report at once: something happened that cannot wait for the next one."""
         if self.getHealthPublisher.listening:
             report = self._report()
             self.getHealthPublisher.publish(report, time=report.time)

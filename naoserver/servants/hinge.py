@@ -66,7 +66,7 @@ class Pose3DMotorsI(Pose3DMotors):
 
 
 class Pose3DEncodersI(Pose3DEncoders):
-    """Tell where the joints of `hinge` are, in calls and as a stream."""
+    """Report where the joints of `hinge` are, in calls and as a stream."""
 
     def __init__(self, device: GuardedDevice, hinge: Hinge) -> None:
         self._device = device

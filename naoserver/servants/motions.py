@@ -37,7 +37,7 @@ _PERIOD: Final = 0.05
 
 
 class MotionsI(Motions):
-    """Play motions, and tell how they go. `robot_time` is in s."""
+    """Play motions, and report their progress. `robot_time` is in s."""
 
     def __init__(
         self, player: MotionPlayer, motions: Mapping[str, Motion], robot_time: Callable[[], float]
@@ -172,7 +172,7 @@ class OwnPosturesI(PosturesI):
     """Pass postures on to a robot that knows the way itself, through the gate in front of its `body`.
 
     On the way all joints belong to it: who stops one of them ends it. It is to be watched, so that they are
-    free at its end; `look_within` is told in how many wall seconds `watch` is due.
+    free at its end; `look_within` is called with the wall seconds after which `watch` is due.
     """
 
     def __init__(

@@ -50,7 +50,7 @@ class SafetyI(Safety):
         return self._state()
 
     def publish(self) -> None:
-        """Send who may command the robot to whoever listens."""
+        """Send who may command the robot to the listeners."""
         if self.getSafetyStatePublisher.listening:
             state = self._state()
             self.getSafetyStatePublisher.publish(state, time=state.time)

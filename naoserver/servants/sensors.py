@@ -1,4 +1,4 @@
-"""Servants of the sensors but joints and cameras: each tells a part of what the senses read."""
+"""Servants of the sensors but joints and cameras: each reports a part of what the senses read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PLACES: Final = {
 
 
 class InertialUnitI(nao.InertialUnit):
-    """Tell how the torso is accelerated, turned and tilted, in calls and as a stream."""
+    """Report how the torso is accelerated, turned and tilted, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
         self._senses = senses
@@ -30,7 +30,7 @@ class InertialUnitI(nao.InertialUnit):
 
 
 class FootPressureI(nao.FootPressure):
-    """Tell what presses on the soles, in calls and as a stream."""
+    """Report what presses on the soles, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
         self._senses = senses
@@ -42,7 +42,7 @@ class FootPressureI(nao.FootPressure):
 
 
 class SonarI(nao.Sonar):
-    """Tell what is near in front of the chest, in calls and as a stream: the sonar measures rarely."""
+    """Report what is near in front of the chest, in calls and as a stream: the sonar measures rarely."""
 
     def __init__(self, senses: Senses) -> None:
         self._senses = senses
@@ -61,7 +61,7 @@ class SonarI(nao.Sonar):
 
 
 class TouchI(nao.Touch):
-    """Tell what is touched, in calls and as a stream."""
+    """Report what is touched, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
         self._senses = senses
@@ -83,7 +83,7 @@ class TouchI(nao.Touch):
 
 
 class BatteryI(nao.Battery):
-    """Tell the state of the battery, in calls and as a stream, which is slow: a battery changes slowly."""
+    """Report the state of the battery, in calls and as a stream, which is slow: a battery changes slowly."""
 
     def __init__(self, senses: Senses) -> None:
         self._senses = senses

@@ -34,7 +34,7 @@ class StateStream(Generic[R, V]):
     """The stream of a servant: what `read` returns, or a part of it, converted to the interface's type.
 
     Streams of equal `read` share one reading. With `news`, which returns what counts as a change, a reading
-    is sent only when that has changed, or after half a second, for whoever has begun to listen meanwhile.
+    is sent only when that has changed, or after half a second, for new listeners.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class StateStream(Generic[R, V]):
         return self._publisher.listening
 
     def publish(self, reading: R) -> None:
-        """Send a reading to whoever listens."""
+        """Send a reading to the listeners."""
         time = reading.time
         if self._news is not None:
             state = self._news(reading)

@@ -57,7 +57,7 @@ class SceneI(Scene):
 
 
 class GroundTruthI(GroundTruth):
-    """Tell where the robot and everything else is, in calls and as a stream."""
+    """Report where the robot and everything else is, in calls and as a stream."""
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage

@@ -58,7 +58,7 @@ class MotorsI(Motors):
 
 
 class EncodersI(Encoders):
-    """Tell where the robot believes to be, in calls and as a stream."""
+    """Report where the robot believes to be, in calls and as a stream."""
 
     def __init__(self, walk: WalkGuard) -> None:
         self._walk = walk

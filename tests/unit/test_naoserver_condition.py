@@ -40,6 +40,10 @@ class ConditionedRobot(FakeRobot):
             return None
         return SimpleNamespace(read=lambda: SimpleNamespace(battery=self.battery))
 
+    @senses.setter
+    def senses(self, _fake):
+        """Take no others."""
+
 
 class Rig:
     def __init__(self):

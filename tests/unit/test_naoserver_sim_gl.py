@@ -1,7 +1,7 @@
 import pytest
 
 from naoserver.errors import HardwareFailure
-from naoserver_sim import gl
+from naoserver_sim import cameras
 
 
 def no_library(name):
@@ -12,18 +12,18 @@ def test_without_any_gl_library_the_error_names_the_packages(monkeypatch):
     monkeypatch.delenv("MUJOCO_GL", raising=False)
     monkeypatch.setattr("ctypes.CDLL", no_library)
     with pytest.raises(HardwareFailure, match=r"apt-get install libegl1 .*libosmesa6.*libEGL\.so\.1"):
-        gl.create_context(320, 240)
+        cameras.create_context(320, 240)
 
 
 def test_a_chosen_library_leaves_no_other(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "osmesa")
     monkeypatch.setattr("ctypes.CDLL", no_library)
     with pytest.raises(HardwareFailure, match="libOSMesa") as caught:
-        gl.create_context(320, 240)
+        cameras.create_context(320, 240)
     assert "libEGL" not in str(caught.value)
 
 
 def test_rendering_that_is_switched_off(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
     with pytest.raises(HardwareFailure, match="MUJOCO_GL=disable"):
-        gl.create_context(320, 240)
+        cameras.create_context(320, 240)
