@@ -99,24 +99,13 @@ def _sonars(sonars: Served[nao.SonarPrx]) -> str:
     return f"{limits.nearest:g} to {limits.farthest:g} m, cone of {math.degrees(limits.cone):.0f} degrees"
 
 
-def _touch(touch: Served[nao.TouchPrx]) -> str:
-    return _list(name for each in touch.values() for name in each.getTouchNames())
-
-
-def _leds(leds: Served[nao.LedsPrx]) -> str:
-    return _list(name for each in leds.values() for name in each.getLedNames())
-
-
-def _motions(motions: Served[nao.MotionsPrx]) -> str:
-    return _list(motion.name for each in motions.values() for motion in each.getMotions())
-
-
-def _postures(postures: Served[nao.PosturesPrx]) -> str:
-    return _list(name for each in postures.values() for name in each.getPostures())
+def _names(ask: Callable[[Any], Iterable[str]]) -> Callable[[Served[Any]], str]:
+    """Return what lists the names that servants answer."""
+    return lambda served: _list(name for each in served.values() for name in ask(each))
 
 
 def _scenes(scenes: Served[nao.ScenePrx]) -> str:
-    objects = _list(name for each in scenes.values() for name in each.getObjects())
+    objects = _names(nao.ScenePrx.getObjects)(scenes)
     return f"can place {objects}" if objects else "yes"
 
 
@@ -139,12 +128,12 @@ _ROWS: Final[Sequence[_Row]] = (
     _Row("Inertial unit", nao.InertialUnitPrx, _yes),
     _Row("Foot pressure", nao.FootPressurePrx, _yes),
     _Row("Sonar", nao.SonarPrx, _sonars),
-    _Row("Touch", nao.TouchPrx, _touch),
+    _Row("Touch", nao.TouchPrx, _names(nao.TouchPrx.getTouchNames)),
     _Row("Battery", nao.BatteryPrx, _yes),
-    _Row("Lights", nao.LedsPrx, _leds),
+    _Row("Lights", nao.LedsPrx, _names(nao.LedsPrx.getLedNames)),
     _Row("Voice", nao.SpeechPrx, _yes),
-    _Row("Motions", nao.MotionsPrx, _motions),
-    _Row("Postures", nao.PosturesPrx, _postures),
+    _Row("Motions", nao.MotionsPrx, _names(lambda of: [motion.name for motion in of.getMotions()])),
+    _Row("Postures", nao.PosturesPrx, _names(nao.PosturesPrx.getPostures)),
     _Row("Emergency stop and lease", nao.SafetyPrx, _yes),
     _Row("Health", nao.HealthPrx, _yes),
     _Row("Clock", nao.ClockPrx, _clocks),

@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Self
 
+import numpy as np
+
 from naoserver.assembly import Assembly
+from naoserver.errors import InvalidCommand
 from naoserver.guarded_device import GuardedDevice
+from naoserver.kinematics import Matrix, place_of, rotation
 from naoserver.motions.player import MotionPlayer
 from naoserver.robot import Robot
 from naoserver.servants.motions import PosturesI
@@ -19,6 +23,8 @@ CLIENT: Final = "NAOqi"
 """The client that guards see: libqi does not distinguish its clients. It holds no lease."""
 PERIOD: Final = 0.02
 """Robot seconds between two setpoints: ALMotion's cycle."""
+_TORSO, _WORLD, _ROBOT = 0, 1, 2
+"""NAOqi's numbers of frames."""
 _ENDING: Final = 5.0
 """Robot seconds that a walk or a motion gets to end."""
 
@@ -60,3 +66,30 @@ class Access:
         reading = self.body.read()
         values = reading.positions if measured else reading.commands
         return {joint.name: value for joint, value in zip(self.body.joints, values, strict=True)}
+
+    def place(self, name: str, frame: object, *, measured: bool) -> Matrix:
+        """Return where a joint, effector or camera is, by measured angles or by setpoints.
+
+        `frame` is 0 for the torso's, 1 for the world's, which is that of odometry, and 2 for the robot's,
+        which stands upright on the floor below the torso and faces as it does. Raises InvalidCommand for
+        another.
+        """
+        if frame not in (_TORSO, _WORLD, _ROBOT):
+            raise InvalidCommand("frame", f"there is no frame {str(frame)[:60]!r}; 0 torso, 1 world, 2 robot")
+        angles = self.angles(measured=measured)
+        place = place_of(name, angles)
+        if frame == _TORSO:
+            return place
+        torso = np.eye(4)
+        if self.robot.senses is not None:
+            inertial = self.robot.senses.read().inertial
+            torso = rotation((0.0, 1.0, 0.0), inertial.pitch) @ rotation((1.0, 0.0, 0.0), inertial.roll)
+        # The lower sole stands on the floor.
+        torso[2, 3] = -min(float((torso @ place_of(leg, angles))[2, 3]) for leg in ("LLeg", "RLeg"))
+        place = torso @ place
+        if frame == _WORLD and self.walk is not None:
+            at = self.walk.read()
+            floor = rotation((0.0, 0.0, 1.0), at.heading)
+            floor[:2, 3] = at.x, at.y
+            place = floor @ place
+        return place

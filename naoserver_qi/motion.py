@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
+from naoserver.kinematics import PARTS, angles_of
 from naoserver_qi.access import PERIOD, Access
 from naoserver_qi.arguments import (
     chosen,
@@ -22,7 +23,6 @@ from naoserver_qi.arguments import (
     text,
 )
 from naoserver_qi.calls import Call, long_call
-from naoserver_qi.kinematics import PARTS, angles_of, place_in_frame
 from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.tasks import JointTasks
 from naoserver_qi.trajectory import BezierKey, BezierTrajectory, SmoothTrajectory, Trajectory, check_times
@@ -394,12 +394,12 @@ class ALMotion:
 
     def getPosition(self, name: object, frame: object, useSensorValues: object) -> list[float]:
         """Return x, y and z in m and the angles about x, y and z in rad of a joint, effector or camera."""
-        place = place_in_frame(self._access, text(name, "name"), frame, measured=bool(useSensorValues))
+        place = self._access.place(text(name, "name"), frame, measured=bool(useSensorValues))
         return [*(float(value) for value in place[:3, 3]), *angles_of(place)]
 
     def getTransform(self, name: object, frame: object, useSensorValues: object) -> list[float]:
         """Return the 16 entries of a homogeneous transform, row by row, of a joint, effector or camera."""
-        place = place_in_frame(self._access, text(name, "name"), frame, measured=bool(useSensorValues))
+        place = self._access.place(text(name, "name"), frame, measured=bool(useSensorValues))
         return [float(value) for value in place.ravel()]
 
     def getSensorNames(self) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Unpack
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver.capabilities import Vector
+from naoserver.kinematics import place_of
 from naoserver_sim.learning.environment import NaoEnvironment, Options
 from naoserver_sim.robot import SimulatedRobot
 
@@ -92,22 +91,4 @@ class ReachEnvironment(NaoEnvironment):
 
 def hand_at(angles: Sequence[float]) -> Array:
     """Return where the middle of the left hand is, in the torso's frame in m; `angles` are those of `ARM`."""
-    forward, downward = (float(H25.facts["dimensions"][f"hand_offset_{axis}"]) for axis in "xz")
-    point = (forward, 0.0, -downward)
-    for name, angle in zip(reversed(ARM), reversed(angles), strict=True):
-        joint = H25.joints[_PLACES[name]]
-        x, y, z = _turned(point, joint.axis, angle)
-        point = (x + joint.origin[0], y + joint.origin[1], z + joint.origin[2])
-    return np.array(point)
-
-
-def _turned(point: Vector, axis: Vector, angle: float) -> Vector:
-    """Turn a point about a unit axis: Rodrigues' formula."""
-    (x, y, z), (i, j, k) = point, axis
-    cosine, sine = math.cos(angle), math.sin(angle)
-    along = (x * i + y * j + z * k) * (1.0 - cosine)
-    return (
-        x * cosine + (j * z - k * y) * sine + i * along,
-        y * cosine + (k * x - i * z) * sine + j * along,
-        z * cosine + (i * y - j * x) * sine + k * along,
-    )
+    return place_of("LArm", dict(zip(ARM, angles, strict=True)))[:3, 3]

@@ -14,7 +14,7 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import InertialReading
 from naoserver.errors import InvalidCommand
-from naoserver_qi.kinematics import angles_of, place_of, rotation
+from naoserver.kinematics import angles_of, place_of, rotation
 from naoserver_sim.model import build_model
 from tests.support.examples import examples
 from tests.support.qi_service import Rig

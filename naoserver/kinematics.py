@@ -1,4 +1,4 @@
-"""Forward kinematics: where joints, effectors and cameras are, from the angles of the joints."""
+"""Forward kinematics of the H25: where joints, effectors and cameras are, from the angles of the joints."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25, Joint
 from naoserver.errors import InvalidCommand
-from naoserver_qi.access import Access
 
-__all__ = ["PARTS", "Matrix", "angles_of", "place_in_frame", "place_of", "rotation"]
+__all__ = ["PARTS", "Matrix", "angles_of", "place_of", "rotation"]
 
 Matrix = NDArray[np.float64]
 """A homogeneous transform, shape (4, 4)."""
-
-_TORSO, _WORLD, _ROBOT = 0, 1, 2
 
 _JOINTS: Final = {joint.name: joint for joint in H25.joints}
 _MOVED_BY: Final = {joint.child: joint.name for joint in H25.joints}
@@ -79,33 +76,6 @@ def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
     while link is not None:
         place = _shift(link.origin) @ rotation(link.axis, angles[link.name]) @ place
         link = _JOINTS.get(_MOVED_BY.get(link.parent, ""))
-    return place
-
-
-def place_in_frame(access: Access, name: str, frame: object, *, measured: bool) -> Matrix:
-    """Return where a joint, effector or camera is, by measured angles or by setpoints.
-
-    `frame` is 0 for the torso's, 1 for the world's, which is that of odometry, and 2 for the robot's, which
-    stands upright on the floor below the torso and faces as it does. Raises InvalidCommand for another.
-    """
-    if frame not in (_TORSO, _WORLD, _ROBOT):
-        raise InvalidCommand("frame", f"there is no frame {str(frame)[:60]!r}; 0 torso, 1 world, 2 robot")
-    angles = access.angles(measured=measured)
-    place = place_of(name, angles)
-    if frame == _TORSO:
-        return place
-    torso = np.eye(4)
-    if access.robot.senses is not None:
-        inertial = access.robot.senses.read().inertial
-        torso = rotation((0.0, 1.0, 0.0), inertial.pitch) @ rotation((1.0, 0.0, 0.0), inertial.roll)
-    # The lower sole stands on the floor.
-    torso[2, 3] = -min(float((torso @ place_of(leg, angles))[2, 3]) for leg in ("LLeg", "RLeg"))
-    place = torso @ place
-    if frame == _WORLD and access.walk is not None:
-        at = access.walk.read()
-        floor = rotation((0.0, 0.0, 1.0), at.heading)
-        floor[:2, 3] = at.x, at.y
-        place = floor @ place
     return place
 
 
