@@ -370,7 +370,7 @@ class FakeRobot(FakeDevice):
         self.mechanisms: Final = tuple(self._balls.values())
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
-        self.senses: Final = FakeSenses(self.clock)
+        self.senses = FakeSenses(self.clock)
         self.walker: Final = FakeWalker(self.clock)
 
     def state(self) -> BodyState:

@@ -19,11 +19,16 @@ class ConditionedRobot(FakeRobot):
     """A fake robot whose condition a test sets."""
 
     stiffness = 1.0
-    battery = None
 
     def __init__(self, clock):
         super().__init__(clock=clock)
         self.temperatures = {}
+        self.senses = None  # type: ignore[assignment]
+
+    def charge(self, charge, current, *, plugged):
+        battery = BatteryReading(charge, current, 30.0, plugged=plugged)
+        reading = SimpleNamespace(battery=battery)
+        self.senses = SimpleNamespace(read=lambda: reading)  # type: ignore[assignment]
 
     def read(self):
         reading = super().read()
@@ -33,16 +38,6 @@ class ConditionedRobot(FakeRobot):
             temperatures=tuple(self.temperatures.get(name, 38.0) for name in names),
             stiffnesses=(self.stiffness,) * len(names),
         )
-
-    @property
-    def senses(self):
-        if self.battery is None:
-            return None
-        return SimpleNamespace(read=lambda: SimpleNamespace(battery=self.battery))
-
-    @senses.setter
-    def senses(self, _fake):
-        """Take no others."""
 
 
 class Rig:
@@ -108,11 +103,11 @@ def test_a_hot_motor_is_told_until_it_has_cooled_down_well(rig):
 def test_a_battery_that_runs_low_is_told_at_each_mark(rig, charges, told):
     levels = []
     for charge in charges:
-        rig.robot.battery = BatteryReading(charge, -1.0, 30.0, plugged=False)
+        rig.robot.charge(charge, -1.0, plugged=False)
         levels += [level.name for level, _, _ in rig.look()]
     assert levels == told
 
 
 def test_a_battery_that_is_charged_is_not_told(rig):
-    rig.robot.battery = BatteryReading(0.01, 1.0, 30.0, plugged=True)
+    rig.robot.charge(0.01, 1.0, plugged=True)
     assert rig.look() == []

@@ -34,16 +34,6 @@ class Postures:
         return self.now
 
 
-class OwnWay(FakeRobot):
-    """A robot that knows the way into its postures."""
-
-    own = None
-
-    @property
-    def postures(self):
-        return self.own
-
-
 @pytest.fixture
 def own():
     return Postures()
@@ -52,8 +42,8 @@ def own():
 @pytest.fixture
 def assembly(own):
     clock = VirtualClock()
-    robot = OwnWay(clock)
-    robot.own = own
+    robot = FakeRobot(clock)
+    robot.postures = own
     return Assembly(robot, ServerOptions(), clock)
 
 

@@ -73,7 +73,7 @@ class Rig:
         self.robot = FakeRobot(self.clock)
         options = SafetyOptions(velocity_timeout=60.0)
         served = ServerOptions(safety=options, mechanism_safety=options)
-        self.assembly = Assembly(self.robot, served, self.clock.now, lambda _seconds: None)
+        self.assembly = Assembly(self.robot, served, self.clock)
 
     def live(self, seconds: float) -> None:
         """Let some time pass."""
