@@ -21,11 +21,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from naoserver.body import Coupling
+from naoserver.body import Coupling, RangeTable
 from naoserver.errors import InvalidCommand
 from naoserver.joint_rules import JointRules, Limitation, Outcome, clamp
 from naoserver.options import SafetyOptions
-from naoserver.range_table import RangeTable
 from naoserver.robot import JointFacts, JointReading
 
 _REACHED: Final = 1e-3

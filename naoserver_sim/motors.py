@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import Joint
-from naoserver.condition import HOT
+from naoserver.event_log import HOT
 from naoserver.robot import JointFacts
 
 Array = NDArray[np.float64]

@@ -7,9 +7,8 @@ from typing import Final
 
 from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading, Health, HealthReport, Severity
-from naoserver.condition import ConditionWatch
 from naoserver.errors import RobotError
-from naoserver.event_log import EventLog
+from naoserver.event_log import ConditionWatch, EventLog
 from naoserver.robot import BodyState, Robot
 from zenoh_ice import Clock, Current
 

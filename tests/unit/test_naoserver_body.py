@@ -6,10 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.body import H25, Body
+from naoserver.body import H25, Body, RangeTable
 from naoserver.errors import RobotError
 from naoserver.hinges import HINGES
-from naoserver.range_table import RangeTable
 
 HEAD = next(table for table in H25.anticollision if table.dependent == "HeadPitch")
 

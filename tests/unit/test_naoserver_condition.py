@@ -8,8 +8,7 @@ import pytest
 
 from interfaces.nao import Severity
 from naoserver.capabilities import BatteryReading
-from naoserver.condition import ConditionWatch
-from naoserver.event_log import EventLog
+from naoserver.event_log import ConditionWatch, EventLog
 from naoserver.fake import FakeRobot
 from naoserver.robot import BodyState
 from zenoh_ice import VirtualClock

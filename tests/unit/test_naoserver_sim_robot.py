@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from naoserver.body import H25
-from naoserver.condition import HOT
 from naoserver.errors import HardwareFailure
+from naoserver.event_log import HOT
 from naoserver.robot import Robot
 from naoserver_sim.model import build_model
 from naoserver_sim.motors import AMBIENT, Motors
