@@ -9,7 +9,7 @@ from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.motion_rig import MotionRig
-from zenoh_ice import VirtualClock
+from zenoh_ice import VirtualClock, WallClock
 
 
 class Stubborn:
@@ -56,3 +56,19 @@ def test_a_robot_that_is_put_elsewhere_does_not_go_on_with_its_motion_there(put)
     rig.let_go(0.5)
     assert rig.player.progress("motion").status is ActionStatus.Stopped
     assert rig.commands() == pytest.approx(start)
+
+
+def test_nothing_delays_the_watchdog_and_no_camera_anything_else():
+    wall = WallClock()
+    jobs = Assembly(FakeRobot(VirtualClock()), ServerOptions(), wall).jobs
+    names = {job.thread: {other.name for other in jobs if other.thread == job.thread} for job in jobs}
+    assert names == {
+        "watchdog": {"watchdog"},
+        "state": {"state", "motions"},
+        "reports": {"reports", "clock"},
+        "images of Camera": {"images of Camera"},
+        "images of CameraBottom": {"images of CameraBottom"},
+    }
+    assert next(job for job in jobs if job.name == "watchdog").clock is wall
+    for job in jobs:
+        assert {other.clock for other in jobs if other.thread == job.thread} == {job.clock}
