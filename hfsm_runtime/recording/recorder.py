@@ -7,10 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Final, Protocol
 
-from ..automaton import Automaton, Event, Transition
-from ..tree import ChangeKind, Run, Tree
-from ..variables import cells_of
-from .messages import (
+from hfsm_recording.messages import (
     Action,
     Change,
     Cycle,
@@ -26,6 +23,10 @@ from .messages import (
     Timers,
     Variables,
 )
+
+from ..automaton import Automaton, Event, Transition
+from ..tree import ChangeKind, Run, Tree
+from ..variables import cells_of
 from .turns import Turns
 from .values import readable, without_addresses
 from .writer import Entry

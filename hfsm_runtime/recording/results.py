@@ -10,11 +10,11 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
+from hfsm_recording.messages import Image, Message, Missing, Result, Stamp
 from zenoh_ice import Sample, ZenohIceError
 from zenoh_ice.operation import Operation
 from zenoh_ice.wire.errors import encode_error
 
-from .messages import Image, Message, Missing, Result, Stamp
 from .recorder import Recorder, describe_error
 from .values import readable
 

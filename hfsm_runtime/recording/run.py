@@ -16,6 +16,7 @@ from typing import Any, Final
 
 import msgspec
 
+from hfsm_recording.messages import SOURCES, Action
 from zenoh_ice.clocks.clock import Clock
 
 from ..automaton import Automaton, Transition
@@ -28,7 +29,6 @@ from ..supervision import OnError, OnRefused, Refusal
 from ..timeline import Timeline
 from ..tree import Run, Tree
 from .clocks import RecordingClock, RecordingTimeline, recorded_time
-from .messages import SOURCES, Action
 from .proxies import record_proxies
 from .recorder import LogRecorder, Recorder, automaton_context, wall_time
 from .results import digest
@@ -41,7 +41,6 @@ START: Final = "start"
 MONITOR: Final = "monitor"
 """The context of what the monitor does."""
 
-_SEEDS: Final = 2**32
 _LARGEST_SOURCE: Final = 4 << 20
 _PACKAGES: Final = ("visualhfsm", "eclipse-zenoh", "msgspec", "mcap")
 
@@ -53,14 +52,13 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     Give the recorder to a `RecordedRuntime`. Raises RecordingFailedError.
     """
     start = wall_time()
-    seed = random.SystemRandom().randrange(_SEEDS)
     metadata = {
         "name": Path(component._hfsm_document).stem or type(component).__name__,
         "document": component._hfsm_document,
         "class": type(component).__name__,
         "module": type(component).__module__,
         "start": str(start),
-        "seed": str(seed),
+        "random": random_state(),
         "images": "yes" if with_images else "no",
         "on_error": component._hfsm_on_error.value,
         "on_refused": component._hfsm_on_refused.value,
@@ -77,7 +75,6 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     recorder = Recorder(writer, start, with_images=with_images)
     log = LogRecorder(recorder)
     try:
-        seed_random(seed)
         record_proxies(component, recorder)
         logging.getLogger().addHandler(log)
         with recorded_time(type(component), recorder):
@@ -87,12 +84,28 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         writer.close()
 
 
-def seed_random(seed: int) -> None:
-    """Seed the generators of random numbers that user code finds ready-made: Python's and NumPy's."""
-    random.seed(seed)
+def random_state() -> str:
+    """Return the state of the generators that user code finds ready-made, Python's and NumPy's, as JSON."""
+    state: dict[str, Any] = {"python": random.getstate(), "numpy": None}
     numpy = sys.modules.get("numpy")
     if numpy is not None:
-        numpy.random.seed(seed)
+        kind, keys, *rest = numpy.random.get_state()
+        state["numpy"] = [kind, keys.tolist(), *rest]
+    return msgspec.json.encode(state).decode()
+
+
+def restore_random(text: str) -> None:
+    """Give the generators of random numbers the state that was recorded. Raises ValueError."""
+    try:
+        state = msgspec.json.decode(text)
+        version, internal, gauss = state["python"]
+        random.setstate((version, tuple(internal), gauss))
+        if state["numpy"] is not None:
+            import numpy as np
+
+            np.random.set_state(tuple(state["numpy"]))
+    except (LookupError, TypeError, OverflowError, ImportError) as error:
+        raise ValueError(f"the recorded state of the random numbers is malformed: {error}") from error
 
 
 class RecordedTree(Tree):

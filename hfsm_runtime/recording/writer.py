@@ -8,12 +8,13 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any, Final, NamedTuple
+from typing import IO, Final, NamedTuple
 
 import msgspec
 
+from hfsm_recording.messages import MESSAGES, METADATA, Gap, Message, schema_of
+
 from ..errors import ComponentError
-from .messages import MESSAGES, METADATA, Gap, Message, schema_of
 
 __all__ = ["Entry", "RecordingFailedError", "RecordingWriter"]
 
@@ -136,7 +137,7 @@ class RecordingWriter:
                 self._drain()
                 looks += 1
                 if looks % _CHUNK == 0:
-                    self._end_chunk()
+                    self._writer.flush()  # type: ignore[no-untyped-call]
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.close()
         except OSError as error:
@@ -176,12 +177,6 @@ class RecordingWriter:
             channel = self._writer.register_channel(topic, "json", self._schemas[message])
             self._channels[topic, message] = channel
         return channel
-
-    def _end_chunk(self) -> None:
-        # The library ends a chunk by its size alone, and offers nothing public to end one by time.
-        end: Any = getattr(self._writer, "_Writer__finalize_chunk")  # noqa: B009
-        end()
-        self._file.flush()
 
 
 def _is_device(path: Path) -> bool:

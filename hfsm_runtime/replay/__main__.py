@@ -10,11 +10,13 @@ import os
 import signal
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Final, NoReturn
+from typing import Annotated, Final, NoReturn
 
 import msgspec
 import typer
 
+from hfsm_recording.outcome import Begin, Line, Outcome, Progress
+from hfsm_recording.reader import RecordingError
 from zenoh_ice.command import finite
 from zenoh_ice.command import run as run_command
 
@@ -23,7 +25,7 @@ from .comparison import Comparison
 from .engine import Replay
 from .errors import ReplayError
 from .loading import load
-from .reader import Recording
+from .script import Recording
 
 __all__ = ["main"]
 
@@ -54,46 +56,47 @@ def replay(
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # there is nothing to clean up, and user code may not end
     output = _take_output()
     logging.disable(logging.CRITICAL)
-    with Recording(recording) as recorded:
-        end = recorded.duration if until is None else round(until * _SECOND)
-        _tell(output, "begin", recording_seconds=recorded.duration / _SECOND, truncated=recorded.truncated)
-        made = load(component)
-        other = None if edited is None else load(edited)
+    recorded = Recording(recording)
+    end = recorded.duration if until is None else round(until * _SECOND)
+    _report(output, Begin(recorded.duration / _SECOND, recorded.truncated))
+    made = load(component)
+    other = None if edited is None else load(edited)
 
-        def progress(seconds: float) -> None:
-            _tell(output, "progress", seconds=seconds)
+    def progress(seconds: float) -> None:
+        _report(output, Progress(seconds))
 
-        at = round(since * _SECOND)
-        with Replay(recorded, made, end, edited=other, since=at, progress=progress) as run:
-            error = ""
-            try:
-                comparison = run.run()
-            except ReplayError as problem:
-                error, comparison = str(problem), run.comparison
-                comparison.finish()
-            _tell(output, "end", error=error, **_outcome(run, comparison))
+    at = round(since * _SECOND)
+    with Replay(recorded, made, end, edited=other, since=at, progress=progress) as run:
+        error = ""
+        try:
+            comparison = run.run()
+        except (ReplayError, RecordingError) as problem:
+            error, comparison = str(problem), run.comparison
+            comparison.finish()
+        _report(output, _outcome(run, comparison, error))
 
 
 def main() -> NoReturn:
     """Run the command."""
-    run_command(app, expected=(ComponentError,))
+    run_command(app, expected=(ComponentError, RecordingError))
 
 
-def _outcome(run: Replay, comparison: Comparison) -> dict[str, Any]:
-    return {
-        "seconds": run.now() / _SECOND,
-        "cycles": comparison.cycles,
-        "identical": comparison.identical,
-        "missing_cycles": comparison.unmatched,
-        "divergences": comparison.divergences,
-        "differences": comparison.differences,
-        "recorded": comparison.recorded_steps[:_MOST_STEPS],
-        "replayed": comparison.replayed_steps[:_MOST_STEPS],
-        "guesses": run.guesses,
-        "notes": run.notes,
-        "halted": run.ended,
-        "lost": run.recording.lost,
-    }
+def _outcome(run: Replay, comparison: Comparison, error: str) -> Outcome:
+    return Outcome(
+        error=error,
+        seconds=run.now() / _SECOND,
+        cycles=comparison.cycles,
+        identical=comparison.identical,
+        missing_cycles=comparison.unmatched,
+        divergences=comparison.divergences,
+        differences=comparison.differences,
+        recorded=comparison.recorded_steps[:_MOST_STEPS],
+        replayed=comparison.replayed_steps[:_MOST_STEPS],
+        guesses=run.guesses,
+        notes=run.notes,
+        halted=run.ended,
+        lost=run.recording.lost,
+    )
 
 
 def _take_output() -> int:
@@ -103,8 +106,8 @@ def _take_output() -> int:
     return own
 
 
-def _tell(output: int, event: str, **facts: Any) -> None:  # noqa: ANN401 - JSON
-    line = msgspec.json.encode({"event": event, **facts}) + b"\n"
+def _report(output: int, what: Line) -> None:
+    line = msgspec.json.encode(what) + b"\n"
     with suppress(BrokenPipeError):
         while line:
             line = line[os.write(output, line) :]

@@ -7,10 +7,11 @@ from typing import Any
 
 import msgspec
 
+from hfsm_recording.messages import Action
+
 from ..component import parameters_of
 from ..errors import ComponentError
 from ..events import make_event
-from ..recording.messages import Action
 from ..tree import Run
 from ..variables import assign
 from .host import Host

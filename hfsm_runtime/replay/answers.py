@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final, NoReturn
 
+from hfsm_recording.messages import Reading, Result
 from zenoh_ice import Sample
 
-from ..recording.messages import Reading, Result
 from ..recording.values import readable
 from .comparison import Comparison
-from .errors import RecordingError, ReplayEndedError, ReplayError
+from .errors import ReplayEndedError, ReplayError
 from .knowledge import Knowledge
-from .reader import Record, Recording
-from .script import Script, Want, context_of
+from .script import Record, Recording, Script, Want, context_of
 from .strands import Strand, Strands
 
 __all__ = ["Answers"]
@@ -85,7 +84,7 @@ class Answers:
             assert isinstance(record.message, Reading)
             value = record.message.value
             if kind in _NUMBERS and not isinstance(value, int | float):
-                self.give_up(RecordingError(f"the recorded {kind} is malformed: {value!r:.40}"))
+                self.give_up(ReplayError(f"the recorded {kind} is malformed: {value!r:.40}"))
             return value
         context = self._strands.context
         if context is None:

@@ -8,7 +8,7 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from ..recording.messages import (
+from hfsm_recording.messages import (
     Change,
     Cycle,
     EventSent,
@@ -19,60 +19,19 @@ from ..recording.messages import (
     Timers,
     Variables,
 )
-from .reader import Record
+from hfsm_recording.outcome import Difference, Divergence, Side, Step
 
-__all__ = ["Comparison", "Difference", "Divergence", "Side", "Step"]
+from .script import Record
+
+__all__ = ["Comparison"]
 
 _SECOND: Final = 1e9
 _ACTS: Final = (Change, Firing, Failure, EventSent)
 _MOST_DIFFERENCES: Final = 200
-
-
-class Side(msgspec.Struct, frozen=True):
-    """What one of the two did in the cycle in which they part."""
-
-    state: str
-    guards: dict[str, bool]
-    fired: list[str]
-    errors: list[str]
-    state_after: str
-    ran: bool
-    """Whether it had that cycle at all."""
-
-
-class Divergence(msgspec.Struct, frozen=True):
-    """An automaton that does something else, in the cycle of a component time in s."""
-
-    time: float
-    automaton: int
-    name: str
-    recorded: Side
-    replayed: Side
-
-
-class Difference(msgspec.Struct, frozen=True):
-    """A guard or a variable that has another value after a cycle, or a call with other arguments.
-
-    Of each there is the first. What is missing has no value.
-    """
-
-    time: float
-    automaton: int
-    name: str
-    kind: Literal["guard", "variable", "call"]
-    what: str
-    recorded: Any = None
-    replayed: Any = None
-
-
-class Step(msgspec.Struct, frozen=True):
-    """An automaton enters a state, becomes a ghost, goes on, or finishes, at a component time in s."""
-
-    time: float
-    automaton: int
-    name: str
-    state: str
-    kind: str
+_MOST_AUTOMATA: Final = 10_000
+_MOST_STEPS: Final = 100_000
+_MOST_BEHIND: Final = 10_000
+"""Acts, or cycles, by which one side may be behind the other before they count as parted."""
 
 
 @dataclass
@@ -184,6 +143,8 @@ class Comparison:
             pair = self._pair(message.automaton, message.automaton, message.name)
         else:
             return
+        if pair is None:
+            return
         half = pair.recorded if recorded else pair.replayed
         self._note(half, message, recorded=recorded)
         if pair.parted_at is not None:
@@ -195,10 +156,10 @@ class Comparison:
         elif isinstance(message, Cycle) and not message.begins:
             self._compare_values(pair, message.at)
 
-    def _pair(self, key: object, automaton: int, name: str) -> _Pair:
-        if key not in self._pairs:
+    def _pair(self, key: object, automaton: int, name: str) -> _Pair | None:
+        if key not in self._pairs and len(self._pairs) < _MOST_AUTOMATA:
             self._pairs[key] = _Pair(automaton, name)
-        return self._pairs[key]
+        return self._pairs.get(key)
 
     def _note(self, half: _Half, message: Message, *, recorded: bool) -> None:
         frame = half.frames.get(half.at) if half.at is not None else None
@@ -206,6 +167,8 @@ class Comparison:
             case Cycle(begins=True, at=at):
                 half.at = at
                 half.frames[at] = _Frame(half.state, state_after=half.state)
+                if len(half.frames) > _MOST_BEHIND:
+                    del half.frames[next(iter(half.frames))]
                 self.cycles += not recorded
                 self._recorded_cycles += recorded
             case Cycle():
@@ -217,7 +180,9 @@ class Comparison:
                 step = Step(
                     message.at / _SECOND, message.automaton, message.name, message.state_name, message.kind
                 )
-                (self.recorded_steps if recorded else self.replayed_steps).append(step)
+                steps = self.recorded_steps if recorded else self.replayed_steps
+                if len(steps) < _MOST_STEPS:
+                    steps.append(step)
                 if frame is not None:
                     frame.state_after = message.state_name
             case Variables():
@@ -239,6 +204,9 @@ class Comparison:
                 return
             ours.popleft()
             theirs.popleft()
+        for acts in (ours, theirs):
+            if len(acts) > _MOST_BEHIND:
+                pair.parted_at = acts[0][0]
 
     def _compare_values(self, pair: _Pair, at: int) -> None:
         ours, theirs = pair.recorded.frames.get(at), pair.replayed.frames.get(at)

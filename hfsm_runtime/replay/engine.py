@@ -8,11 +8,12 @@ from contextlib import ExitStack
 from functools import partial
 from typing import Final, Self
 
+from hfsm_recording.messages import Action, Change, Cycle, Gap, Overlap, Reading, Result
+
 from ..component import Component
 from ..cycle import run_cycle
-from ..recording.messages import Action, Change, Cycle, Gap, Overlap, Reading, Result
 from ..recording.recorder import Recorder, automaton_context
-from ..recording.run import MONITOR, START, seed_random
+from ..recording.run import MONITOR, START, restore_random
 from ..schedule import slot_after, slot_from
 from ..supervision import OnError, OnRefused
 from ..tree import ChangeKind, Run
@@ -21,8 +22,7 @@ from .answers import Answers
 from .comparison import Comparison
 from .errors import ReplayError
 from .host import Host
-from .reader import Record, Recording
-from .script import Script, Want, context_of
+from .script import Record, Recording, Script, Want, context_of
 from .strands import Strand, Strands
 from .trace import ComparisonSink, StrandContext
 
@@ -102,7 +102,11 @@ class Replay:
 
     def run(self) -> Comparison:
         """Replay to the end; raises ReplayError."""
-        seed_random(self.recording.number("seed", 0))
+        if "random" in self.recording.metadata:
+            try:
+                restore_random(self.recording.metadata["random"])
+            except ValueError as error:
+                raise ReplayError(str(error)) from error
         self._begin()
         while (record := self._script.peek_input()) is not None:
             self._run_unrecorded(record.time)
@@ -186,6 +190,8 @@ class Replay:
         elif isinstance(record.message, Result) and record.message.kind in ("async", "sample"):
             self._script.advance()
             self._deliver(strand, record, context)
+            if record.message.kind == "async" and strand.idle:
+                self._strands.drop(context)  # nothing more arrives there
         elif isinstance(record.message, Cycle) or strand.idle:
             self._script.advance()
         else:

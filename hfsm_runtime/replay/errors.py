@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from ..errors import ComponentError
 
-__all__ = ["MissingImageError", "NothingRecordedError", "RecordingError", "ReplayEndedError", "ReplayError"]
+__all__ = ["MissingImageError", "NothingRecordedError", "ReplayEndedError", "ReplayError"]
 
 
 class ReplayError(ComponentError):
     """A replay cannot go on."""
-
-
-class RecordingError(ReplayError):
-    """A recording cannot be read: it is none, is damaged at its beginning, or holds what it must not."""
 
 
 class MissingImageError(ReplayError):

@@ -22,7 +22,7 @@ from ..supervision import OnError, OnRefused, Refusal, Supervision
 from ..tree import ChangeKind, Run, Tree
 from .answers import Answers
 from .clocks import ReplayClock, ReplayTimeline, time_function
-from .reader import Recording
+from .script import Recording
 from .stand_ins import connect
 
 __all__ = ["Host"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from typing import Final
 
-from ..recording.messages import Reading, Result
-from .reader import Record
-from .script import Want, attribute_of
+from hfsm_recording.messages import Reading, Result
+
+from .script import Record, Want, attribute_of
 
 __all__ = ["Knowledge"]
 
@@ -35,7 +35,11 @@ class Knowledge:
         if isinstance(message, Result):
             if message.kind in _VALUES and message.packed is not None:
                 self._results[attribute_of(record), message.operation] = record
-        elif isinstance(message, Reading) and isinstance(message.value, int | float):
+        elif (
+            isinstance(message, Reading)
+            and message.kind in _CLOCKS.keys() | _CLOCKS_NS
+            and isinstance(message.value, int | float)
+        ):
             self._readings[message.kind] = float(message.value), record.time
 
     def newest(self, want: Want) -> Record | None:

@@ -2,18 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, NamedTuple
 
-from ..recording.messages import Action, Cycle, EventSent, Gap, Message, Overlap, Reading, Result
+from hfsm_recording.messages import (
+    Action,
+    Cycle,
+    EventSent,
+    Gap,
+    Image,
+    Message,
+    Overlap,
+    Reading,
+    Result,
+)
+from hfsm_recording.reader import RecordingError, RecordingFile, decode, image_hash
+
 from ..recording.recorder import automaton_context
-from .reader import Record, Recording
 
-__all__ = ["Script", "Want", "context_of"]
+__all__ = ["Record", "Recording", "Script", "Want", "attribute_of", "context_of"]
 
-_FAR = 5000
+_FAR: Final = 5000
 """Messages that are looked through for what belongs to a cycle."""
-_INPUTS = (Action, Cycle, Gap, Overlap, Reading, Result)
+_MOST_AHEAD: Final = 64 << 20
+"""Bytes of messages that are looked through at most."""
+_MOST_IMAGES: Final = 500_000
+"""Fourteen hours of ten images a second."""
+_INPUTS: Final = (Action, Cycle, Gap, Overlap, Reading, Result)
+
+
+class Record(NamedTuple):
+    """A message, and its time in ns since the start of the component."""
+
+    time: int
+    topic: str
+    message: Message
+    data: bytes
+    """The message as it stands in the file."""
+
+
+class Recording:
+    """A recording to replay: it is walked through once when it is made, and once more for each iteration.
+
+    `duration` are the ns from the start of the component to the last message, `lost` are the messages that
+    are missing in gaps; `truncated` tells whether it ends in the middle, as that of a process that was killed
+    does. Raises RecordingError.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = RecordingFile(path)
+        self._images: dict[str, int] = {}
+        self.metadata: Final = self._file.metadata
+        self.sources: Final = self._file.sources
+        self.start: Final = self._file.start
+        self.duration = 0
+        self.lost = 0
+        for raw in self._file.messages():
+            if raw.kind is Image:
+                if len(self._images) >= _MOST_IMAGES:
+                    raise RecordingError(f"the recording {path} has more than {_MOST_IMAGES} images")
+                self._images[image_hash(raw)] = raw.place
+                continue
+            self.duration = max(self.duration, raw.time - self.start)
+            if raw.kind is Gap:
+                gap = decode(raw)
+                self.lost += gap.lost if isinstance(gap, Gap) else 0
+        self.truncated: Final = self._file.truncated
+
+    def __iter__(self) -> Iterator[Record]:
+        for raw in self._file.messages():
+            if raw.kind is not Image:
+                yield Record(raw.time - self.start, raw.topic, decode(raw), raw.data)
+
+    def image(self, hash: str) -> bytes | None:
+        """Return the bytes of an image, or None when the recording does not have them."""
+        place = self._images.get(hash)
+        return None if place is None else self._file.image(place, hash)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,75 +113,80 @@ class Script:
     """Walk through a recording. `passed` is called with each record as the walk leaves it behind."""
 
     def __init__(self, recording: Recording, end: int, passed: Callable[[Record], None]) -> None:
-        self.recording = recording
         self.time = 0
         """The time in ns of the record that comes next."""
         self._end = end
         self._passed = passed
-        self._index = 0
-        self._used: set[int] = set()
-        self._next: Record | None = None
+        self._coming = iter(recording)
+        self._ahead: deque[Record] = deque()
+        """The records that were read and not used yet; the first comes next."""
+        self._bytes_ahead = 0
 
     def peek(self) -> Record | None:
         """Return the next record that has not been used; None at the end."""
-        while self._next is None and self._index < len(self.recording):
-            if self._index in self._used:
-                self._used.discard(self._index)
-                self._index += 1
-                continue
-            record = self.recording[self._index]
-            if record.time > self._end:
-                self._index = len(self.recording)
-                break
-            self._next = record
-            self.time = max(self.time, record.time)
-        return self._next
+        if not self._ahead and not self._read():
+            return None
+        record = self._ahead[0]
+        if record.time > self._end:
+            self.stop()
+            return None
+        self.time = max(self.time, record.time)
+        return record
 
     def peek_input(self) -> Record | None:
-        """Return the next record that somebody has to act on; leave what only tells of automata behind."""
+        """Return the next record that somebody has to act on; pass what only reports on automata."""
         while (record := self.peek()) is not None and not isinstance(record.message, _INPUTS):
             self.advance()
         return record
 
     def advance(self) -> None:
-        """Leave the next record behind."""
-        record = self.peek()
-        if record is not None:
-            self._next = None
-            self._index += 1
-            self._passed(record)
+        """Pass the next record."""
+        if self.peek() is not None:
+            self._use(0)
 
     def stop(self) -> None:
         """Let this be the end."""
-        self._next = None
-        self._end = -1
-        self._index = len(self.recording)
+        self._coming = iter(())
+        self._ahead.clear()
 
     def find(self, context: str, want: Want) -> Record | None:
         """Return, and use, what is asked for from further on in the same cycle; None if it is not there."""
-        for index in range(self._index, min(self._index + _FAR, len(self.recording))):
-            if index in self._used:
-                continue
-            record = self.recording[index]
+        for index, record in enumerate(self._look_ahead()):
             if context_of(record.message) == context:
                 if want.fits(record):
-                    if index == self._index:
-                        self.advance()
-                    else:
-                        self._used.add(index)
-                        self._passed(record)
-                    return record
+                    return self._use(index)
                 if isinstance(record.message, Cycle) and not record.message.begins:
                     return None
         return None
 
     def cycle_ahead(self, context: str) -> Cycle | None:
         """Return the beginning of the cycle that the next records belong to."""
-        for index in range(self._index, min(self._index + _FAR, len(self.recording))):
-            message = self.recording[index].message
+        for record in self._look_ahead():
+            message = record.message
             if isinstance(message, Cycle) and message.begins and context_of(message) == context:
                 return message
         return None
+
+    def _look_ahead(self) -> Iterator[Record]:
+        for index in range(_FAR):
+            if index == len(self._ahead) and (self._bytes_ahead > _MOST_AHEAD or not self._read()):
+                return
+            yield self._ahead[index]
+
+    def _read(self) -> bool:
+        record = next(self._coming, None)
+        if record is None:
+            return False
+        self._ahead.append(record)
+        self._bytes_ahead += len(record.data)
+        return True
+
+    def _use(self, index: int) -> Record:
+        record = self._ahead[index]
+        del self._ahead[index]
+        self._bytes_ahead -= len(record.data)
+        self._passed(record)
+        return record
 
 
 def context_of(message: Message) -> str | None:

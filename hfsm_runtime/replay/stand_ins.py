@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Final, NoReturn, TypeVar, cast
 
 import msgspec
 
+from hfsm_recording.messages import Reading, Result
 from zenoh_ice import ObjectPrx, Sample, Subscription, exceptions
 from zenoh_ice.calls.invocation import InvocationFuture
 from zenoh_ice.exceptions import MarshalException, SystemException, TimeoutException, UnknownException
@@ -18,12 +19,10 @@ from zenoh_ice.streams.subscription import Delivery
 from zenoh_ice.wire.errors import decode_error
 
 from ..component import Component, proxies_of
-from ..recording.messages import Reading, Result
 from ..recording.results import put_bytes
 from .answers import Answers
-from .errors import MissingImageError, NothingRecordedError, RecordingError, ReplayError
-from .reader import Record
-from .script import Want
+from .errors import MissingImageError, NothingRecordedError, ReplayError
+from .script import Record, Want
 
 __all__ = ["connect"]
 
@@ -165,7 +164,7 @@ class _Replayed(ObjectPrx):
             return operation.result.unpack_result(packed, str(want), cast("Any", self._communicator))
         except MarshalException as error:
             self._answers.give_up(
-                RecordingError(f"a recorded value does not fit the interface: {error}; has it changed since?")
+                ReplayError(f"a recorded value does not fit the interface: {error}; has it changed since?")
             )
 
     def _with_bytes(self, packed: bytes, message: Result, want: Want) -> bytes:
@@ -184,7 +183,7 @@ class _Replayed(ObjectPrx):
                 put_bytes(plain, missing, data)
             return msgspec.msgpack.encode(plain)
         except (msgspec.MsgspecError, LookupError, TypeError) as error:
-            self._answers.give_up(RecordingError(f"a recorded value of {want} is malformed: {error}"))
+            self._answers.give_up(ReplayError(f"a recorded value of {want} is malformed: {error}"))
 
 
 class _ReplayedReader:

@@ -13,6 +13,8 @@ __all__ = ["Strand", "Strands"]
 _PATIENCE: Final = 30.0
 """Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
 _CLOSE: Final = 2.0
+_MOST: Final = 10_000
+"""Strands at a time."""
 
 
 class Strand:
@@ -115,8 +117,16 @@ class Strands:
 
     def __getitem__(self, context: str) -> Strand:
         if context not in self._all:
+            if len(self._all) >= _MOST:
+                raise ReplayError(f"the recording has the code of more than {_MOST} contexts at a time")
             self._all[context] = Strand(context, self._here)
         return self._all[context]
+
+    def drop(self, context: str) -> None:
+        """End the thread of a context that runs no more code."""
+        strand = self._all.pop(context, None)
+        if strand is not None:
+            strand.close()
 
     def close(self) -> None:
         """End all threads."""

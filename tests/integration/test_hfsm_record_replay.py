@@ -19,14 +19,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from hfsm_recording.messages import Cycle
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
 from hfsm_runtime.control.breakpoints import Breakpoint
 from hfsm_runtime.recording import writer
-from hfsm_runtime.recording.messages import Cycle
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
-from hfsm_runtime.replay.reader import Recording
+from hfsm_runtime.replay.script import Recording
 from hfsm_runtime.robot import connect
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
@@ -131,7 +131,7 @@ def running(
 
 
 def replayed(path: Path, make: Callable[[], Component], **options: Any) -> tuple[Replay, Comparison]:
-    with Recording(path) as recorded, Replay(recorded, make, FOREVER, **options) as run:
+    with Replay(Recording(path), make, FOREVER, **options) as run:
         return run, run.run()
 
 
@@ -397,13 +397,12 @@ def test_an_edited_document_parts_in_the_cycle_in_which_it_decides_otherwise(
     fired = [step.time for step in same.recorded_steps if step.state == "b"]
     _, comparison = replayed(path, Edited)
     poses: list[tuple[int, float]] = []
-    with Recording(path) as recorded:
-        at = 0
-        for record in (recorded[i] for i in range(len(recorded))):
-            if isinstance(record.message, Cycle) and record.message.begins:
-                at = record.message.at
-            elif record.topic == "/proxy/head/getPose":
-                poses.append((at, record.message.value["pan"]))  # type: ignore[attr-defined]
+    at = 0
+    for record in Recording(path):
+        if isinstance(record.message, Cycle) and record.message.begins:
+            at = record.message.at
+        elif record.topic == "/proxy/head/getPose":
+            poses.append((at, record.message.value["pan"]))  # type: ignore[attr-defined]
     first = next(at for at, pan in poses if 0.5 < pan <= 0.9)
     (found,) = comparison.divergences
     assert found.time == pytest.approx(first / 1e9)  # the cycle in which it was read

@@ -16,17 +16,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
+from hfsm_recording import reader
+from hfsm_recording.messages import MESSAGES, Gap, Message, Reading, schema_of
+from hfsm_recording.reader import RecordingError
 from hfsm_runtime.automaton import Automaton, State
 from hfsm_runtime.component import Component
 from hfsm_runtime.recording import writer as writing
-from hfsm_runtime.recording.messages import MESSAGES, Gap, Message, Reading, schema_of
 from hfsm_runtime.recording.recorder import VariableWatch
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.recording.turns import Turns
 from hfsm_runtime.recording.values import readable
 from hfsm_runtime.recording.writer import Entry, RecordingFailedError, RecordingWriter
-from hfsm_runtime.replay.errors import RecordingError
-from hfsm_runtime.replay.reader import Recording
+from hfsm_runtime.replay.script import Recording
 from interfaces.jderobot import ImageDescription
 from tests.support.automata import after, automaton, component, when
 from tests.support.documents import compile_to, document, state, sub
@@ -182,8 +183,7 @@ def test_messages_that_come_too_fast_leave_a_gap_that_is_told(
     lost = sum(message["lost"] for topic, _, message in messages(path) if topic == "/gaps")
     assert lost == 25 - len(kept) > 0
     assert f"{lost} messages came too fast" in caplog.text
-    with Recording(path) as recorded:
-        assert recorded.lost == lost
+    assert Recording(path).lost == lost
 
 
 def test_a_message_that_cannot_be_made_costs_only_itself(tmp_path: Path) -> None:
@@ -207,11 +207,11 @@ def test_a_chunk_ends_at_least_each_second(tmp_path: Path) -> None:
         writer.put(Entry("/readings", 1001, Reading("", "now", 1)))
         deadline = time.monotonic() + LIMIT
         while True:
-            with Recording(path) as recorded:
-                if len(recorded):
-                    assert recorded.truncated
-                    assert isinstance(recorded[0].message, Reading)
-                    break
+            recorded = Recording(path)
+            if records := list(recorded):
+                assert recorded.truncated
+                assert isinstance(records[0].message, Reading)
+                break
             assert time.monotonic() < deadline
             time.sleep(0.05)
     finally:
@@ -227,9 +227,10 @@ def test_a_file_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path, kept:
     writer.close()
     data = path.read_bytes()
     path.write_bytes(data[: int(len(data) * kept)])
-    with Recording(path) as recorded:
-        assert recorded.truncated
-        assert [recorded[i].time for i in range(len(recorded))] == list(range(len(recorded)))
+    recorded = Recording(path)
+    assert recorded.truncated
+    times = [record.time for record in recorded]
+    assert times == list(range(len(times)))
 
 
 def test_messages_that_unpack_to_more_than_memory_has_are_refused(
@@ -240,9 +241,10 @@ def test_messages_that_unpack_to_more_than_memory_has_are_refused(
     for number in range(5000):  # which are few in the file
         writer.put(Entry("/readings", 1000 + number, Reading("x" * 500, "now", number)))
     writer.close()
-    monkeypatch.setattr("hfsm_runtime.replay.reader._MOST_BYTES", 1_000_000)
-    assert path.stat().st_size < 1_000_000
-    with pytest.raises(RecordingError, match="more than 1000000 bytes"):
+    monkeypatch.setattr(reader, "MOST_UNPACKED", 1_000_000)
+    monkeypatch.setattr(reader, "HIGHEST_RATIO", 3)
+    assert 3 * path.stat().st_size < 1_000_000
+    with pytest.raises(RecordingError, match="unpacks to more than 1000000 bytes"):
         Recording(path)
 
 
@@ -349,9 +351,9 @@ def test_a_run_is_recorded_by_the_time_of_the_component(tmp_path: Path, blinker:
         clock.wait_for_waiters(1)
         clock.advance(1.0)
         runtime.stop()
-    with Recording(path) as recorded:
-        assert recorded.metadata["name"] == "written"
-        start = recorded.start
+    recorded = Recording(path)
+    assert recorded.metadata["name"] == "written"
+    start = recorded.start
     changes = [
         (time - start, m["state_name"]) for topic, time, m in messages(path) if topic == "/automata/blinker"
     ]
@@ -396,13 +398,13 @@ def test_a_recording_holds_every_file_that_makes_its_component(
     made = importlib.import_module("rester").Rester()
     with recording(made, tmp_path / "run.mcap"):
         pass
-    with Recording(tmp_path / "run.mcap") as recorded:
-        assert sorted(recorded.attachments) == [
-            "component/rester.py",
-            "document/rester.xml",
-            "import/library/rest.xml",
-        ]
-        assert recorded.attachments["import/library/rest.xml"] == library
+    recorded = Recording(tmp_path / "run.mcap")
+    assert sorted(recorded.sources) == [
+        "component/rester.py",
+        "document/rester.xml",
+        "import/library/rest.xml",
+    ]
+    assert recorded.sources["import/library/rest.xml"].decode() == library
 
 
 def test_the_gap_is_a_message_of_its_own() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from visualhfsm.replay.outcome import Divergence, Outcome, Side, Step
+from hfsm_recording.outcome import Divergence, Outcome, Side, Step
 from visualhfsm.replay.view import outcome_lines
 
 

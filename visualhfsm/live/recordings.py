@@ -5,13 +5,15 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from codegen.hfsm.document import Document
+from hfsm_recording.messages import Action, Change, Cycle, Failure, Firing, Guard, Message, Timers, Variables
+from hfsm_recording.reader import RawMessage, RecordingError, decode
 from interfaces.hfsm import (
     AutomatonSnapshot,
     ComponentSnapshot,
@@ -22,10 +24,9 @@ from interfaces.hfsm import (
     TimerSnapshot,
 )
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.replay.sources import RecordedSources, read_sources
+from visualhfsm.replay.sources import RecordedSources, open_file, sources_of
 
 from .history import History
-from .mcap_file import RawMessage, read_messages
 from .structures import add_state, structure_of
 from .values import LiveSnapshot
 
@@ -38,6 +39,7 @@ _PATIENCE: Final = 12.0
 _LONGEST_TEXT: Final = 120
 _MOST_ERRORS: Final = 20
 _MOST_AUTOMATA: Final = 10_000
+_OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
 @dataclass(frozen=True)
@@ -55,80 +57,23 @@ class RecordedRun:
     complete: bool
 
 
-class _Change(msgspec.Struct):
-    automaton: int
-    name: str
-    state: int
-    state_name: str
-    kind: str
-    at: int
-
-
-class _Cycle(msgspec.Struct):
-    automaton: int
-    begins: bool
-    at: int
-
-
-class _Guard(msgspec.Struct):
-    automaton: int
-    transition: int
-    value: bool
-
-
-class _Firing(msgspec.Struct):
-    automaton: int
-    transition: int
-
-
-class _Variables(msgspec.Struct):
-    automaton: int
-    values: dict[str, Any]
-    gone: list[str] = []
-
-
-class _Timers(msgspec.Struct):
-    automaton: int
-    remaining: dict[str, float]
-
-
-class _Failure(msgspec.Struct):
-    automaton: int
-    message: str
-    location: str = ""
-
-
-class _Action(msgspec.Struct):
-    kind: str
-    arguments: dict[str, Any] = {}
-
-
-_SHAPES: Final[dict[str, Any]] = {
-    "visualhfsm.Change": _Change,
-    "visualhfsm.Cycle": _Cycle,
-    "visualhfsm.Guard": _Guard,
-    "visualhfsm.Firing": _Firing,
-    "visualhfsm.Variables": _Variables,
-    "visualhfsm.Timers": _Timers,
-    "visualhfsm.Failure": _Failure,
-    "visualhfsm.Action": _Action,
-}
-_DECODERS: Final = {name: msgspec.json.Decoder(shape) for name, shape in _SHAPES.items()}
-
-
 def open_recording(path: Path) -> RecordedRun:
     """Read a recording; raises VisualHfsmError when it is none."""
-    sources = read_sources(path)
+    recording = open_file(path)
+    sources = sources_of(recording)
     file, text = _document(sources)
     document = _parse(file, text)
-    run = _Run(structure_of(document or Document(), sources.name, file), _start(sources))
+    run = _Run(structure_of(document or Document(), sources.name, file), sources.start)
     deadline = time.monotonic() + _PATIENCE
     complete = True
-    for message in read_messages(path):
-        run.take(message)
-        if time.monotonic() > deadline:
-            complete = False
-            break
+    try:
+        for message in recording.messages():
+            run.take(message)
+            if time.monotonic() > deadline:
+                complete = False
+                break
+    except RecordingError as error:
+        raise VisualHfsmError(str(error)) from error
     run.finish()
     if run.history.newest is None:
         raise VisualHfsmError(f"the recording {path.name} tells of no state of {sources.name}")
@@ -164,22 +109,21 @@ class _Run:
 
     def take(self, message: RawMessage) -> None:
         """Take the next message; one that is malformed is left out."""
-        decoder = _DECODERS.get(message.schema)
-        if decoder is None:
+        if message.kind not in (Action, Change, *_OF_AUTOMATA):
             return
         try:
-            decoded = decoder.decode(message.data)
-        except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError):
+            decoded = decode(message)
+        except RecordingError:
             return
         now = max(self._now, message.time - self._start)
         if now > self._now and now >= self._next and self._automata:
             self._tell()
         self._now = now
-        if isinstance(decoded, _Change):
+        if isinstance(decoded, Change):
             self._change(decoded)
-        elif isinstance(decoded, _Action):
+        elif isinstance(decoded, Action):
             self._act(decoded)
-        elif decoded.automaton in self._automata:
+        elif isinstance(decoded, _OF_AUTOMATA) and decoded.automaton in self._automata:
             self._note(self._automata[decoded.automaton], decoded)
 
     def finish(self) -> None:
@@ -187,7 +131,7 @@ class _Run:
         if self._automata:
             self._tell()
 
-    def _change(self, change: _Change) -> None:
+    def _change(self, change: Change) -> None:
         if len(self._automata) >= _MOST_AUTOMATA and change.automaton not in self._automata:
             return
         add_state(self.structure, change.automaton, change.name, change.state, change.state_name)
@@ -206,31 +150,31 @@ class _Run:
         snapshot.state = change.state
         self._next = 0  # a moment of its own, as soon as everything is known that happened at this time
 
-    def _act(self, action: _Action) -> None:
+    def _act(self, action: Action) -> None:
         if action.kind == "pause":
             self._status = ComponentStatus.Paused
         elif action.kind == "resume":
             self._status = ComponentStatus.Running
 
-    def _note(self, automaton: _Automaton, message: Any) -> None:  # noqa: ANN401 - one of the shapes
+    def _note(self, automaton: _Automaton, message: Message) -> None:
         snapshot = automaton.snapshot
         match message:
-            case _Cycle(begins=True, at=at):
+            case Cycle(begins=True, at=at):
                 automaton.began = at
-            case _Cycle(at=at):
+            case Cycle(at=at):
                 snapshot.cycles += 1
                 snapshot.lastCycle = max(0, at - automaton.began) / 1e9
                 snapshot.longestCycle = max(snapshot.longestCycle, snapshot.lastCycle)
-            case _Guard(transition=transition, value=value):
+            case Guard(transition=transition, value=value):
                 automaton.guards[transition] = value
-            case _Firing(transition=transition):
+            case Firing(transition=transition):
                 snapshot.lastTransition = transition
-            case _Variables(values=values, gone=gone):
+            case Variables(values=values, gone=gone):
                 kept = {name: text for name, text in snapshot.variables.items() if name not in gone}
                 snapshot.variables = kept | {name: _shown(value) for name, value in values.items()}
-            case _Timers(remaining=remaining):  # they follow a change, and are of its time
+            case Timers(remaining=remaining):  # they follow a change, and are of its time
                 automaton.timers = self._timers(snapshot, remaining)
-            case _Failure(message=text, location=location):
+            case Failure(message=text, location=location):
                 report = ErrorReport(self._now / 1e9, snapshot.id, snapshot.state, location, text)
                 self._errors = [*self._errors, report][-_MOST_ERRORS:]
 
@@ -262,11 +206,6 @@ class _Run:
             automata=automata, parameters=self._parameters, stoppedAt=[], errors=self._errors,
         )  # fmt: skip
         self.history.add(LiveSnapshot((self._start + self._now) / 1e9, component))
-
-
-def _start(sources: RecordedSources) -> int:
-    text = sources.metadata.get("start", "")
-    return int(text) if text.isascii() and text.isdigit() and len(text) < 20 else 0
 
 
 def _document(sources: RecordedSources) -> tuple[str, str]:

@@ -15,12 +15,12 @@ import typer
 from codegen.commands.options import require_directories
 from codegen.commands.reporting import ErrorFormat, show
 from codegen.diagnostics import Diagnostics
+from hfsm_recording.outcome import Begin, Line, Outcome, Progress
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice.command import finite
 
-from .outcome import Begin, Line, Outcome, Progress
 from .process import replay_in_process
-from .sources import RecordedSources, read_sources
+from .sources import RecordedSources, open_file, sources_of
 from .view import outcome_lines
 
 __all__ = ["EPILOG", "replay"]
@@ -82,7 +82,7 @@ def replay(
     if since is not None and document is None:
         raise typer.BadParameter("--from needs the DOCUMENT that takes over", param_hint="DOCUMENT")
     directories = require_directories(include)
-    sources = read_sources(recording)
+    sources = sources_of(open_file(recording))
     if not as_json:
         _announce(sources, recording)
     with tempfile.TemporaryDirectory(prefix="visualhfsm-replay-") as folder:
@@ -125,7 +125,9 @@ class _Teller:
 
 
 def _announce(sources: RecordedSources, recording: Path) -> None:
-    when = datetime.fromtimestamp(sources.start, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S")
+    when = (
+        datetime.fromtimestamp(sources.start // 1_000_000_000, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S")
+    )
     name = "".join(character if character.isprintable() else "?" for character in sources.name)
     typer.echo(f"{recording.name}: {name}, recorded on {when}")
 

@@ -14,10 +14,9 @@ from typing import IO, Final
 
 import msgspec
 
+from hfsm_recording.outcome import Line, Outcome
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
-
-from .outcome import Line, Outcome
 
 __all__ = ["replay_in_process"]
 

@@ -1,40 +1,27 @@
-"""Read what a recording says of its component: which one it was, and its sources. Nothing of it is run."""
+"""Take what a recording says of its component: which one it was, and its sources. Nothing of it is run."""
 
 from __future__ import annotations
 
 import re
-import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from hfsm_recording.reader import RecordingError, RecordingFile
 from visualhfsm.errors import VisualHfsmError
 
-__all__ = ["RecordedSources", "read_sources"]
+__all__ = ["RecordedSources", "open_file", "sources_of"]
 
-_METADATA: Final = "visualhfsm.component"
-_LARGEST: Final = 16 << 20
 _NAME: Final = re.compile(r"(document|component|extension)/([\w.\- ]{1,200}\.(?:xml|py))")
-_BROKEN: Final = (ValueError, EOFError, KeyError, IndexError, struct.error)
 
 
 @dataclass(frozen=True)
 class RecordedSources:
-    """The component of a recording, and the names and texts of its files, by kind."""
+    """The component of a recording: its name, its start in ns, and names and texts of its files, by kind."""
 
-    metadata: dict[str, str] = field(default_factory=dict)
+    name: str
+    start: int
     files: dict[str, tuple[str, bytes]] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """The name of the component."""
-        return self.metadata.get("name", "?")[:200]
-
-    @property
-    def start(self) -> int:
-        """When it started, in s since the epoch."""
-        text = self.metadata.get("start", "")
-        return int(text) // 1_000_000_000 if text.isascii() and text.isdigit() and len(text) < 20 else 0
 
     def write(self, folder: Path) -> Path:
         """Write the component's Python into a folder; return its file. Raises VisualHfsmError."""
@@ -47,27 +34,21 @@ class RecordedSources:
         return folder / self.files["component"][0]
 
 
-def read_sources(recording: Path) -> RecordedSources:
-    """Return what stands at the beginning of a recording; raises VisualHfsmError."""
-    from mcap.exceptions import McapError
-    from mcap.records import Attachment, Chunk, Metadata
-    from mcap.stream_reader import StreamReader
-
-    found = RecordedSources()
+def open_file(path: Path) -> RecordingFile:
+    """Return a recording; raises VisualHfsmError."""
     try:
-        with recording.open("rb") as file:
-            for record in StreamReader(file, emit_chunks=True, record_size_limit=_LARGEST).records:
-                if isinstance(record, Chunk):  # all of it stands before the first message
-                    break
-                if isinstance(record, Metadata) and record.name == _METADATA:
-                    found.metadata.update(record.metadata)
-                elif isinstance(record, Attachment) and (match := _NAME.fullmatch(record.name)):
-                    found.files[match[1]] = match[2], record.data
-    except OSError as error:
-        raise VisualHfsmError(f"the recording {recording} cannot be read: {error.strerror}") from error
-    except (McapError, *_BROKEN) as error:
-        if not found.metadata:
-            raise VisualHfsmError(f"{recording} is not an MCAP file, or damaged at its beginning") from error
-    if not found.metadata:
-        raise VisualHfsmError(f"{recording} is no recording of a component")
+        return RecordingFile(path)
+    except RecordingError as error:
+        raise VisualHfsmError(str(error)) from error
+
+
+def sources_of(recording: RecordingFile) -> RecordedSources:
+    """Return the component of a recording; raises VisualHfsmError."""
+    try:
+        found = RecordedSources(recording.name, recording.start)
+    except RecordingError as error:
+        raise VisualHfsmError(str(error)) from error
+    for name, text in recording.sources.items():
+        if match := _NAME.fullmatch(name):
+            found.files[match[1]] = match[2], text
     return found

@@ -8,7 +8,7 @@ from typing import Any, Final, TypeVar
 
 from msgspec.structs import replace
 
-from .outcome import Difference, Divergence, Outcome, Side, Step
+from hfsm_recording.outcome import Difference, Divergence, Outcome, Side, Step
 
 __all__ = ["outcome_lines"]
 

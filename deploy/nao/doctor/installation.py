@@ -19,8 +19,8 @@ __all__ = ["check_installation", "installed_version"]
 _DISTRIBUTION: Final = "visualhfsm"
 _OLDEST_PYTHON: Final = (3, 11)
 _PACKAGES: Final = (
-    "ballmover", "behaviors", "codegen", "deploy", "hfsm_pytest", "hfsm_runtime", "interfaces", "naoserver",
-    "naoserver_naoqi", "naoserver_sim", "startup", "visualhfsm", "zenoh_ice",
+    "ballmover", "behaviors", "codegen", "deploy", "hfsm_pytest", "hfsm_recording", "hfsm_runtime",
+    "interfaces", "naoserver", "naoserver_naoqi", "naoserver_sim", "startup", "visualhfsm", "zenoh_ice",
 )  # fmt: skip
 """The packages of the distribution; most of their names are common words."""
 _OTHERS: Final = ("cv2", "mcap", "msgpack", "msgspec", "mujoco", "numpy", "qi", "rich", "typer", "zenoh")

@@ -1,8 +1,8 @@
-"""What the process that replays says, line by line of JSON."""
+"""What a replay reports, as lines of JSON: the process that runs the code writes them for the command."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -18,10 +18,11 @@ class Side(msgspec.Struct, frozen=True):
     errors: list[str]
     state_after: str
     ran: bool
+    """Whether it had that cycle at all."""
 
 
 class Divergence(msgspec.Struct, frozen=True):
-    """An automaton that does something else."""
+    """An automaton that does something else, in the cycle of a component time in s."""
 
     time: float
     automaton: int
@@ -31,19 +32,22 @@ class Divergence(msgspec.Struct, frozen=True):
 
 
 class Difference(msgspec.Struct, frozen=True):
-    """A guard or variable of another value, or a call with other arguments."""
+    """A guard or a variable that has another value after a cycle, or a call with other arguments.
+
+    Of each there is the first. What is missing has no value.
+    """
 
     time: float
     automaton: int
     name: str
-    kind: str
+    kind: Literal["guard", "variable", "call"]
     what: str
     recorded: Any = None
     replayed: Any = None
 
 
 class Step(msgspec.Struct, frozen=True):
-    """A change of an automaton."""
+    """An automaton enters a state, becomes a ghost, goes on, or finishes, at a component time in s."""
 
     time: float
     automaton: int
