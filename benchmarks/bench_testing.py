@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hfsm_pytest import Behavior, check_properties
 from hfsm_pytest.abstraction import abstract_component
-from hfsm_pytest.coverage.hits import Hits
+from hfsm_pytest.coverage import Hits
 from hfsm_pytest.loading import load_component, read
 from naoserver.errors import HardwareFailure
 

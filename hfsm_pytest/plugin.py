@@ -61,13 +61,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="measure which states, transitions and guards of these documents the tests cover; repeatable",
     )
     group.addoption(
-        "--hfsm-cov-report",
-        action="append",
-        default=[],
-        metavar="TYPE",
-        help="term (default), html:DIR or json:FILE; repeatable",
-    )
-    group.addoption(
         "--hfsm-cov-fail-under",
         type=float,
         metavar="PERCENT",
@@ -78,7 +71,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Measure coverage when it is asked for."""
     if config.getoption("--hfsm-cov"):
-        from .coverage.session import CoverageSession
+        from .coverage import CoverageSession
 
         config.pluginmanager.register(CoverageSession(config), _COVERAGE)
 

@@ -40,5 +40,5 @@ def test_every_option_is_explained(pytestconfig: pytest.Config) -> None:
         for option in argument.names()
         if option.startswith("--hfsm")
     }
-    assert len(options) == 3
+    assert len(options) == 2
     assert [option for option in options if option not in PAGE] == []

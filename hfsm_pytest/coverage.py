@@ -1,0 +1,278 @@
+"""Coverage of automata in a run of pytest: states entered, transitions fired, guards seen true and false.
+
+`Hits` counts while behaviors run; `CoverageSession` adds the counts of xdist's workers up, compares them with
+what the documents have, and prints a table and what is missing.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+
+from codegen.hfsm.document import Automaton, Document
+from codegen.hfsm.formats.reader import looks_like_document
+from hfsm_runtime import Transition
+from hfsm_runtime.observer import Watcher
+from hfsm_runtime.tree import ChangeKind, Run, Tree
+
+from .errors import DocumentInvalid
+from .loading import read
+
+if TYPE_CHECKING:
+    from _pytest.terminal import TerminalReporter
+
+__all__ = ["CoverageSession", "Hits"]
+
+_OUTPUT: Final = "hfsm_coverage"
+
+_Key = tuple[str, int, str, int]
+"""The absolute path of a document, the id of an automaton, what happened, and to the state or transition of
+which id."""
+
+
+class Hits:
+    """How often states were `entered`, transitions `fired`, and guards `true` and `false`."""
+
+    def __init__(self) -> None:
+        self.counts: Counter[_Key] = Counter()
+
+    def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
+        """Count what automata do from now on; where they are now counts as entered.
+
+        `document` returns the file of which they are, which changes when it is reloaded.
+        """
+        counter = _Counter(self.counts, document)
+        for run in tree.runs:
+            if run.active:
+                counter.changed(0, run, ChangeKind.ENTERED)
+        tree.observers.append(counter)
+
+    def to_plain(self) -> list[list[Any]]:
+        """Return the counts as plain values, for another process."""
+        return [[*key, count] for key, count in self.counts.items()]
+
+    def add_plain(self, counts: Iterable[list[Any]]) -> None:
+        """Add what `to_plain` returned in another process."""
+        for *key, count in counts:
+            document, automaton, what, element = key
+            self.counts[document, automaton, what, element] += count
+
+
+class _Counter(Watcher):
+    def __init__(self, counts: Counter[_Key], document: Callable[[], Path | None]) -> None:
+        self._counts = counts
+        self._document = document
+
+    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:  # noqa: ARG002
+        self._count(run, "true" if value else "false", transition.id)
+
+    def fired(self, run: Run, transition: Transition, at: int) -> None:  # noqa: ARG002
+        self._count(run, "fired", transition.id)
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        if kind is ChangeKind.ENTERED:
+            self._count(run, "entered", run.current.id)
+
+    def _count(self, run: Run, what: str, id: int) -> None:
+        document = str((self._document() or Path()).resolve())
+        self._counts[document, run.automaton.id, what, id] += 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Ratio:
+    """So many of so many."""
+
+    hit: int = 0
+    total: int = 0
+
+    @classmethod
+    def of(cls, values: Iterable[object]) -> _Ratio:
+        """Return how many values are true."""
+        found = [bool(value) for value in values]
+        return cls(sum(found), len(found))
+
+    def __add__(self, other: _Ratio) -> _Ratio:
+        return _Ratio(self.hit + other.hit, self.total + other.total)
+
+    def __str__(self) -> str:
+        return f"{self.hit}/{self.total}" if self.total else "-"
+
+    @property
+    def percent(self) -> float:
+        """The share in percent, 100 of nothing."""
+        return 100.0 * self.hit / self.total if self.total else 100.0
+
+
+@dataclass(frozen=True)
+class _Covered:
+    """What of an automaton, of a document or of all is covered; `missing` is where it is written."""
+
+    name: str
+    states: _Ratio = _Ratio()
+    transitions: _Ratio = _Ratio()
+    guards: _Ratio = _Ratio()
+    missing: tuple[str, ...] = ()
+
+    @property
+    def all(self) -> _Ratio:
+        """Everything together."""
+        return self.states + self.transitions + self.guards
+
+    @classmethod
+    def sum(cls, name: str, parts: Sequence[_Covered]) -> _Covered:
+        """Add up what several things have covered."""
+        return cls(
+            name,
+            sum((part.states for part in parts), _Ratio()),
+            sum((part.transitions for part in parts), _Ratio()),
+            sum((part.guards for part in parts), _Ratio()),
+            tuple(line for part in parts for line in part.missing),
+        )
+
+
+class CoverageSession:
+    """Count what behaviors do in this process, and report what came together: a plugin of pytest."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.hits: Final = Hits()
+        self._config: Final = config
+        self._root: Final = config.rootpath.resolve()
+        self._documents: Final = self._read_documents()
+        self._least: Final[float | None] = config.getoption("--hfsm-cov-fail-under")
+        self._covered: list[_Covered] | None = None
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Hand over what was counted, or put it together and fail when it is too little."""
+        output: dict[str, Any] | None = getattr(self._config, "workeroutput", None)
+        if output is not None:  # a worker of xdist
+            output[_OUTPUT] = self.hits.to_plain()
+            return
+        self._covered = [self._cover(file, document) for file, document in self._documents.items()]
+        if self._too_little and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: Any, error: object) -> None:  # noqa: ANN401, ARG002 - of xdist
+        """Add what a worker has counted."""
+        self.hits.add_plain(getattr(node, "workeroutput", {}).get(_OUTPUT, ()))
+
+    def pytest_terminal_summary(self, terminalreporter: TerminalReporter) -> None:
+        """Print the table, what is missing, and whether it is too little."""
+        if self._covered is None:
+            return
+        terminalreporter.section("coverage of automata")
+        for line, missing in _table(self._covered, self._total):
+            terminalreporter.write_line(line, red=missing)
+        if self._too_little:
+            terminalreporter.write_line(
+                f"FAIL: {self._total.all.percent:.1f} % of the automata is covered, "
+                f"less than the required {self._least:g} %",
+                red=True,
+                bold=True,
+            )
+
+    @property
+    def _total(self) -> _Covered:
+        return _Covered.sum("total", self._covered or [])
+
+    @property
+    def _too_little(self) -> bool:
+        return self._least is not None and self._total.all.percent < self._least
+
+    def _read_documents(self) -> dict[Path, Document]:
+        base = self._config.invocation_params.dir
+        try:
+            paths = [base / path for path in self._config.getoption("--hfsm-cov")]
+            return {file: read(file) for file in dict.fromkeys(_files(paths))}
+        except (DocumentInvalid, OSError) as error:
+            raise pytest.UsageError(str(error)) from error
+
+    def _cover(self, file: Path, document: Document) -> _Covered:
+        names = {each.id: _path(document, each) or file.stem for each in document.automata}
+        several = {name for name, count in Counter(names.values()).items() if count > 1}
+        parts = []
+        for each in document.automata:
+            name = names[each.id]
+            name = f"{name} ({each.id})" if name in several else name
+            parts.append(self._cover_automaton(file, each, name, self._shown(each.path or file)))
+        return _Covered.sum(self._shown(file), parts)
+
+    def _cover_automaton(self, file: Path, automaton: Automaton, name: str, shown: str) -> _Covered:
+        def hit(what: str, id: int) -> bool:
+            return self.hits.counts[str(file), automaton.id, what, id] > 0
+
+        names = {state.id: state.name or f"state {state.id}" for state in automaton.states}
+        guarded = [t for t in automaton.transitions if t.type == "condition" or not t.guard.is_blank]
+        missing = [
+            (state.line, f"state {name}/{names[state.id]} was never entered")
+            for state in automaton.states
+            if not hit("entered", state.id)
+        ]
+        for each in automaton.transitions:
+            problems = [] if hit("fired", each.id) else ["never fired"]
+            unseen = [value for value in ("true", "false") if each in guarded and not hit(value, each.id)]
+            if unseen:
+                guard = f"its guard was never {unseen[0]}"
+                problems.append(guard if len(unseen) == 1 else "its guard was never asked")
+            if problems:
+                ends = (names.get(end, f"state {end}") for end in (each.origin, each.destination))
+                what = f"transition {each.name or f'transition {each.id}'} of {name} ({' -> '.join(ends)})"
+                missing.append((each.line, f"{what}: {', '.join(problems)}"))
+        return _Covered(
+            name,
+            _Ratio.of(hit("entered", state.id) for state in automaton.states),
+            _Ratio.of(hit("fired", each.id) for each in automaton.transitions),
+            _Ratio.of(hit(value, each.id) for each in guarded for value in ("true", "false")),
+            tuple(f"{shown}:{line}: {what}" for line, what in sorted(missing)),
+        )
+
+    def _shown(self, file: Path) -> str:
+        """Return a file as reports name it: relative to the root of the project, if it is below."""
+        resolved = file.resolve()
+        below = resolved.is_relative_to(self._root)
+        return (resolved.relative_to(self._root) if below else resolved).as_posix()
+
+
+def _table(documents: Sequence[_Covered], total: _Covered) -> Iterator[tuple[str, bool]]:
+    """Yield the lines of the report, each with whether something is missing there."""
+    width = max([len("document"), *(len(each.name) for each in documents)])
+    head = f"{'document':<{width}}  {'states':>8}  {'transitions':>11}  {'guards':>8}  {'covered':>8}"
+    rule = "-" * len(head), False
+    yield from ((head, False), rule)
+    for each in (*documents, total):
+        if each is total:
+            yield rule
+        # Never 100 % while something is missing.
+        percent = 100 if each.all.hit == each.all.total else int(each.all.percent)
+        ratios = f"{each.states!s:>8}  {each.transitions!s:>11}  {each.guards!s:>8}"
+        yield f"{each.name:<{width}}  {ratios}  {percent:>6} %", each.all.hit < each.all.total
+    if total.missing:
+        yield from (("", False), ("missing:", False), *((f"  {line}", True) for line in total.missing))
+
+
+def _files(paths: Sequence[Path]) -> Iterator[Path]:
+    for path in paths:
+        if path.is_dir():
+            yield from filter(looks_like_document, sorted(path.resolve().rglob("*.xml")))
+        elif path.is_file():
+            yield path.resolve()
+        else:
+            raise FileNotFoundError(f"--hfsm-cov: there is no {path}")
+
+
+def _path(document: Document, automaton: Automaton) -> str:
+    """Return the names of the states that own an automaton, from the root down; empty for the root."""
+    names: list[str] = []
+    above: Automaton | None = automaton
+    while above is not None and len(names) < len(document.automata):
+        owner = document.owner(above)
+        if owner is None:
+            break
+        names.append(owner.name)
+        above = document.automaton(above.father)
+    return "/".join(reversed(names))
