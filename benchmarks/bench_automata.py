@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime.cycle import run_cycle
-from hfsm_runtime.observer import Watcher
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.tree import Run
 from tests.support.automata import after, automaton, component, on, when
@@ -42,7 +42,7 @@ ROUNDS = 15
 STEPS = 20_000
 
 
-class Beginnings(Watcher):
+class Beginnings(Observer):
     """Notes when each automaton's cycles begin."""
 
     def __init__(self, runs: tuple[Run, ...]) -> None:
@@ -177,7 +177,7 @@ def step_of_ours(counted: Counted) -> Callable[[], object]:
     states = [State(id=1, name="a", code=counted.state), State(id=2, name="b", code=counted.state)]
     transitions = [when(counted.guard, 1, 2, counted.code), when(counted.guard, 2, 1, counted.code)]
     virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
-    virtual.tree.on_change.clear()  # the trace of the virtual driver, which others do not write either
+    virtual.tree.observers.clear()  # the trace of the virtual driver, which others do not write either
     return lambda: run_cycle(virtual.tree, virtual.tree.root, 0, virtual._supervision)
 
 

@@ -20,8 +20,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from hfsm_runtime.control.monitor import Monitor
-from hfsm_runtime.observer import Watcher
+from hfsm_runtime.debugger.monitor import Monitor
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.tree import Run
 from interfaces.hfsm import HfsmMonitorPrx
@@ -33,7 +33,7 @@ LIMIT = 0.1
 """Seconds that a reload is to take at most."""
 
 
-class Slots(Watcher):
+class Slots(Observer):
     """Count, for each automaton, the cycles that it ran and the slots that had none."""
 
     def __init__(self) -> None:

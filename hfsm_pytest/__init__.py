@@ -9,24 +9,15 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from .behavior import Behavior
-    from .calls import Call
-    from .errors import BehaviorFailed, DocumentInvalid, UnknownName
-    from .plugin import MakeBehavior
-    from .properties import check_properties
-    from .robot import Ball, RobotUnderTest
-
-__all__ = [
-    "Ball",
-    "Behavior",
-    "BehaviorFailed",
-    "Call",
-    "DocumentInvalid",
-    "MakeBehavior",
-    "RobotUnderTest",
-    "UnknownName",
-    "check_properties",
-]
+    from .behavior import Behavior as Behavior
+    from .calls import Call as Call
+    from .errors import BehaviorFailed as BehaviorFailed
+    from .errors import DocumentInvalid as DocumentInvalid
+    from .errors import UnknownName as UnknownName
+    from .plugin import MakeBehavior as MakeBehavior
+    from .properties import check_properties as check_properties
+    from .robot import Ball as Ball
+    from .robot import RobotUnderTest as RobotUnderTest
 
 _MODULES: Final = {
     "Ball": "robot",

@@ -9,10 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from hfsm_runtime import Component, VirtualRun
+from hfsm_runtime import Component
 from hfsm_runtime.component import parameters_of, proxies_of
+from hfsm_runtime.debugger.reload import ReloadableRun
+from hfsm_runtime.errors import OnRefused
 from hfsm_runtime.robot import commands_taken, stop_robot
-from hfsm_runtime.supervision import UNAVAILABLE, ErrorRecord, OnRefused
+from hfsm_runtime.supervision import UNAVAILABLE, ErrorRecord
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
 from hfsm_runtime.virtual import Change
@@ -77,7 +79,7 @@ class Behavior:
             self._connect(component)
             self._journal: Final = Journal(self._communicator.calls, self._clock.now)
             safety = SafetyPrx.uncheckedCast(self._communicator.stringToProxy("Safety"))
-            self.run: Final = VirtualRun(
+            self.run: Final = ReloadableRun(
                 component,
                 clock=self._clock,
                 on_error=on_error,

@@ -17,7 +17,7 @@ import pytest
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
-from hfsm_runtime.observer import Watcher
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run, Tree
 
 from .errors import DocumentInvalid
@@ -63,7 +63,7 @@ class Hits:
             self.counts[document, automaton, what, element] += count
 
 
-class _Counter(Watcher):
+class _Counter(Observer):
     def __init__(self, counts: Counter[_Key], document: Callable[[], Path | None]) -> None:
         self._counts = counts
         self._document = document

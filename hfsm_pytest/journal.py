@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hfsm_runtime import Event, Transition
-from hfsm_runtime.observer import Watcher
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run
 
 from .calls import CallLog
@@ -39,7 +39,7 @@ class Entry:
     text: str
 
 
-class Journal(Watcher):
+class Journal(Observer):
     """Write down what the automata of a run do, and tell the log of calls who makes them."""
 
     def __init__(self, calls: CallLog, now: Callable[[], float]) -> None:

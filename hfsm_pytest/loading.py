@@ -14,7 +14,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, read_document, resolve
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
-from hfsm_runtime.control.loading import components_in
+from hfsm_runtime.debugger.reload import components_in
 
 from .errors import DocumentInvalid, says_it_all
 

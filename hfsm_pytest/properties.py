@@ -14,15 +14,14 @@ from codegen.hfsm.document import Property
 from codegen.hfsm.model_checker.expressions import ExpressionError, Holds, parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED
-from hfsm_runtime.observer import Watcher
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
 
 from .abstraction import abstract_component
 from .behavior import Behavior
 from .errors import BehaviorFailed, DocumentInvalid, says_it_all
 from .loading import load_component, read
-from .steps import Step
-from .strategies import stimuli
+from .strategies import Step, stimuli
 
 __all__ = ["Invariant", "check_properties"]
 __tracebackhide__ = says_it_all
@@ -100,7 +99,7 @@ def _quiet(log: logging.Logger) -> Iterator[None]:
 _Check = tuple[str, Invariant]
 
 
-class _Examination(Watcher):
+class _Examination(Observer):
     """Check a behavior after each cycle, which is where its automata are in order."""
 
     def __init__(self, b: Behavior, checks: Sequence[_Check]) -> None:

@@ -6,6 +6,7 @@ All of them shrink towards few steps, short times and guards that are false.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -17,13 +18,32 @@ from hfsm_runtime.automaton import Automaton
 
 from .abstraction import abstract_component
 from .behavior import Behavior
+from .errors import says_it_all
 from .loading import read
-from .steps import Advance, HideBall, PlaceBall, Send, SetGuard, Step
 
 __all__ = ["advances", "balls", "events", "guard_scripts", "guards", "stimuli"]
+__tracebackhide__ = says_it_all
 
 _PERIODS: Final = 20
 _BALLS: Final = ("red", "green")
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Step:
+    """A call of a behavior, or of a ball of its robot; it prints as the code that repeats it."""
+
+    method: str
+    arguments: tuple[object, ...] = ()
+    ball: str = ""
+
+    def apply(self, b: Behavior) -> None:
+        """Make the call."""
+        getattr(b.robot.ball(self.ball) if self.ball else b, self.method)(*self.arguments)
+
+    def __repr__(self) -> str:
+        owner = f"b.robot.ball({self.ball!r})" if self.ball else "b"
+        shown = (f"{each:g}" if isinstance(each, float) else repr(each) for each in self.arguments)
+        return f"{owner}.{self.method}({', '.join(shown)})"
 
 
 class _Facts(NamedTuple):
@@ -47,36 +67,36 @@ def guard_scripts(
     document: str | Path, *, max_size: int = 20
 ) -> SearchStrategy[list[tuple[dict[str, bool], float]]]:
     """Return sequences of values for all guards, each with the time in s for which they stay so."""
-    seconds = advances(document).map(lambda step: step.seconds)
-    return st.lists(st.tuples(guards(document), seconds), max_size=max_size)
+    return st.lists(st.tuples(guards(document), _seconds(document)), max_size=max_size)
 
 
-def advances(document: str | Path) -> SearchStrategy[Advance]:
+def advances(document: str | Path) -> SearchStrategy[Step]:
     """Return steps of time: some periods, or as long as a timer of the document takes."""
+    return _seconds(document).map(lambda seconds: Step("advance", (seconds,)))
+
+
+def _seconds(document: str | Path) -> SearchStrategy[float]:
     facts = _facts(document)
-    periods = st.integers(1, _PERIODS).map(lambda count: Advance(round(count * facts.period, 9)))
-    return periods | st.sampled_from([Advance(delay) for delay in facts.delays]) if facts.delays else periods
+    periods = st.integers(1, _PERIODS).map(lambda count: round(count * facts.period, 9))
+    return periods | st.sampled_from(facts.delays) if facts.delays else periods
 
 
-def events(document: str | Path, *, inner: bool = True) -> SearchStrategy[Send]:
+def events(document: str | Path, *, inner: bool = True) -> SearchStrategy[Step]:
     """Return the events that the document declares, or that a transition waits for.
 
     Without `inner` only those that it declares, if it declares any.
     """
     facts = _facts(document)
-    return st.sampled_from([Send(name) for name in (not inner and facts.declared) or facts.events])
+    return st.sampled_from([Step("send", (name,)) for name in (not inner and facts.declared) or facts.events])
 
 
-def balls(*names: str) -> SearchStrategy[PlaceBall | HideBall]:
+def balls(*names: str) -> SearchStrategy[Step]:
     """Return steps that put balls in front of the robot, where the head can turn to them, or behind it."""
-    place = st.builds(
-        PlaceBall,
-        st.sampled_from(names or _BALLS),
-        _tenths(-12, 12),
-        _tenths(6, 20),
-        _tenths(2, 9),
+    places = st.tuples(_tenths(-12, 12), _tenths(6, 20), _tenths(2, 9))
+    ball = st.sampled_from(names or _BALLS)
+    return st.builds(Step, st.just("place"), places, ball) | st.builds(
+        Step, st.just("hide"), st.just(()), ball
     )
-    return place | st.builds(HideBall, st.sampled_from(names or _BALLS))
 
 
 def stimuli(
@@ -95,7 +115,8 @@ def stimuli(
     facts = _facts(document)
     kinds: list[SearchStrategy[Step]] = [advances(document)]
     if guards and facts.guards:
-        kinds.append(st.builds(SetGuard, st.sampled_from(facts.guards), st.booleans()))
+        values = st.tuples(st.sampled_from(facts.guards), st.booleans())
+        kinds.append(values.map(lambda value: Step("guard", value)))
     if facts.events:
         kinds.append(events(document, inner=inner_events))
     if balls:

@@ -9,9 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .automaton import Automaton, Event, Input, State, Transition
-from .component import Component, Parameter, Proxy, libraries
+from .component import Component, Parameter, Proxy, libraries, load_extension
 from .errors import ComponentError
-from .extension import load_extension
 from .virtual import VirtualRun, run
 
 if TYPE_CHECKING:

@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import shlex
 import time
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path, PurePath
-from typing import Annotated, Final, NoReturn
+from typing import Annotated, Any, Final, NoReturn, TypeVar
 
 import typer
 
+from interfaces.hfsm import Breakpoint
 from interfaces.nao import SafetyPrx
-from zenoh_ice import Communicator, Settings, command, initialize
+from zenoh_ice import Settings, command, initialize
 
-from .component import Component, parameters_of
-from .control.breakpoints import Breakpoint
-from .control.monitor import Monitor
-from .errors import ComponentError
-from .parameters import make_component, option_of, with_parameters
+from .component import Component, Parameter, parameters_of
+from .debugger.monitor import Monitor
+from .errors import ComponentError, OnError, OnRefused
 from .robot import commands_taken, servers_present, stop_robot
 from .robot import connect as connect_proxies
 from .runtime import Runtime
-from .supervision import OnError, OnRefused
 
-__all__ = ["main", "make_app"]
+__all__ = ["main", "make_app", "make_component", "option_of", "with_parameters"]
 
 _LOOK: Final = 1.0  # s after which a wait of the main thread looks up: a signal may strike another thread
 
@@ -160,8 +160,12 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
                 )
             if first is not None:
                 runtime.begin_at(*first)
-            runtime.breakpoints.set(breakpoints, runtime.tree, parameters_of(made))
-            _run(runtime, communicator, seconds, stay_halted=stay_halted)
+            with Monitor(runtime, communicator) as monitor:
+                monitor.debugger.set_breakpoints(breakpoints)
+                safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+                _run(runtime, seconds, safety, stay_halted=stay_halted)
+            if runtime.failed:
+                raise typer.Exit(1)
 
     return app
 
@@ -194,28 +198,25 @@ def _breakpoint(text: str) -> Breakpoint:
         raise typer.BadParameter(
             f"--breakpoint takes AUTOMATON.STATE[:CONDITION], such as 4.2 or 4.t3, not {text!r}"
         )
-    ids = {"transition": int(number)} if transition else {"state": int(number)}
-    return Breakpoint(int(automaton), condition=condition.strip(), **ids)
+    ids = (0, int(number)) if transition else (int(number), 0)
+    return Breakpoint(int(automaton), *ids, condition.strip())
 
 
 def _is_id(text: str) -> bool:
     return text.isascii() and text.isdigit() and len(text) < 12
 
 
-def _run(runtime: Runtime, communicator: Communicator, seconds: float | None, *, stay_halted: bool) -> None:
-    with Monitor(runtime, communicator):
-        try:
-            runtime.start()
-            _wait(runtime, seconds, SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")))
-            if runtime.failed and stay_halted:
-                _end(runtime)
-                typer.echo("halted; Ctrl-C ends the component", err=True)
-                while True:
-                    time.sleep(_LOOK)
-        finally:
+def _run(runtime: Runtime, seconds: float | None, safety: SafetyPrx, *, stay_halted: bool) -> None:
+    try:
+        runtime.start()
+        _wait(runtime, seconds, safety)
+        if runtime.failed and stay_halted:
             _end(runtime)
-    if runtime.failed:
-        raise typer.Exit(1)
+            typer.echo("halted; Ctrl-C ends the component", err=True)
+            while True:
+                time.sleep(_LOOK)
+    finally:
+        _end(runtime)
 
 
 def _end(runtime: Runtime) -> None:
@@ -238,3 +239,55 @@ def _wait(runtime: Runtime, seconds: float | None, safety: SafetyPrx) -> None:
             runtime.timeline.wait_until(min(end, runtime.timeline.now() + round(_LOOK * 1e9)), runtime.ended)
         else:
             return
+
+
+_C = TypeVar("_C", bound=Component)
+
+_PREFIX: Final = "parameter_"
+"""What the names of the options begin with in Python, so that they meet no others there."""
+
+
+def with_parameters(component: type[Component]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command an option for each parameter of a component; it takes the values as `parameters`."""
+
+    def decorate(function: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(function)
+        def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
+            values = {name: options.pop(_PREFIX + name) for name in parameters}
+            function(parameters=values, **options)
+
+        parameters = parameters_of(component)
+        own = [
+            parameter
+            for parameter in inspect.signature(function, eval_str=True).parameters.values()
+            if parameter.name != "parameters"
+        ]
+        added = [_option(name, declared) for name, declared in parameters.items()]
+        with_options.__signature__ = inspect.Signature([*added, *own])  # type: ignore[attr-defined]
+        return with_options
+
+    return decorate
+
+
+def option_of(name: str) -> str:
+    """Return the option of a parameter: `--top-speed` of `top_speed`."""
+    return f"--{name.replace('_', '-')}"
+
+
+def make_component(component: type[_C], parameters: Mapping[str, object]) -> _C:
+    """Return a component with the values of its parameters, which its `__init__` sees already."""
+    made = component.__new__(component)
+    vars(made).update(parameters)
+    made.__init__()  # type: ignore[misc]  # of the document, if it has one
+    return made
+
+
+def _option(name: str, declared: Parameter[Any]) -> inspect.Parameter:
+    kind = type(declared.default)
+    option = option_of(name)
+    names = f"{option}/--no-{option.removeprefix('--')}" if kind is bool else option
+    callback = command.finite if kind is float else None
+    annotation = Annotated[kind, typer.Option(names, help=declared.description or None, callback=callback)]  # type: ignore[valid-type]
+    return inspect.Parameter(
+        _PREFIX + name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=declared.default
+    )

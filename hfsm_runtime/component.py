@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import inspect
 import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import PurePath
-from typing import Any, ClassVar, Generic, TypeVar, overload
+from pathlib import Path, PurePath
+from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
 from zenoh_ice.clocks.clock import Clock, WallClock
 from zenoh_ice.exceptions import ZenohIceError
 
 from .automaton import Automaton
-from .errors import ComponentError, MissingLibraryError, NotConnectedError, VariablesError
-from .events import make_event
-from .source_map import locate
-from .supervision import OnError, OnRefused
+from .automaton_run import make_event
+from .errors import (
+    ComponentError,
+    MissingLibraryError,
+    NotConnectedError,
+    OnError,
+    OnRefused,
+    VariablesError,
+    locate,
+)
 
 __all__ = [
     "Component",
@@ -25,6 +33,7 @@ __all__ = [
     "Proxy",
     "equip",
     "libraries",
+    "load_extension",
     "make_automata",
     "parameter_values",
     "parameters_of",
@@ -33,9 +42,31 @@ __all__ = [
 ]
 
 P = TypeVar("P")
+_D = TypeVar("_D", bound="_Declared[Any]")
 
 
-class Proxy(Generic[P]):
+class _Declared(Generic[P]):
+    """An attribute that a component declares in its class; the class itself returns the declaration."""
+
+    name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> P: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Self | P:
+        return self if instance is None else self._value()
+
+    def _value(self) -> P:
+        """Return the attribute as long as nothing has been assigned to it."""
+        raise NotImplementedError
+
+
+class Proxy(_Declared[P]):
     """Declare a proxy of a component: the identity of its servant and its class.
 
     The attribute is the proxy itself once the component is connected. A test may assign anything else.
@@ -44,23 +75,12 @@ class Proxy(Generic[P]):
     def __init__(self, identity: str, type: type[P]) -> None:
         self.identity = identity
         self.type = type
-        self.name = ""
 
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    @overload
-    def __get__(self, instance: None, owner: type) -> Proxy[P]: ...
-    @overload
-    def __get__(self, instance: object, owner: type) -> P: ...
-
-    def __get__(self, instance: object | None, owner: type) -> Proxy[P] | P:
-        if instance is None:
-            return self
+    def _value(self) -> P:
         raise NotConnectedError(f"self.{self.name} (servant {self.identity}) is not connected")
 
 
-class Parameter(Generic[P]):
+class Parameter(_Declared[P]):
     """Declare a parameter of a component: its default, which also tells its type, and what it is for.
 
     The type is int, float, bool or str. The attribute is the default until the command line, or a test, sets
@@ -70,18 +90,9 @@ class Parameter(Generic[P]):
     def __init__(self, default: P, description: str = "") -> None:
         self.default = default
         self.description = description
-        self.name = ""
 
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    @overload
-    def __get__(self, instance: None, owner: type) -> Parameter[P]: ...
-    @overload
-    def __get__(self, instance: object, owner: type) -> P: ...
-
-    def __get__(self, instance: object | None, owner: type) -> Parameter[P] | P:
-        return self if instance is None else self.default
+    def _value(self) -> P:
+        return self.default
 
 
 class _Itself:
@@ -171,20 +182,18 @@ def equip(
 
 def proxies_of(component: Component | type[Component]) -> dict[str, Proxy[Any]]:
     """Return the proxies that a component declares, by attribute."""
-    found: dict[str, Proxy[Any]] = {}
-    owner = component if isinstance(component, type) else type(component)
-    for base in reversed(owner.__mro__):
-        found.update({name: value for name, value in vars(base).items() if isinstance(value, Proxy)})
-    return found
+    return _declared(component, Proxy)
 
 
 def parameters_of(component: Component | type[Component]) -> dict[str, Parameter[Any]]:
     """Return the parameters that a component declares, by attribute."""
-    found: dict[str, Parameter[Any]] = {}
+    return _declared(component, Parameter)
+
+
+def _declared(component: Component | type[Component], kind: type[_D]) -> dict[str, _D]:
     owner = component if isinstance(component, type) else type(component)
-    for base in reversed(owner.__mro__):
-        found.update({name: value for name, value in vars(base).items() if isinstance(value, Parameter)})
-    return found
+    bases = reversed(owner.__mro__)
+    return {name: value for base in bases for name, value in vars(base).items() if isinstance(value, kind)}
 
 
 def parameter_values(component: Component) -> dict[str, object]:
@@ -236,3 +245,49 @@ def _explain(error: ImportError, document: str) -> str:
         f"{document} uses the library {error.name}, which is not installed: "
         f"try `pip install {hint}`, or `pip install 'visualhfsm[vision]'` for what the examples see with"
     )
+
+
+def load_extension(file: str, package: str | None, module: str, name: str) -> type[Any]:
+    """Return the class `name` of a module that lies in the directory of a component's `file`.
+
+    In a package it is the package's module, and otherwise, as when the file is run or loaded by its path, the
+    one of its directory. Raises ComponentError when there is no such file or no such class in it, which ends
+    the program that the component is, and what importing raises.
+    """
+    try:
+        return _class(Path(file), package, module, name)
+    except ComponentError as error:
+        if getattr(sys.modules.get("__main__"), "__file__", None) == file:  # nobody is there to catch it
+            sys.exit(f"{PurePath(sys.argv[0]).name}: error: {error}")
+        raise
+
+
+def _class(component: Path, package: str | None, module: str, name: str) -> type[Any]:
+    path = component.with_name(f"{module}.py")
+    if not path.is_file():
+        raise ComponentError(
+            f"{path.name} is gone, which {component.name} extends: bring it back, or run codegen"
+        )
+    loaded = importlib.import_module(f"{package}.{module}") if package else _load(component, module)
+    found = getattr(loaded, name, None)
+    if not isinstance(found, type):
+        raise ComponentError(f"{path.name} has no class {name}: write it, or remove the file and run codegen")
+    return found
+
+
+def _load(component: Path, module: str) -> object:
+    path = component.with_name(f"{module}.py").resolve()
+    known = sys.modules.get(module)
+    if known is not None and Path(getattr(known, "__file__", None) or "").resolve() == path:
+        return known
+    spec = importlib.util.spec_from_file_location(module, path)
+    if spec is None or spec.loader is None:
+        raise ComponentError(f"{path.name} cannot be loaded")
+    loaded = importlib.util.module_from_spec(spec)
+    sys.modules[module] = loaded  # whoever asks its classes for their module finds it there
+    try:
+        spec.loader.exec_module(loaded)
+    except BaseException:
+        del sys.modules[module]
+        raise
+    return loaded

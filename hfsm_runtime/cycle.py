@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from numbers import Integral, Real
 from typing import Final, Protocol
 
-from .automaton import Event, State, Transition
-from .errors import ComponentStoppedError, CycleCutError
-from .inputs import hand_over
+from .automaton import REQUIRED, Automaton, Event, Input, State, Transition
+from .errors import ArgumentError, ComponentStoppedError, CycleCutError
 from .tree import Run, Tree
 
-__all__ = ["CycleEnded", "Supervisor", "run_cycle"]
+__all__ = ["CycleEnded", "Supervisor", "hand_over", "run_cycle"]
 
 HAND_OVER: Final = 1.0
 """The longest wait in s of wall time for the cycles below a state that is left."""
@@ -35,12 +35,6 @@ class Supervisor(Protocol):
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
         """Take notice that automata below a state that `run` leaves are still in a cycle."""
-
-    def entered(self, run: Run, transition: Transition | None) -> bool:
-        """Take notice that a state was entered, by a transition or as the initial one; true to pause here.
-
-        Its entry is complete and its code has not run.
-        """
 
 
 def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
@@ -85,14 +79,14 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
             _enter(tree, run, now, supervisor)
         if run.unseen and run.on_duty and not run.owed:
             run.unseen = False
-            if supervisor.entered(run, None):
+            if _pauses(tree, run, None):
                 tree.suspend(run, code_first=False)
                 return
         if not run.current.final:
             transition = _first_that_holds(tree, run, now, supervisor)
             if transition is not None and _fire(tree, run, transition, now, supervisor):
                 run.unseen = False
-                if supervisor.entered(run, transition):
+                if _pauses(tree, run, transition):
                     tree.suspend(run, code_first=True)
                     return
     if run.on_duty and not run.owed:
@@ -100,6 +94,12 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
             tree.finish(run, now)
         elif run.current.code is not None:
             _call(tree, run, run.current.code, supervisor)
+
+
+def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
+    """Return whether an observer wants to pause where a state was entered; all of them are told."""
+    pauses = [observer.entered(run, transition) for observer in tree.observers]
+    return any(pauses)
 
 
 def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
@@ -208,3 +208,53 @@ def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervis
             observer.code_failed(run, error)
         supervisor.failed(run, error)
         return None
+
+
+_NOTHING: Final[Mapping[str, object]] = {}
+
+
+def hand_over(state: State, arguments: Mapping[int, Mapping[str, object]]) -> None:
+    """Set the inputs of a state's automata; those without an argument keep their value.
+
+    `arguments` are values by the automaton's id and the input's name. Nothing is set when one of them cannot
+    be: raises ArgumentError.
+    """
+    unknown = arguments.keys() - {child.id for child in state.children}
+    if unknown:
+        raise ArgumentError(f"the state {state.name!r} owns no automaton {min(unknown)}")
+    checked = [(child, _check(state, child, arguments.get(child.id, _NOTHING))) for child in state.children]
+    for child, values in checked:
+        if values and child.set_inputs is not None:
+            child.set_inputs(values)
+
+
+def _check(state: State, child: Automaton, values: Mapping[str, object]) -> dict[str, object]:
+    inputs = {declared.name: declared for declared in child.inputs}
+    label = f"automaton {child.id} ({child.name!r}) of the state {state.name!r}"
+    for name in values:
+        if name not in inputs:
+            raise ArgumentError(f"{label} has no input {name!r}: it has {', '.join(inputs) or 'none'}")
+    for declared in child.inputs:
+        if declared.default is REQUIRED and declared.name not in values:
+            raise ArgumentError(f"{label} is not handed its input {declared.name!r}, which has no default")
+    return {name: _convert(value, inputs[name], label) for name, value in values.items()}
+
+
+def _convert(value: object, declared: Input, label: str) -> object:
+    """Return a value as the input's type; NumPy's numbers count as Python's."""
+    wanted = declared.type
+    if wanted is object:
+        return value
+    truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
+    if wanted is bool and truth:
+        return bool(value)
+    if wanted is int and isinstance(value, Integral) and not truth:
+        return int(value)
+    if wanted is float and isinstance(value, Real) and not truth:
+        return float(value)
+    if wanted is str and isinstance(value, str):
+        return value
+    raise ArgumentError(
+        f"the input {declared.name!r} of {label} is {wanted.__name__} and was handed a "
+        f"{type(value).__name__}: {value!r:.80}"
+    )

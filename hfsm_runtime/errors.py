@@ -1,6 +1,14 @@
-"""Exceptions of the runtime: what is wrong with a component, and how its code is told to end."""
+"""What goes wrong with a component: exceptions, what follows one in user code, and where one was raised."""
 
 from __future__ import annotations
+
+import linecache
+import re
+import traceback
+from enum import StrEnum
+from pathlib import Path
+from types import TracebackType
+from typing import Final
 
 __all__ = [
     "ArgumentError",
@@ -11,11 +19,18 @@ __all__ = [
     "EventError",
     "MissingLibraryError",
     "NotConnectedError",
+    "OnError",
+    "OnRefused",
     "ReloadRefusedError",
     "UnknownElementError",
     "ValueTypeError",
     "VariablesError",
+    "describe",
+    "locate",
+    "part_of_component",
 ]
+
+_LONGEST: Final = 4000
 
 
 class ComponentError(Exception):
@@ -71,3 +86,66 @@ class ValueTypeError(ComponentError, TypeError):
 
 class VariablesError(ComponentError):
     """The variables of a document could not be given their first values."""
+
+
+class OnError(StrEnum):
+    """What follows an exception in user code."""
+
+    STOP = "stop"
+    """The robot is stopped and the component halts."""
+    CONTINUE = "continue"
+    """The piece of code that failed is left and the cycle goes on; a guard that failed does not hold."""
+
+
+class OnRefused(StrEnum):
+    """What follows when the robot refuses a command."""
+
+    PAUSE = "pause"
+    """The component pauses until the robot takes commands again."""
+    ERROR = "error"
+    """It is an exception like any other in user code."""
+
+
+def describe(error: BaseException) -> str:
+    """Return the name and at most 4000 characters of an exception, whose text is user code and may fail."""
+    try:
+        text = str(error)
+    except Exception:  # noqa: BLE001
+        text = "its text cannot be had"
+    return f"{type(error).__name__}: {text}"[:_LONGEST]
+
+
+def locate(error: BaseException, file: str, document: str) -> str:
+    """Return where an exception was raised in a component, as `follow_ball.py:57 (follow_ball.xml:31)`.
+
+    `file` is the component's file and `document` the name of its document. The innermost line of the file
+    counts; above each piece of code the generator writes the line of the next one in the document, or in the
+    file that the document imports, as a comment. Where no such comment stands, only the line of the file is
+    told; empty when the file is not involved.
+    """
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == file and f.lineno]
+    if not frames:
+        return ""
+    line = frames[-1].lineno or 0
+    place = f"{Path(file).name}:{line}"
+    written = _written_at(file, line, document)
+    return f"{place} ({written})" if written else place
+
+
+def part_of_component(error: BaseException, file: str) -> TracebackType | None:
+    """Return the traceback of an exception from a component's own code on, without what called it."""
+    found = error.__traceback__
+    while found is not None and found.tb_frame.f_code.co_filename != file:
+        found = found.tb_next
+    return found or error.__traceback__
+
+
+def _written_at(file: str, line: int, document: str) -> str:
+    """Return the file and the line that a person wrote which stands in a line of the component."""
+    marker = re.compile(rf"\s*# ({re.escape(document)}|.+\.xml):(\d+)\s*", re.IGNORECASE)
+    lines = linecache.getlines(file)
+    for number in range(min(line, len(lines)), 0, -1):
+        found = marker.fullmatch(lines[number - 1])
+        if found:
+            return f"{found.group(1)}:{int(found.group(2)) + line - number - 1}"
+    return ""

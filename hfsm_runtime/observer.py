@@ -1,20 +1,17 @@
-"""What can be seen of automata while they run: for coverage, recordings and whoever else looks on."""
+"""The hook of the core: who looks on while automata run, and may ask for a pause."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from .automaton import Event, Transition
+from .automaton_run import ChangeKind, Run
 
-if TYPE_CHECKING:
-    from .automaton import Event, Transition
-    from .tree import ChangeKind, Run
-
-__all__ = ["Observer", "Watcher"]
+__all__ = ["Observer"]
 
 
-class Observer(Protocol):
-    """Looks on; add one to `Tree.observers` before the start.
+class Observer:
+    """Looks on and does nothing: override what is of interest, and add it to `Tree.observers`.
 
-    Its methods run on the thread of the automaton, in the middle of a cycle: they must not block, and not
+    The methods run on the thread of the automaton, in the middle of a cycle: they must not block, and not
     raise. Times are component time in ns; `at` is that of the cycle.
     """
 
@@ -22,44 +19,27 @@ class Observer(Protocol):
         """A cycle begins; `run.present` are the events that are present in it."""
 
     def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
-        """The guard of a transition out of the current state was asked."""
+        """The guard of a transition out of the current state was evaluated."""
 
     def fired(self, run: Run, transition: Transition, at: int) -> None:
         """A transition fires: its origin is still the current state, and its exit code has not run."""
+
+    def entered(self, run: Run, transition: Transition | None) -> bool:  # noqa: ARG002
+        """Return whether to pause: a state was entered, by a transition or as the initial one.
+
+        Its entry is complete and its code has not run. Where any observer pauses, the automaton goes on from
+        here in its next cycle.
+        """
+        return False
 
     def cycle_ended(self, run: Run, at: int) -> None:
         """A cycle ended, whether it went through or not."""
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        """Tell of a change; called under the lock of the tree."""
+        """An automaton entered a state, became a ghost, resumed or finished; called under the tree's lock."""
 
     def event_sent(self, event: Event, now: int) -> None:
-        """Somebody sent an event; called under the lock of the tree."""
+        """An event was sent; called under the tree's lock."""
 
     def code_failed(self, run: Run, error: Exception) -> None:
         """A piece of user code raised an exception."""
-
-
-class Watcher:
-    """An observer that does nothing: override what is of interest."""
-
-    def cycle_began(self, run: Run, at: int) -> None:
-        """Do nothing."""
-
-    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
-        """Do nothing."""
-
-    def fired(self, run: Run, transition: Transition, at: int) -> None:
-        """Do nothing."""
-
-    def cycle_ended(self, run: Run, at: int) -> None:
-        """Do nothing."""
-
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        """Do nothing."""
-
-    def event_sent(self, event: Event, now: int) -> None:
-        """Do nothing."""
-
-    def code_failed(self, run: Run, error: Exception) -> None:
-        """Do nothing."""

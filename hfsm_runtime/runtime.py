@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Final
 
 from zenoh_ice.clocks.clock import Clock
 
 from .automaton import Automaton, Transition
-from .component import Component, equip, make_automata, parameter_values, parameters_of, source_of
-from .control.breakpoints import Breakpoints
-from .control.carrying import FirstValues
-from .control.replacement import Replacement
-from .errors import ComponentStoppedError, ReloadRefusedError, UnknownElementError
-from .events import make_event
-from .supervision import ErrorRecord, OnError, OnRefused, Refusal, Supervision
+from .automaton_run import make_event
+from .component import Component, equip, make_automata, parameters_of
+from .errors import ComponentStoppedError, OnError, OnRefused, ReloadRefusedError, UnknownElementError
+from .observer import Observer
+from .supervision import ErrorRecord, Refusal, Supervision
 from .threads import Threads
 from .timeline import Timeline
-from .tree import ChangeKind, Run, Tree
+from .tree import ChangeKind, Replaced, Run, Tree
 from .variables import assign, convert, did_you_mean
 
 __all__ = ["Runtime", "Status"]
@@ -43,7 +41,7 @@ class Status(StrEnum):
     HALTED = "halted"
 
 
-class Runtime:
+class Runtime(Observer):
     """The life of a component: made, started, perhaps paused and resumed, and stopped once.
 
     Making it runs the variables of the document; raises what `make_automata` does. `ended` is set when the
@@ -64,7 +62,6 @@ class Runtime:
         self.component = component
         self.generation = 0
         """How many times the component was reloaded."""
-        self.breakpoints = Breakpoints()
         self.ended = threading.Event()
         self.failed = False
         """Whether an error ended the component."""
@@ -78,20 +75,15 @@ class Runtime:
         self._supervision = Supervision(
             self.tree,
             self.timeline,
-            component._hfsm_log,
-            on_error=on_error or component._hfsm_on_error,
-            on_refused=on_refused or component._hfsm_on_refused,
-            file=source_of(component),
-            document=component._hfsm_document,
+            component,
+            on_error,
+            on_refused,
             halt=self._halt,
             refused=self._refused,
             servers_present=servers_present,
-            entered=self._entered,
         )
-        self._on_error = on_error
-        self._on_refused = on_refused
         self._threads = Threads(self.tree, self.timeline, self._supervision, self._crashed)
-        self.tree.on_change.append(self._changed)
+        self.tree.observers.append(self)
 
     @property
     def name(self) -> str:
@@ -156,7 +148,6 @@ class Runtime:
         with self.tree.lock:
             if not self.ended.is_set() and (after is None or after is self.refusal):
                 self.refusal = None
-                self.breakpoints.go_on()
                 self._threads.resume()
 
     def retry(self, commands_taken: Callable[[str], bool]) -> None:
@@ -174,7 +165,6 @@ class Runtime:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError."""
         runs = self.tree.runs if automaton == 0 else (self.run(automaton),)
         if not self.ended.is_set():
-            self.breakpoints.go_on(run.automaton.id for run in runs)
             self._threads.step(runs)
 
     def force(self, automaton: int, transition: int) -> None:
@@ -209,28 +199,23 @@ class Runtime:
             wanted = type(parameters[name].default)
             setattr(self.component, name, convert(value, wanted, f"the parameter {name}"))
 
-    def replace(self, replacement: Replacement, first: Mapping[int, FirstValues]) -> float:
+    def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
         """Let another version of the component take the place of this one, between two cycles.
 
-        `first` is what the variables of this one began with. Return the wall seconds in which no cycle could
-        begin. Raises ReloadRefusedError when the component has ended, or a cycle does not end within 1 s.
+        `runs` are its automata; `apply` puts them into the tree at a component time in ns. Return the wall
+        seconds in which no cycle could begin. Raises ReloadRefusedError when the component has ended, or a
+        cycle does not end within 1 s.
         """
-        joining = tuple(run for run in replacement.runs if self.tree.run(run.automaton.id) is None)
+        joining = tuple(run for run in runs if self.tree.run(run.automaton.id) is None)
         self._threads.add(joining)
         leaving = joining
         try:
             with self.tree.lock:
                 began = self._wait_for_gap()
-                former, self.component = self.component, replacement.component
-                leaving = replacement.apply(self.tree, former, first, self.timeline.now()).gone
+                self.component = component
+                leaving = apply(self.timeline.now()).gone
                 self.generation += 1
-                self._supervision.turn_to(
-                    self.component._hfsm_log,
-                    on_error=self._on_error or self.component._hfsm_on_error,
-                    on_refused=self._on_refused or self.component._hfsm_on_refused,
-                    file=source_of(self.component),
-                    document=self.component._hfsm_document,
-                )
+                self._supervision.turn_to(component)
                 return time.perf_counter() - began
         finally:
             self._threads.remove(leaving)
@@ -282,25 +267,14 @@ class Runtime:
         if self.ended.is_set():
             raise ComponentStoppedError
 
-    def _changed(self, _now: int, run: Run, kind: ChangeKind) -> None:
+    def note(self, run: Run, message: str) -> None:
+        """Log and remember something that is amiss with an automaton and is no error of its code."""
+        self._supervision.note(run, message)
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        """End the component when its root has finished."""
         if kind is ChangeKind.FINISHED and run is self.tree.root:
             self.request_stop()
-
-    def _entered(self, run: Run, transition: Transition | None) -> bool:
-        """Pause at a breakpoint; it is reached on the automaton's thread, before the code of the state."""
-        if not self.breakpoints.all or self.ended.is_set():
-            return False
-        hits = self.breakpoints.reached(run, transition, parameter_values(self.component))
-        if not hits:
-            return False
-        with self.tree.lock:
-            self.refusal = None
-            self._threads.pause()
-        self.breakpoints.stop_at(run, hits)
-        for hit in hits:
-            if hit.trouble:
-                self._supervision.note(run, hit.trouble)
-        return True
 
     def _refused(self, refusal: Refusal) -> None:
         """Pause on the thread of the automaton whose command was refused, unless it is paused already."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Final
 
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
@@ -20,13 +18,14 @@ from zenoh_ice.exceptions import (
     TimeoutException,
 )
 
-from .automaton import Event, Transition
+from .automaton import Event
+from .component import Component, source_of
 from .cycle import CycleEnded
-from .source_map import locate, part_of_component
+from .errors import OnError, OnRefused, describe, locate, part_of_component
 from .timeline import Timeline
 from .tree import Run, Tree
 
-__all__ = ["ErrorRecord", "OnError", "OnRefused", "Refusal", "Supervision"]
+__all__ = ["ErrorRecord", "Refusal", "Supervision"]
 
 _KEPT: Final = 20
 _LONGEST_MESSAGE: Final = 1000
@@ -42,24 +41,6 @@ UNAVAILABLE: Final = (
     TimeoutException,
 )
 """What a proxy raises while its server is away: no fault of the user's code, and it may pass."""
-
-
-class OnError(StrEnum):
-    """What follows an exception in user code."""
-
-    STOP = "stop"
-    """The robot is stopped and the component halts."""
-    CONTINUE = "continue"
-    """The piece of code that failed is left and the cycle goes on; a guard that failed does not hold."""
-
-
-class OnRefused(StrEnum):
-    """What follows when the robot refuses a command."""
-
-    PAUSE = "pause"
-    """The component pauses until the robot takes commands again."""
-    ERROR = "error"
-    """It is an exception like any other in user code."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +69,8 @@ class ErrorRecord:
 class Supervision:
     """Take errors from the cycles of one component, and answer them.
 
-    `halt` is called when the policy says so, `refused` when a command was refused and the component is to
-    pause, and `entered` at each entry into a state, to tell whether to pause there.
+    `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when they
+    say so, and `refused` when a command was refused and the component is to pause.
 
     While a server is away the cycles that need it are left, and tried again at their next time: the log tells
     once that it is gone and once that it is back. It is back when `servers_present` says so and the automata
@@ -101,28 +82,20 @@ class Supervision:
         self,
         tree: Tree,
         timeline: Timeline,
-        log: logging.Logger,
+        component: Component,
+        on_error: OnError | None = None,
+        on_refused: OnRefused | None = None,
         *,
-        on_error: OnError = OnError.STOP,
-        on_refused: OnRefused = OnRefused.PAUSE,
-        file: str = "",
-        document: str = "",
-        halt: Callable[[], None] = lambda: None,
-        refused: Callable[[Refusal], None] = lambda _refusal: None,
+        halt: Callable[[], None],
+        refused: Callable[[Refusal], None],
         servers_present: Callable[[], bool] = lambda: True,
-        entered: Callable[[Run, Transition | None], bool] = lambda _run, _transition: False,
     ) -> None:
         self._tree = tree
         self._timeline = timeline
-        self._log = log
-        self._on_error = on_error
-        self._on_refused = on_refused
-        self._file = file
-        self._document = document
+        self._policies = on_error, on_refused
         self._halt = halt
         self._pause = refused
         self._servers_present = servers_present
-        self._entered = entered
         self._lock = threading.Lock()
         self._records: deque[ErrorRecord] = deque(maxlen=_KEPT)
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
@@ -132,16 +105,15 @@ class Supervision:
         self._refusal_began = 0.0
         self._hardware_failures: dict[Run, int] = {}
         """Cycles in a row that ended because hardware failed."""
+        self.turn_to(component)
 
-    def turn_to(
-        self, log: logging.Logger, *, on_error: OnError, on_refused: OnRefused, file: str, document: str
-    ) -> None:
+    def turn_to(self, component: Component) -> None:
         """Go on with another version of the component."""
-        self._log = log
-        self._on_error = on_error
-        self._on_refused = on_refused
-        self._file = file
-        self._document = document
+        self._log = component._hfsm_log
+        on_error, on_refused = self._policies
+        self._on_error = on_error or component._hfsm_on_error
+        self._on_refused = on_refused or component._hfsm_on_refused
+        self._file, self._document = source_of(component), component._hfsm_document
 
     @property
     def records(self) -> tuple[ErrorRecord, ...]:
@@ -158,7 +130,7 @@ class Supervision:
         if isinstance(error, CommunicatorDestroyedException):
             raise CycleEnded from error  # the component has ended without this cycle
         location = locate(error, self._file, self._document)
-        message = _describe(error)
+        message = describe(error)[:_LONGEST_MESSAGE]
         if isinstance(error, UNAVAILABLE):
             self._server_away(run, location, message)
             raise CycleEnded from error
@@ -201,10 +173,6 @@ class Supervision:
             )
             self._record(child, "", message)
             self._log.error("%s: %s", _place(child), message)
-
-    def entered(self, run: Run, transition: Transition | None) -> bool:
-        """Take notice that a state was entered; true to pause there."""
-        return self._entered(run, transition)
 
     def note(self, run: Run, message: str) -> None:
         """Take notice of something that is amiss with an automaton and is no error of its code."""
@@ -265,15 +233,6 @@ class Supervision:
 def _still_waiting(waiting: set[Run], run: Run) -> set[Run]:
     """Return those that still wait for something after one of them got through a cycle."""
     return {other for other in waiting if other.active and other is not run}
-
-
-def _describe(error: Exception) -> str:
-    """Return the name and the text of an exception, whose text is user code and may fail or have no end."""
-    try:
-        text = str(error)
-    except Exception:  # noqa: BLE001
-        text = "its text cannot be had"
-    return f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE]
 
 
 def _place(run: Run) -> str:

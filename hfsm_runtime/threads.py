@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import heapq
 import logging
 import threading
 import time
 from collections.abc import Callable
+from itertools import count
 from typing import Final
 
 from zenoh_ice.clocks.clock import Clock
 
-from .alarm import Alarm
 from .cycle import Supervisor, run_cycle
 from .errors import ComponentStoppedError, CycleCutError
-from .schedule import delay_in_slot, slot_after, slot_at, slot_from
-from .timeline import Timeline
+from .observer import Observer
+from .timeline import Timeline, delay_in_slot, slot_after, slot_at, slot_from
 from .tree import ChangeKind, Run, Tree
 
-__all__ = ["Threads"]
+__all__ = ["Alarm", "Threads"]
 
 _logger = logging.getLogger(__name__)
 
@@ -30,8 +31,11 @@ _RESOLUTION: Final = 1e-9
 _STEP: Final = 2.0
 """The longest wait in wall seconds for a cycle that was asked for."""
 
+_ALARM_ENDS: Final = 1.0
+"""The longest wait in wall seconds for the thread of the alarm to end."""
 
-class Threads:
+
+class Threads(Observer):
     """A thread for each automaton of a tree. Start and stop it once.
 
     `crashed` is called on the thread of an automaton that ends by anything but an exception of its own code,
@@ -54,7 +58,7 @@ class Threads:
         self._own = threading.local()
         self._workers = {run: _Worker(self, run, index) for index, run in enumerate(tree.runs)}
         self._alarm = Alarm(timeline)
-        tree.on_change.append(self._changed)
+        tree.observers.append(self)
 
     def start(self) -> None:
         """Enter the initial states and start the cycles."""
@@ -114,17 +118,13 @@ class Threads:
                 if worker is None:  # it has left the tree in the meantime
                     continue
                 worker.stepped.clear()
-                if not self._order_step(run):
+                with self._tree.lock:
+                    ordered = run.stepping = not self._stopping
+                if not ordered:
                     return
                 worker.wake.set()
                 if not worker.stepped.wait(_STEP):
                     _logger.warning("the step of %s takes longer than %g s", run.automaton.name, _STEP)
-
-    def _order_step(self, run: Run) -> bool:
-        """Ask an automaton for one cycle; false once the threads end."""
-        with self._tree.lock:
-            run.stepping = not self._stopping
-            return run.stepping
 
     def sleep(self, clock: Clock, seconds: float, ended: threading.Event) -> bool:
         """Wait on behalf of user code; false, and no wait, when this is no automaton's thread.
@@ -169,7 +169,8 @@ class Threads:
         for worker in self._workers.values():
             worker.wake.set()
 
-    def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        """Wake the thread of an automaton, at once or when its next cycle falls due."""
         worker = self._workers[run]
         if run.in_cycle:
             worker.wake.set()  # its code may sleep
@@ -229,3 +230,62 @@ class _Worker:
         self.thread = threading.Thread(
             target=threads.guard, args=(self,), name=f"automaton {run.automaton.name}", daemon=True
         )
+
+
+class Alarm:
+    """Sets events at component times in ns, on a thread of its own. Start and stop it once.
+
+    A state that is entered may wake hundreds of automata, whose threads would all fight for the interpreter
+    to find out that their first cycles are spread over the period.
+    """
+
+    def __init__(self, timeline: Timeline) -> None:
+        self._timeline = timeline
+        self._lock = threading.Lock()
+        self._due: list[tuple[int, int, threading.Event]] = []
+        self._numbers = count()
+        self._news = threading.Event()
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="alarm", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread; events that are not due yet are never set."""
+        self._stopping = True
+        self._news.set()
+        if self._thread.ident is not None and self._thread is not threading.current_thread():
+            self._thread.join(_ALARM_ENDS)
+
+    def set_at(self, due: int, event: threading.Event) -> None:
+        """Set an event at a time, or at once when it is past."""
+        with self._lock:
+            first = not self._due or due < self._due[0][0]
+            heapq.heappush(self._due, (due, next(self._numbers), event))
+        if first:
+            self._news.set()
+
+    def look(self) -> None:
+        """Look at the time again, which has stood still, or was far from what is due."""
+        self._news.set()
+
+    def _run(self) -> None:
+        while True:
+            self._news.clear()  # before anything is looked at: what changes later sets it again
+            if self._stopping:
+                return
+            due = self._set_due()
+            if due is None:
+                self._news.wait(_IDLE)
+            else:
+                self._timeline.wait_until(due, self._news)
+
+    def _set_due(self) -> int | None:
+        """Set the events whose time has come; return that of the next, if any."""
+        now = self._timeline.now()
+        with self._lock:
+            while self._due and self._due[0][0] <= now:
+                heapq.heappop(self._due)[2].set()
+            return self._due[0][0] if self._due else None

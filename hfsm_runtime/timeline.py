@@ -1,4 +1,4 @@
-"""Component time: the active time since the start of a component, on the component's own clock."""
+"""Component time: the active time since the start of a component, and the schedule of cycles in it."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from typing import Final
 
 from zenoh_ice.clocks.clock import Clock
 
-__all__ = ["Timeline"]
+__all__ = ["Timeline", "delay_in_slot", "slot_after", "slot_at", "slot_from"]
 
 _SECOND: Final = 1_000_000_000
 _LONGEST_WAIT: Final = 0.5
 """The longest wait on the clock in s: a simulation that starts anew must not hold a component up."""
 _PAUSED_WAIT: Final = 1.0
+_APART: Final = 50_000
+"""ns between the wake-ups of two automata whose slots fall together: about what a cycle takes on a thread."""
 
 
 class Timeline:
@@ -83,3 +85,30 @@ class Timeline:
 
 def _nanoseconds(clock: Clock) -> int:
     return round(clock.now() * _SECOND)
+
+
+# The schedule: cycles at whole multiples of the period. A slot that was missed is not made up for.
+
+
+def slot_at(now: int, interval: int) -> int:
+    """Return the latest slot that is not in the future."""
+    return now // interval * interval
+
+
+def slot_after(now: int, interval: int) -> int:
+    """Return the first slot in the future."""
+    return slot_at(now, interval) + interval
+
+
+def slot_from(now: int, interval: int) -> int:
+    """Return the first slot that is not in the past."""
+    return -(-now // interval) * interval
+
+
+def delay_in_slot(index: int, interval: int) -> int:
+    """Return how long after the beginning of its slots the automaton of this number wakes.
+
+    Threads that woke all at once would fight for the interpreter, and a few would win it late. The cycle
+    belongs to the time of its slot nevertheless.
+    """
+    return index * _APART % interval

@@ -6,7 +6,6 @@ Times are integer nanoseconds of component time.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from .automaton import Automaton, Event, State, Transition
@@ -28,16 +27,13 @@ class Replaced:
 class Tree:
     """The automata of a component at run time.
 
-    `on_change` is called, under the lock, after every change of state, each time an automaton becomes a ghost
-    or is one no longer, and when it has finished; it must not block. `observers` see more. Raises
-    DefinitionError.
+    `observers` are told of everything that happens to them. Raises DefinitionError.
     """
 
     def __init__(self, root: Automaton) -> None:
         self.lock = threading.RLock()
         self.held = False
         """While set no cycle begins, except those of automata that are `stepping`."""
-        self.on_change: list[Callable[[int, Run, ChangeKind], None]] = []
         self.observers: list[Observer] = []
         self._cycle_ended = threading.Condition(self.lock)
         self.runs: tuple[Run, ...] = grow(root)
@@ -306,7 +302,5 @@ class Tree:
         self._changed(now, run, ChangeKind.ENTERED)
 
     def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        for notify in self.on_change:
-            notify(now, run, kind)
         for observer in self.observers:
             observer.changed(now, run, kind)

@@ -12,14 +12,13 @@ from typing import Final, NamedTuple
 
 from zenoh_ice.clocks.clock import VirtualClock
 
-from .component import Component, equip, make_automata, source_of
-from .control.carrying import take_attributes
-from .control.replacement import Replacement, first_values_of
+from .automaton_run import make_event
+from .component import Component, equip, make_automata
 from .cycle import run_cycle
-from .events import make_event
-from .schedule import slot_after, slot_at
-from .supervision import ErrorRecord, OnError, Refusal, Supervision
-from .timeline import Timeline
+from .errors import OnError
+from .observer import Observer
+from .supervision import ErrorRecord, Refusal, Supervision
+from .timeline import Timeline, slot_after, slot_at
 from .tree import ChangeKind, Run, Tree
 
 __all__ = ["Change", "VirtualRun", "run"]
@@ -38,7 +37,7 @@ class Change(NamedTuple):
     kind: ChangeKind = ChangeKind.ENTERED
 
 
-class VirtualRun:
+class VirtualRun(Observer):
     """A component that runs while `advance` is called.
 
     Proxies are not connected: assign to the component's attributes what stands for them. `trace` is every
@@ -69,20 +68,16 @@ class VirtualRun:
         self._commands_taken = commands_taken
         self._until_retry = 0
         self.tree = Tree(make_automata(component))
-        self.tree.on_change.append(self._changed)
+        self.tree.observers.append(self)
         self._timeline = Timeline(self.clock)
         self._supervision = Supervision(
             self.tree,
             self._timeline,
-            component._hfsm_log,
-            on_error=component._hfsm_on_error if on_error is None else OnError(on_error),
-            on_refused=component._hfsm_on_refused,
-            file=source_of(component),
-            document=component._hfsm_document,
+            component,
+            None if on_error is None else OnError(on_error),
             halt=self._halt,
             refused=self._refused,
         )
-        self._first = first_values_of(self.tree.runs)
         self._due = [(0, index) for index in range(len(self.tree.runs))]
         self.tree.start(0)
 
@@ -145,22 +140,17 @@ class VirtualRun:
         for run, event in self.tree.send(make_event(name, data), self._timeline.now()):
             self._supervision.event_lost(run, event)
 
-    def reload(self, component: Component) -> tuple[str, ...]:
-        """Go on in another version of the component, as a reload of a running one does.
-
-        Return what it could not keep, for people.
-        """
-        told = take_attributes(self.component, component)
-        replacement = Replacement(component, tuple(told))
-        with self.tree.lock:
-            replacement.apply(self.tree, self.component, self._first, self._timeline.now())
-        self.component, self._first = component, replacement.first
+    def replace(self, component: Component, apply: Callable[[int], object]) -> None:
+        """Go on in another version of the component; `apply` puts its automata into the tree at a time."""
         now = self._timeline.now()
+        with self.tree.lock:
+            apply(now)
+        self.component = component
+        self._supervision.turn_to(component)
         self._due = [
             (slot_after(now, run.automaton.interval), index) for index, run in enumerate(self.tree.runs)
         ]
         heapq.heapify(self._due)
-        return replacement.not_kept
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return when one automaton entered which state, its initial one included."""
@@ -205,7 +195,8 @@ class VirtualRun:
     def _halt(self) -> None:
         self.halted = True
 
-    def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        """Write a change into the trace."""
         self.trace.append(Change(now / _SECOND, run.automaton.name, run.current.name, kind))
 
 

@@ -1,4 +1,4 @@
-"""Clocks that are recorded: the component's own, and the module `time` where user code imported it."""
+"""The clocks of a component whose readings are asked for: its own, and `time` where user code imported it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, Final
 
@@ -15,58 +15,54 @@ from zenoh_ice.clocks.clock import Clock
 from ..timeline import Timeline
 from .recorder import Recorder
 
-__all__ = ["TIME_FUNCTIONS", "RecordingClock", "RecordingTimeline", "recorded_time", "replaced_time"]
+__all__ = ["Ask", "AskedClock", "RecordingTimeline", "asked_time"]
 
-TIME_FUNCTIONS: Final = (
+_TIME_FUNCTIONS: Final = (
     "time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time",
     "sleep",
 )  # fmt: skip
-"""The functions of the module `time` that are recorded."""
+"""The functions of the module `time` whose readings are asked for."""
 
 
-class RecordingClock:
-    """The clock that user code sees: it tells and waits as the one that it stands for."""
+Ask = Callable[[str, Callable[[], Any], Callable[[], float] | None], Any]
+"""Return a reading of a kind, which the function makes; another one says for how many s it waits, if it does.
 
-    def __init__(self, clock: Clock, recorder: Recorder) -> None:
-        self.genuine: Final = clock
-        self._recorder = recorder
+A recording calls the function and writes the reading down; a replay returns what was written.
+"""
+
+
+class AskedClock:
+    """The clock that user code sees while it is recorded or replayed: each reading is asked for."""
+
+    def __init__(self, clock: Clock, ask: Ask) -> None:
+        self._clock = clock
+        self._ask = ask
 
     @property
     def rate(self) -> float:
         """The seconds of this clock that pass in a second of wall time."""
-        value = self.genuine.rate
-        self._recorder.reading("rate", value)
-        return value
+        return float(self._ask("rate", lambda: self._clock.rate, None))
 
     @property
     def simulated(self) -> bool:
         """Whether the time is that of a simulation."""
-        return self.genuine.simulated
+        return self._clock.simulated
 
     def now(self) -> float:
         """Return the time in s."""
-        value = self.genuine.now()
-        self._recorder.reading("now", value)
-        return value
+        return float(self._ask("now", self._clock.now, None))
 
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s."""
-        with self._recorder.turns.waiting():
-            self.genuine.sleep(seconds)
-        self._recorder.reading("clock.sleep", None)
+        self._ask("clock.sleep", lambda: self._clock.sleep(seconds), lambda: seconds)
 
     def sleep_until(self, when: float) -> None:
         """Wait until a time in s."""
-        with self._recorder.turns.waiting():
-            self.genuine.sleep_until(when)
-        self._recorder.reading("clock.sleep_until", None)
+        self._ask("clock.sleep_until", lambda: self._clock.sleep_until(when), lambda: when - self.now())
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event for at most `timeout` s; return whether it is set."""
-        with self._recorder.turns.waiting():
-            value = self.genuine.wait(event, timeout)
-        self._recorder.reading("clock.wait", value)
-        return value
+        return bool(self._ask("clock.wait", lambda: self._clock.wait(event, timeout), lambda: timeout))
 
 
 class RecordingTimeline(Timeline):
@@ -85,22 +81,19 @@ class RecordingTimeline(Timeline):
 
 
 @contextmanager
-def replaced_time(
-    component: type, make: Callable[[str, Callable[..., Any]], Callable[..., Any]]
-) -> Iterator[None]:
-    """Let a component's module see other functions of the module `time` in a `with` block.
+def asked_time(component: type, ask: Ask) -> Iterator[None]:
+    """Ask for what user code reads of the module `time`, in a `with` block.
 
-    They are replaced where the module has imported them. `make` gets the name of each of `TIME_FUNCTIONS` and
-    the function, and returns what stands for it.
+    Its functions are replaced in the component's own module, where that has imported them.
     """
     module = sys.modules.get(component.__module__)
     if module is None:
         yield
         return
-    made = {name: make(name, getattr(time, name)) for name in TIME_FUNCTIONS}
+    made = {name: _asked(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
     stand_in = ModuleType("time", time.__doc__)
     vars(stand_in).update({**vars(time), **made})
-    functions = {getattr(time, name): made[name] for name in TIME_FUNCTIONS}
+    functions = {getattr(time, name): made[name] for name in _TIME_FUNCTIONS}
     genuine: dict[str, object] = {}
     for name, value in list(vars(module).items()):
         is_function = getattr(value, "__module__", None) == "time" and value in functions
@@ -113,20 +106,9 @@ def replaced_time(
         vars(module).update(genuine)
 
 
-def recorded_time(component: type, recorder: Recorder) -> AbstractContextManager[None]:
-    """Return the `with` block in which is recorded what user code reads of the module `time`."""
+def _asked(name: str, function: Callable[..., Any], ask: Ask) -> Callable[..., Any]:
+    def read(*arguments: Any) -> Any:  # noqa: ANN401 - those of the function
+        waits = (lambda: float(arguments[0])) if name == "sleep" and arguments else None
+        return ask(f"time.{name}", lambda: function(*arguments), waits)
 
-    def make(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        def read(*arguments: float) -> object:
-            if name == "sleep":
-                with recorder.turns.waiting():
-                    function(*arguments)
-                value = None
-            else:
-                value = function(*arguments)
-            recorder.reading(f"time.{name}", value)
-            return value
-
-        return read
-
-    return replaced_time(component, make)
+    return read

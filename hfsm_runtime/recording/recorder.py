@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any, Final, Protocol
+
+import msgspec
 
 from hfsm_recording.messages import (
     Action,
@@ -25,6 +27,8 @@ from hfsm_recording.messages import (
 )
 
 from ..automaton import Automaton, Event, Transition
+from ..errors import describe
+from ..observer import Observer
 from ..tree import ChangeKind, Run, Tree
 from ..variables import cells_of
 from .turns import Turns
@@ -54,10 +58,10 @@ class Sink(Protocol):
         """Take a message; never waits."""
 
 
-class Recorder:
+class Recorder(Observer):
     """What everything that records goes through: the order of things, their time, and their context.
 
-    It is an `Observer` of the component's tree. `start` is the wall time of the start in ns.
+    `start` is the wall time of the start in ns.
     """
 
     def __init__(
@@ -90,6 +94,13 @@ class Recorder:
         context = self.turns.context
         if context is not None:
             self.put("/readings", Reading(context, kind, value))
+
+    def ask(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> Any:  # noqa: ANN401
+        """Return a reading of a clock, recorded; while it waits others have their turns."""
+        with nullcontext() if waits is None else self.turns.waiting():
+            value = read()
+        self.reading(kind, value)
+        return value
 
     def action(self, kind: str, **arguments: Any) -> None:  # noqa: ANN401 - JSON
         """Record that somebody steers the component."""
@@ -154,7 +165,7 @@ class VariableWatch:
     """Tell which variables of automata have changed since the last time."""
 
     def __init__(self) -> None:
-        self._known: dict[int, dict[str, Any]] = {}
+        self._known: dict[int, dict[str, bytes]] = {}
         self._cells: dict[int, tuple[Automaton, dict[str, Any]]] = {}
 
     def changes(self, automaton: Automaton) -> tuple[dict[str, Any], list[str]]:
@@ -170,14 +181,15 @@ class VariableWatch:
             try:
                 value = cell.cell_contents
             except ValueError:  # nothing has been assigned
-                if known.pop(name, self) is not self:
+                if known.pop(name, None) is not None:
                     gone.append(name)
                 continue
             if callable(value) or type(value).__name__ == "module":
                 continue
             shown = readable(value)
-            if name not in known or not _same(known[name], shown):
-                known[name] = changed[name] = shown
+            encoded = msgspec.json.encode(shown)  # 1, 1.0 and true are equal, and not the same
+            if known.get(name) != encoded:
+                known[name], changed[name] = encoded, shown
         return changed, gone
 
 
@@ -210,13 +222,8 @@ def remaining_times(run: Run, now: int) -> dict[str, float]:
 
 
 def describe_error(error: BaseException) -> str:
-    """Return name and text of an exception, whose text is user code and may fail."""
-    try:
-        text = str(error)
-    except Exception:  # noqa: BLE001
-        text = "its text cannot be had"
-    shown = without_addresses(f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE])
-    return shown.encode("utf-8", "backslashreplace").decode()
+    """Return name and text of an exception, without what differs from process to process."""
+    return without_addresses(describe(error)).encode("utf-8", "backslashreplace").decode()
 
 
 def topics_of(tree: Tree) -> dict[int, str]:
@@ -228,19 +235,3 @@ def topics_of(tree: Tree) -> dict[int, str]:
         topic = above + (name or "_")
         topics[run.automaton.id] = topic if topic not in topics.values() else f"{topic}.{run.automaton.id}"
     return topics
-
-
-def wall_time() -> int:
-    """Return the wall time in ns since the epoch."""
-    return time.time_ns()
-
-
-def _same(known: object, shown: object) -> bool:
-    """Return whether two readable values make the same JSON: 1 and 1.0 and true do not."""
-    if type(known) is not type(shown):
-        return False
-    if isinstance(known, list) and isinstance(shown, list):
-        return len(known) == len(shown) and all(map(_same, known, shown))
-    if isinstance(known, dict) and isinstance(shown, dict):
-        return list(known) == list(shown) and all(_same(known[key], shown[key]) for key in known)
-    return known == shown

@@ -9,7 +9,8 @@ import logging
 import platform
 import random
 import sys
-from collections.abc import Callable, Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
@@ -19,18 +20,16 @@ import msgspec
 from hfsm_recording.messages import SOURCES, Action
 from zenoh_ice.clocks.clock import Clock
 
-from ..automaton import Automaton, Transition
+from ..automaton import Automaton
 from ..component import Component, parameter_values, proxies_of, source_of
-from ..control.carrying import FirstValues
-from ..control.replacement import Replacement
-from ..errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
+from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused, ReloadRefusedError
 from ..runtime import Runtime
-from ..supervision import OnError, OnRefused, Refusal
+from ..supervision import Refusal
 from ..timeline import Timeline
-from ..tree import Run, Tree
-from .clocks import RecordingClock, RecordingTimeline, recorded_time
+from ..tree import Replaced, Run, Tree
+from .clocks import AskedClock, RecordingTimeline, asked_time
 from .proxies import record_proxies
-from .recorder import LogRecorder, Recorder, automaton_context, wall_time
+from .recorder import LogRecorder, Recorder, automaton_context
 from .results import digest
 from .writer import RecordingWriter
 
@@ -51,7 +50,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
 
     Give the recorder to a `RecordedRuntime`. Raises RecordingFailedError.
     """
-    start = wall_time()
+    start = time.time_ns()
     metadata = {
         "name": Path(component._hfsm_document).stem or type(component).__name__,
         "document": component._hfsm_document,
@@ -77,7 +76,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     try:
         record_proxies(component, recorder)
         logging.getLogger().addHandler(log)
-        with recorded_time(type(component), recorder):
+        with asked_time(type(component), recorder.ask):
             yield recorder
     finally:
         logging.getLogger().removeHandler(log)
@@ -132,6 +131,11 @@ class RecordedTree(Tree):
         super().end_cycle(run)
         self._turns.end()
 
+    def suspend(self, run: Run, *, code_first: bool) -> None:
+        """Let an automaton pause where it is, at a breakpoint."""
+        super().suspend(run, code_first=code_first)
+        self._recorder.reading("break", True)
+
     def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
         """Wait for the automata below while others have their turns."""
         if not run.below:
@@ -158,8 +162,8 @@ class RecordedRuntime(Runtime):
         self._recorder = recorder
         self._genuine_clock = clock
         with recorder.turns.turn(START):
-            recorded = RecordingClock(clock, recorder)
-            super().__init__(component, recorded, on_error, servers_present, on_refused=on_refused)
+            asked = AskedClock(clock, recorder.ask)
+            super().__init__(component, asked, on_error, servers_present, on_refused=on_refused)
         periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
         policies = {
             "on_error": (on_error or component._hfsm_on_error).value,
@@ -203,8 +207,13 @@ class RecordedRuntime(Runtime):
         with self.action("set", automaton=automaton, name=name, json=_json(value)):
             super().set_variable(automaton, name, value)
 
-    def replace(self, replacement: Replacement, first: Mapping[int, FirstValues]) -> float:  # noqa: ARG002
-        """Raise ReloadRefusedError: a recording tells of one document."""
+    def replace(
+        self,
+        component: Component,  # noqa: ARG002
+        runs: tuple[Run, ...],  # noqa: ARG002
+        apply: Callable[[int], Replaced],  # noqa: ARG002
+    ) -> float:
+        """Raise ReloadRefusedError: a recording is of one document."""
         raise ReloadRefusedError(
             "a component that is recorded is not reloaded: its recording is of one document"
         )
@@ -242,12 +251,6 @@ class RecordedRuntime(Runtime):
             raise
         finally:
             self._recorder.reading("sleep", ending)
-
-    def _entered(self, run: Run, transition: Transition | None) -> bool:
-        stops = super()._entered(run, transition)
-        if stops:
-            self._recorder.reading("break", True)
-        return stops
 
 
 def _json(value: object) -> str:

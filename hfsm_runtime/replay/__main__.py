@@ -8,7 +8,9 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import sys
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Final, NoReturn
 
@@ -20,17 +22,19 @@ from hfsm_recording.reader import RecordingError
 from zenoh_ice.command import finite
 from zenoh_ice.command import run as run_command
 
+from ..component import Component
+from ..debugger.reload import components_in, load_module
 from ..errors import ComponentError
 from .comparison import Comparison
 from .engine import Replay
 from .errors import ReplayError
-from .loading import load
 from .script import Recording
 
 __all__ = ["main"]
 
 _SECOND: Final = 1e9
 _MOST_STEPS: Final = 20_000
+_numbers: Final = count(1)
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -59,8 +63,8 @@ def replay(
     recorded = Recording(recording)
     end = recorded.duration if until is None else round(until * _SECOND)
     _report(output, Begin(recorded.duration / _SECOND, recorded.truncated))
-    made = load(component)
-    other = None if edited is None else load(edited)
+    made = _load(component)
+    other = None if edited is None else _load(edited)
 
     def progress(seconds: float) -> None:
         _report(output, Progress(seconds))
@@ -111,6 +115,25 @@ def _report(output: int, what: Line) -> None:
     with suppress(BrokenPipeError):
         while line:
             line = line[os.write(output, line) :]
+
+
+def _load(file: Path) -> type[Component]:
+    """Return the class of the component that a file defines; raises ReplayError.
+
+    Its imports run, as they do when it is started.
+    """
+    name = f"{file.stem}_{next(_numbers)}"  # two versions of a component must not be one module
+    sys.path.insert(0, str(file.parent))  # what is written by hand stands beside it
+    try:
+        module = load_module(name, str(file))
+    except (Exception, SystemExit) as error:
+        raise ReplayError(f"{file.name} cannot be loaded: {type(error).__name__}: {error}") from error
+    finally:
+        sys.path.remove(str(file.parent))
+    components = components_in(module)
+    if len(components) != 1:
+        raise ReplayError(f"{file.name} defines {len(components)} components, not one")
+    return components[0]
 
 
 if __name__ == "__main__":

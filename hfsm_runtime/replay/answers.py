@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, Final, NoReturn
 
@@ -11,8 +12,7 @@ from zenoh_ice import Sample
 from ..recording.values import readable
 from .comparison import Comparison
 from .errors import ReplayEndedError, ReplayError
-from .knowledge import Knowledge
-from .script import Record, Recording, Script, Want, context_of
+from .script import Record, Recording, Script, Want, attribute_of, context_of
 from .strands import Strand, Strands
 
 __all__ = ["Answers"]
@@ -21,6 +21,67 @@ _SECOND: Final = 1_000_000_000
 _MOST_GUESSES: Final = 100_000
 """Answers without a record in one cycle: code that asks for more does not end."""
 _NUMBERS: Final = frozenset({"component", "now", "rate", "age"})
+_CLOCKS: Final = {"now": 1.0, "time.time": 1.0, "time.monotonic": 1.0, "time.perf_counter": 1.0}
+_CLOCKS_NS: Final = {"time.time_ns", "time.monotonic_ns", "time.perf_counter_ns"}
+_VALUES: Final = frozenset({"call", "latest", "wait", "async", "sample"})
+_POLL: Final = 1000
+"""ns that pass when an edited document reads a clock, so that a loop that waits by it comes to its end."""
+
+
+class Knowledge:
+    """Collect what a recording brings, and answer from it by the newest."""
+
+    def __init__(self) -> None:
+        self.guesses: Counter[str] = Counter()
+        """How often what was asked for in vain, and answered by something older."""
+        self._results: dict[tuple[str, str], Record] = {}
+        self._readings: dict[str, tuple[float, int]] = {}
+        self._passed: dict[str, int] = {}
+
+    def learn(self, record: Record) -> None:
+        """Take what was recorded."""
+        message = record.message
+        if isinstance(message, Result):
+            if message.kind in _VALUES and message.packed is not None:
+                self._results[attribute_of(record), message.operation] = record
+        elif (
+            isinstance(message, Reading)
+            and message.kind in _CLOCKS.keys() | _CLOCKS_NS
+            and isinstance(message.value, int | float)
+        ):
+            self._readings[message.kind] = float(message.value), record.time
+
+    def newest(self, want: Want) -> Record | None:
+        """Return the newest value that an operation had, or None."""
+        return self._results.get((want.attribute, want.operation))
+
+    def begin_cycle(self, context: str) -> None:
+        """Forget how long the code of a context has waited in its cycle."""
+        self._passed[context] = 0
+
+    def wait(self, context: str, seconds: float) -> None:
+        """Let time pass for the code of a context, until the end of its cycle."""
+        self._passed[context] = self._passed.get(context, 0) + round(max(0.0, seconds) * _SECOND)
+
+    def time(self, context: str, now: int) -> int:
+        """Return the component time in ns as the code of a context sees it."""
+        self._passed[context] = self._passed.get(context, 0) + _POLL
+        return now + self._passed[context]
+
+    def reading(self, want: Want, context: str, now: int) -> float | int | bool | str | None:
+        """Return what a clock shows, or how a wait ends, at a component time in ns."""
+        time = self.time(context, now)
+        kind = want.kind
+        if kind == "component":
+            return time
+        if kind in _CLOCKS or kind in _CLOCKS_NS:
+            scale = 1.0 if kind in _CLOCKS_NS else _SECOND
+            value, at = self._readings.get(kind, (0.0, 0))
+            return int(value + (time - at)) if kind in _CLOCKS_NS else value + (time - at) / scale
+        endings: dict[str, float | bool | str] = {
+            "rate": 1.0, "sleep": "done", "clock.wait": False, "future": True,
+        }  # fmt: skip
+        return endings.get(kind)
 
 
 class Answers:
@@ -76,7 +137,11 @@ class Answers:
             self.comparison.called(self.now(), strand.context, what, message.arguments, shown)
         return record
 
-    def read(self, kind: str, waits: float = 0.0) -> Any:  # noqa: ANN401 - what the recording says
+    def ask(self, kind: str, _read: Callable[[], Any], waits: Callable[[], float] | None) -> Any:  # noqa: ANN401
+        """Return a reading of a clock."""
+        return self.read(kind, waits)
+
+    def read(self, kind: str, waits: Callable[[], float] | None = None) -> Any:  # noqa: ANN401
         """Return a reading: the recorded one, or one that follows from the time."""
         want = Want(kind)
         record = self.take(want)
@@ -89,8 +154,8 @@ class Answers:
         context = self._strands.context
         if context is None:
             return self.now() if kind == "component" else self.now() / _SECOND
-        if waits:
-            self.knowledge.wait(context, waits)
+        if waits is not None:
+            self.knowledge.wait(context, waits())
         elif kind not in ("component", "sleep", "future"):
             self.knowledge.guesses[str(want)] += 1
         return self.knowledge.reading(want, context, self.now())
@@ -99,12 +164,6 @@ class Answers:
         """Return the newest value that an operation had until now."""
         self.knowledge.guesses[str(want)] += 1
         return self.knowledge.newest(want)
-
-    def pass_time(self, seconds: float) -> None:
-        """Let time pass for the running code until the end of its cycle."""
-        context = self._strands.context
-        if context is not None:
-            self.knowledge.wait(context, seconds)
 
     def expect(self, context: str, deliver: Callable[[Record], object] | None) -> None:
         """Call a function when what belongs to a context arrives; with None, no more."""

@@ -12,21 +12,21 @@ from hfsm_recording.messages import Action, Change, Cycle, Gap, Overlap, Reading
 
 from ..component import Component
 from ..cycle import run_cycle
+from ..errors import OnError, OnRefused
 from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, restore_random
-from ..schedule import slot_after, slot_from
-from ..supervision import OnError, OnRefused
+from ..recording.turns import Turns
+from ..recording.writer import Entry
+from ..timeline import slot_after, slot_from
 from ..tree import ChangeKind, Run
-from .actions import act
 from .answers import Answers
 from .comparison import Comparison
 from .errors import ReplayError
-from .host import Host
+from .host import Host, act
 from .script import Record, Recording, Script, Want, context_of
 from .strands import Strand, Strands
-from .trace import ComparisonSink, StrandContext
 
-__all__ = ["Replay"]
+__all__ = ["ComparisonSink", "Replay", "StrandContext"]
 
 _SECOND: Final = 1_000_000_000
 _PROGRESS: Final = 1.0
@@ -342,3 +342,30 @@ class Replay:
         )
         if len(self.notes) < _MOST_OVERLAPS:
             self.notes.append(text)
+
+
+class ComparisonSink:
+    """Where what the replay does is told: to the comparison."""
+
+    crowded: Final = True
+
+    def __init__(self, answers: Answers) -> None:
+        self._answers = answers
+
+    def put(self, entry: Entry) -> None:
+        """Take a message."""
+        message = entry.message if not callable(entry.message) else entry.message()
+        self._answers.comparison.replayed(entry.time, message)
+
+
+class StrandContext(Turns):
+    """Turns that nobody takes: the code of a context is that on its strand."""
+
+    def __init__(self, strands: Strands) -> None:
+        super().__init__(lambda _context, _beside: None)
+        self._strands = strands
+
+    @property
+    def context(self) -> str | None:
+        """Whose code this thread runs."""
+        return self._strands.context

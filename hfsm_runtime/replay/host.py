@@ -5,32 +5,42 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
-from functools import partial
 from typing import Final
 
 import msgspec
 
+from hfsm_recording.messages import Action
+from zenoh_ice.clocks.clock import VirtualClock
+
 from ..automaton import Automaton, Transition
-from ..component import Component, equip, make_automata, parameters_of, source_of
-from ..control.carrying import take_attributes
-from ..control.replacement import Replacement, first_values_of
-from ..errors import ComponentStoppedError, CycleCutError, UnknownElementError
-from ..events import make_event
-from ..recording.clocks import replaced_time
+from ..automaton_run import make_event
+from ..component import Component, equip, make_automata, parameters_of
+from ..debugger.reload import Replacement, first_values_of
+from ..errors import (
+    ComponentError,
+    ComponentStoppedError,
+    CycleCutError,
+    OnError,
+    OnRefused,
+    UnknownElementError,
+)
+from ..observer import Observer
+from ..recording.clocks import AskedClock, asked_time
 from ..recording.recorder import Recorder
-from ..supervision import OnError, OnRefused, Refusal, Supervision
+from ..supervision import Refusal, Supervision
+from ..timeline import Timeline
 from ..tree import ChangeKind, Run, Tree
+from ..variables import assign
 from .answers import Answers
-from .clocks import ReplayClock, ReplayTimeline, time_function
 from .script import Recording
 from .stand_ins import connect
 
-__all__ = ["Host"]
+__all__ = ["Host", "act"]
 
 _SECOND: Final = 1_000_000_000
 
 
-class Host:
+class Host(Observer):
     """Hold the component of a replay and its automata; use it in a `with` block.
 
     `make` and `exchange` run user code, so they belong on a strand.
@@ -46,8 +56,6 @@ class Host:
         self._recording = recording
         self._answers = answers
         self._recorder = recorder
-        self._on_error: OnError | None = None
-        self._on_refused: OnRefused | None = None
         self._stack = ExitStack()
 
     def __enter__(self) -> Host:
@@ -62,9 +70,9 @@ class Host:
         self._equip(self.component)
         self.tree = _ReplayTree(make_automata(self.component), self._answers)
         self._recorder.watch(self.tree)
-        self.tree.on_change.append(self._changed)
+        self.tree.observers.append(self)
         self._first = first_values_of(self.tree.runs)
-        self._timeline = ReplayTimeline(self._answers)
+        self._timeline = _ReplayTimeline(self._answers)
 
     def begin_at(self, arguments: Mapping[str, object]) -> None:
         """Let the state be the first one that was it in the recording, if it is still there."""
@@ -77,20 +85,15 @@ class Host:
         """Enter the initial states."""
         if self.started:
             return
-        component = self.component
         self.started = True
-        self._on_error, self._on_refused = on_error, on_refused
         self.supervision = Supervision(
             self.tree,
             self._timeline,
-            component._hfsm_log,
-            on_error=on_error or component._hfsm_on_error,
-            on_refused=on_refused or component._hfsm_on_refused,
-            file=source_of(component),
-            document=component._hfsm_document,
+            self.component,
+            on_error,
+            on_refused,
             halt=self.ended.set,
             refused=self._refused,
-            entered=self._entered,
         )
         self.tree.start(0)
 
@@ -101,32 +104,23 @@ class Host:
 
     def exchange(self, make: Callable[[], Component], at: int) -> tuple[str, ...]:
         """Let another version of the component take the place of this one; return what it could not keep."""
-        former, component = self.component, make()
-        told = take_attributes(former, component)
-        self._equip(component)
-        replacement = Replacement(component, tuple(told))
+        component = make()
+        replacement = Replacement(self.component, component, self._equip)
         with self.tree.lock:
-            replacement.apply(self.tree, former, self._first, at)
+            replacement.apply(self.tree, self._first, at)
         self.component = component
-        self.supervision.turn_to(
-            component._hfsm_log,
-            on_error=self._on_error or component._hfsm_on_error,
-            on_refused=self._on_refused or component._hfsm_on_refused,
-            file=source_of(component),
-            document=component._hfsm_document,
-        )
+        self.supervision.turn_to(component)
         return replacement.not_kept
 
     def _equip(self, component: Component) -> None:
         """Give a component what it sees of the world."""
         _set_parameters(component, self._recording)
         connect(component, self._answers)
-        made = partial(time_function, self._answers)
-        self._stack.enter_context(replaced_time(type(component), made))
-        equip(component, ReplayClock(self._answers), self._sleep, self._send)
+        self._stack.enter_context(asked_time(type(component), self._answers.ask))
+        equip(component, AskedClock(VirtualClock(), self._answers.ask), self._sleep, self._send)
 
     def _sleep(self, seconds: float) -> None:
-        ending = self._answers.read("sleep", waits=seconds)
+        ending = self._answers.read("sleep", waits=lambda: seconds)
         if ending == "stopped":
             raise ComponentStoppedError
         if ending == "cut":
@@ -135,7 +129,8 @@ class Host:
     def _send(self, name: str, data: object = None) -> None:
         self.tree.send(make_event(name, data), self._timeline.now())
 
-    def _changed(self, _now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        """End when the root has finished."""
         if kind is ChangeKind.FINISHED and run is self.tree.root:
             self.ended.set()
 
@@ -143,7 +138,7 @@ class Host:
         """Pause as the recorded component did; it resumes when that one did."""
         self.tree.held = True
 
-    def _entered(self, _run: Run, _transition: Transition | None) -> bool:
+    def entered(self, run: Run, transition: Transition | None) -> bool:  # noqa: ARG002
         """Stop where a breakpoint stopped the recorded component."""
         stops = self._answers.was_stopped()
         self.tree.held = self.tree.held or stops
@@ -173,3 +168,36 @@ def _set_parameters(component: Component, recording: Recording) -> None:
         for name, value in values.items():
             if name in declared and type(value) is type(declared[name].default):
                 setattr(component, name, value)
+
+
+def act(host: Host, action: Action, now: int) -> None:
+    """Do what an action says at a component time in ns; one that was refused is refused again."""
+    arguments = action.arguments
+    number = arguments.get("automaton")
+    run = host.tree.run(number) if isinstance(number, int) else None
+    with suppress(ComponentError, ValueError):
+        if action.kind in ("pause", "resume"):
+            host.tree.held = action.kind == "pause"
+        elif action.kind == "force" and run is not None:
+            leaving = run.automaton.outgoing(run.current)
+            run.forced = next((t for t in leaving if t.id == arguments.get("transition")), run.forced)
+        elif action.kind in ("set", "send"):
+            name, value = str(arguments.get("name")), msgspec.json.decode(str(arguments.get("json")).encode())
+            if action.kind == "send":
+                host.tree.send(make_event(name, value), now)
+            elif run is not None:
+                assign(run.automaton, name, value)
+            elif name in parameters_of(host.component):
+                setattr(host.component, name, value)
+
+
+class _ReplayTimeline(Timeline):
+    """Component time as it was."""
+
+    def __init__(self, answers: Answers) -> None:
+        super().__init__(VirtualClock())
+        self._answers = answers
+
+    def now(self) -> int:
+        """Return the component time in ns."""
+        return int(self._answers.read("component"))

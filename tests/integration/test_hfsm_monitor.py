@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, State, Transition
-from hfsm_runtime.control.monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.runtime import Runtime
 from interfaces.hfsm import (
     Breakpoint,

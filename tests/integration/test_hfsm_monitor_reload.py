@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from hfsm_runtime.control.monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.robot import connect
 from hfsm_runtime.runtime import Runtime
 from interfaces.hfsm import (

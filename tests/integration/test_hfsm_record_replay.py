@@ -21,13 +21,14 @@ from hypothesis import strategies as st
 
 from hfsm_recording.messages import Cycle
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
-from hfsm_runtime.control.breakpoints import Breakpoint
+from hfsm_runtime.debugger.debugger import Debugger
 from hfsm_runtime.recording import writer
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
 from hfsm_runtime.replay.script import Recording
 from hfsm_runtime.robot import connect
+from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.limits import LIMIT
@@ -113,7 +114,7 @@ def running(
     begin_at: tuple[int, int] | None = None,
 ) -> Iterator[tuple[RecordedRuntime, FastClock]]:
     """Record a component on its threads, ten times as fast as the wall's clock."""
-    from hfsm_runtime.supervision import OnError
+    from hfsm_runtime.errors import OnError
 
     component = make()
     component.log.disabled = True
@@ -350,12 +351,13 @@ def test_a_run_that_began_elsewhere_is_replayed_from_there(tmp_path: Path, world
 def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, world: World) -> None:
     path = tmp_path / "run.mcap"
     with running(Watcher, world, path) as (runtime, clock):
-        runtime.breakpoints.set([Breakpoint(1, 2, 0, "")], runtime.tree, {})
+        debugger = Debugger(runtime)
+        debugger.set_breakpoints([Breakpoint(1, 2, 0, "")])
         eventually(lambda: runtime.timeline.paused)
         clock.sleep(0.5)
-        runtime.step(0)
-        runtime.breakpoints.set([], runtime.tree, {})
-        runtime.resume()
+        debugger.step(0)
+        debugger.set_breakpoints([])
+        debugger.resume()
         eventually(lambda: runtime.tree.root.last_transition == 2)
     comparison = identical(path, Watcher)
     assert [step.state for step in comparison.replayed_steps][:3] == ["a", "b", "a"]

@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 
 from hfsm_runtime import Component
-from hfsm_runtime.control.monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.runtime import Runtime, Status
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import PoseHeadPrx

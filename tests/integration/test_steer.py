@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hfsm_runtime import Component
-from hfsm_runtime.control.monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.runtime import Runtime, Status
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import eventually

@@ -19,7 +19,7 @@ from codegen.hfsm.model_checker import Counterexample, StepKind
 from codegen.hfsm.model_checker.expressions import parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Configuration
-from hfsm_runtime.observer import Watcher
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
 from tests.support.automata import component
 
@@ -195,7 +195,7 @@ class Fired(NamedTuple):
     transition: int
 
 
-class Player(Watcher):
+class Player(Observer):
     """A document on the real runtime, in virtual time, and what was seen there.
 
     `guard` says what guards come to, and `present` which events are there in a cycle.

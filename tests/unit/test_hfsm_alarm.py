@@ -7,9 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from hfsm_runtime.alarm import Alarm
-from hfsm_runtime.schedule import delay_in_slot
-from hfsm_runtime.timeline import Timeline
+from hfsm_runtime.threads import Alarm
+from hfsm_runtime.timeline import Timeline, delay_in_slot
 from tests.support.limits import LIMIT
 from zenoh_ice import WallClock
 

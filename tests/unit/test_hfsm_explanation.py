@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
-from hfsm_runtime.control.explanation import Explanation, GuardLog, explain
+from hfsm_runtime.debugger.explanation import GuardLog, explain
 from hfsm_runtime.timeline import Timeline
+from interfaces.hfsm import Explanation
 from tests.support.automata import component
 
 
@@ -30,7 +31,7 @@ class Explained:
         return explain(self.run.tree, found, self.guards, self.timeline)
 
     def reasons(self, automaton: int = 1) -> list[str]:
-        return [reason.text for reason in self.why(automaton).reasons]
+        return [each.reason for each in self.why(automaton).transitions]
 
 
 def automaton(*transitions: Transition, **second: object) -> Automaton:
@@ -51,9 +52,9 @@ def test_a_guard_tells_its_last_value_and_when_it_was_asked() -> None:
     told = Explained(automaton(when(1, lambda: False)))
     assert told.reasons() == ["its guard has not been asked since the state was entered"]
     told.run.advance(0.25)
-    (reason,) = told.why().reasons
-    assert (reason.order, reason.asked, reason.value, reason.asked_at) == (1, True, False, 200_000_000)
-    assert reason.text == "its guard `ready` was false when it was asked 0.05 s ago"
+    (reason,) = told.why().transitions
+    assert (reason.order, reason.asked, reason.value, reason.askedAt) == (1, True, False, 0.2)
+    assert reason.reason == "its guard `ready` was false when it was asked 0.05 s ago"
     assert told.why().summary == (
         "walker has been in a for 0.25 s. 1. t1: its guard `ready` was false when it was asked 0.05 s ago."
     )
@@ -70,13 +71,13 @@ def test_a_guard_tells_what_its_names_stand_for_now() -> None:
 def test_a_timer_tells_what_is_left_and_then_its_guard() -> None:
     told = Explained(automaton(when(1, lambda: False, seconds=1.0)))
     told.run.advance(0.3)
-    (reason,) = told.why().reasons
-    assert (reason.remaining, reason.text) == (700_000_000, "its time comes after 0.70 s more in the state")
+    (reason,) = told.why().transitions
+    assert (reason.remaining, reason.reason) == (0.7, "its time comes after 0.70 s more in the state")
     told.run.advance(1.0)
     assert told.reasons() == [
         "its guard `ready` was false though its time has come, when it was asked 0.00 s ago"
     ]
-    assert told.why().reasons[0].remaining == 0
+    assert told.why().transitions[0].remaining == 0
 
 
 def test_an_event_is_awaited_or_came_while_its_guard_did_not_hold() -> None:
@@ -87,32 +88,32 @@ def test_an_event_is_awaited_or_came_while_its_guard_did_not_hold() -> None:
     told.run.advance(0.1)
     assert told.reasons() == ["its guard `ready` was false when lost came 0.00 s ago"]
     told.run.advance(0.5)
-    assert told.why().reasons[0].asked is False  # not in the last cycle
+    assert told.why().transitions[0].asked is False  # not in the last cycle
 
 
 def test_the_transition_that_comes_first_is_named() -> None:
     told = Explained(automaton(when(1, lambda: True, destination=1), when(2, lambda: True)))
     told.run.advance(0.3)
     assert told.reasons()[1] == "it was not asked: t1, which comes first, fired"
-    assert told.why().entered_by == 1
+    assert told.why().enteredBy == 1
     assert "entered by t1" in told.why().summary
 
 
-def test_an_automaton_that_begins_anew_was_entered_by_no_transition() -> None:
+def test_an_automaton_that_begins_anew_was_enteredBy_no_transition() -> None:
     ready = True
     states = (State(id=1, name="x", initial=True), State(id=2, name="y", final=True))
     child = Automaton(id=2, name="b", states=states, transitions=(when(1, lambda: ready),))
     told = Explained(automaton(when(1, lambda: True), when(2, lambda: True, 2, 1), children=(child,)))
     told.run.advance(0.15)
-    assert (told.why(2).state, told.why(2).entered_by) == (2, 1)
+    assert (told.why(2).state, told.why(2).enteredBy) == (2, 1)
     ready = False
     told.run.advance(0.15)
-    assert (told.why(2).state, told.why(2).entered_by) == (1, 0)
+    assert (told.why(2).state, told.why(2).enteredBy) == (1, 0)
 
 
 def test_transitions_are_explained_in_the_order_in_which_they_are_tried() -> None:
     told = Explained(automaton(when(1, lambda: False), when(2, lambda: False, priority=1)))
-    assert [(reason.order, reason.transition.id) for reason in told.why().reasons] == [(1, 2), (2, 1)]
+    assert [(reason.order, reason.transition) for reason in told.why().transitions] == [(1, 2), (2, 1)]
 
 
 def test_a_forced_transition_is_told() -> None:
@@ -183,5 +184,5 @@ def test_an_automaton_that_waits_for_entry_code_says_so() -> None:
 def test_what_guards_said_is_forgotten_with_the_state() -> None:
     told = Explained(automaton(when(1, lambda: True), when(1, lambda: False, 2, 1)))
     told.run.advance(0.0)
-    (reason,) = told.why().reasons
-    assert (told.run.active, reason.asked_at, reason.value) == ("b", None, False)
+    (reason,) = told.why().transitions
+    assert (told.run.active, reason.askedAt, reason.value) == ("b", -1.0, False)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from hfsm_runtime import Event, State, Transition, VirtualRun
-from hfsm_runtime.observer import Watcher
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run
 from tests.support.automata import automaton, component, on, when
 
 
-class Notes:
-    """Writes down all that it is told, in the words of the protocol."""
+class Notes(Observer):
+    """Writes down all that it is told."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -22,6 +22,10 @@ class Notes:
 
     def fired(self, run: Run, transition: Transition, at: int) -> None:
         self.lines.append(f"fired {transition.event} in {run.current.name}")
+
+    def entered(self, run: Run, transition: Transition | None) -> bool:
+        self.lines.append(f"may pause in {run.current.name} after {transition.event if transition else None}")
+        return False
 
     def cycle_ended(self, run: Run, at: int) -> None:
         self.lines.append(f"cycle ended {at // 1_000_000}")
@@ -45,12 +49,13 @@ def test_an_observer_is_told_all_that_happens_in_its_order() -> None:
     ]
     transitions = [when(lambda: False, 1, 2), on("go", 1, 2, guard=lambda event: True)]
     virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
-    virtual.tree.observers += [notes, Watcher()]
+    virtual.tree.observers += [notes, Observer()]
     virtual.advance(0)
     virtual.send("go", 7)
     virtual.advance(0.1)
     assert notes.lines == [
         "cycle began 0",
+        "may pause in a after None",
         "guard plain False in a",
         "cycle ended 0",
         "sent go 7",
@@ -61,6 +66,7 @@ def test_an_observer_is_told_all_that_happens_in_its_order() -> None:
         "exit",
         "entered b",
         "entered x",
+        "may pause in b after go",
         "failed division by zero",
         "cycle ended 100",
     ]
@@ -75,3 +81,17 @@ def test_an_observer_is_told_of_ghosts_and_of_those_that_have_finished() -> None
     virtual.advance(0.1)
     changes = [line for line in notes.lines if line.split()[0] in set(ChangeKind)]
     assert changes == ["finished x", "ghost x", "entered b"]
+
+
+def test_an_observer_pauses_where_a_state_is_entered_and_its_code_runs_in_the_next_cycle() -> None:
+    class Stop(Observer):
+        def entered(self, run: Run, transition: Transition | None) -> bool:
+            return run.current.name == "b"
+
+    ran: list[float] = []
+    states = [State(id=1, name="a"), State(id=2, name="b", code=lambda: ran.append(virtual.time))]
+    virtual = VirtualRun(component(automaton(1, "root", states, [when(lambda: True, 1, 2)])))
+    virtual.tree.observers += [Stop(), Observer()]
+    virtual.advance(0.1)
+    assert virtual.active == "b"
+    assert ran == [0.1]

@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 
 from codegen.hfsm.generation.attributes import STANDARD_OPTIONS
 from hfsm_runtime import Automaton, Component, Parameter, State
-from hfsm_runtime.command import make_app
-from hfsm_runtime.parameters import make_component, with_parameters
+from hfsm_runtime.command import make_app, make_component, with_parameters
 
 
 class Runner(Component, document="runner.xml"):

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Event, Input, State, Transition, VirtualRun
 from hfsm_runtime.cycle import Supervisor, run_cycle
-from hfsm_runtime.supervision import Supervision
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run, Tree
 from tests.support.automata import component
 from tests.support.examples import examples
@@ -274,7 +274,7 @@ def reference(plan: Plan, outside: Mapping[int, str]) -> list[Line]:
     return trace
 
 
-class Recorder:
+class Recorder(Observer):
     """Makes the automata of a plan, whose code writes down that it runs, and runs them."""
 
     def __init__(self, plan: Plan) -> None:
@@ -289,9 +289,7 @@ class Recorder:
         self.virtual = virtual = VirtualRun(component(self._root))
         for change in virtual.trace:
             self._note_change(change.automaton, change.state, change.kind)
-        virtual.tree.on_change.append(
-            lambda now, run, kind: self._note_change(run.automaton.name, run.current.name, kind)
-        )
+        virtual.tree.observers.append(self)
         for time in sorted(outside):
             virtual.advance(time / 1000 - virtual.time)
             self._send(virtual.component, outside[time])
@@ -304,6 +302,9 @@ class Recorder:
     def _note(self, name: str, what: str) -> None:
         now = 0.0 if self.virtual is None else self.virtual.time
         self.trace.append((round(now * 1000), name, what))
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        self._note_change(run.automaton.name, run.current.name, kind)
 
     def _note_change(self, name: str, state: str, kind: ChangeKind) -> None:
         if kind is ChangeKind.FINISHED:
@@ -431,7 +432,7 @@ def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
         return ran
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Supervision, "entered", lambda self, run, transition: entered(run, transition))
+        patch.setattr(VirtualRun, "entered", lambda self, run, transition: entered(run, transition))
         patch.setattr("hfsm_runtime.virtual.run_cycle", run_to_its_end)
         trace = Recorder(plan).run(outside)
     assert in_order(trace) == in_order(reference(plan, outside))

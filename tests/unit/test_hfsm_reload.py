@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from hfsm_runtime import Automaton, Component, Input, Parameter, Proxy, State, Transition, VirtualRun
+from hfsm_runtime import Automaton, Component, Input, Parameter, Proxy, State, Transition
+from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.tree import ChangeKind
 
 
@@ -54,18 +55,18 @@ def timed(
     )  # fmt: skip
 
 
-def user(run: VirtualRun) -> Any:
+def user(run: ReloadableRun) -> Any:
     """Return what user code sees as `self`."""
     return run.component
 
 
-def running(automaton: Automaton, seconds: float) -> VirtualRun:
-    run = VirtualRun(component(lambda self: automaton))
+def running(automaton: Automaton, seconds: float) -> ReloadableRun:
+    run = ReloadableRun(component(lambda self: automaton))
     run.advance(seconds)
     return run
 
 
-def reload(run: VirtualRun, automaton: Automaton) -> tuple[str, ...]:
+def reload(run: ReloadableRun, automaton: Automaton) -> tuple[str, ...]:
     return run.reload(component(lambda self: automaton))
 
 
@@ -222,7 +223,7 @@ def counting(
 
 
 def test_variables_are_kept_and_code_is_new() -> None:
-    run = VirtualRun(component(counting))
+    run = ReloadableRun(component(counting))
     run.advance(0.4)
     assert user(run).seen == (5, [1, 2], 5)
     assert run.reload(component(lambda self: counting(self, step=10))) == ()
@@ -231,7 +232,7 @@ def test_variables_are_kept_and_code_is_new() -> None:
 
 
 def test_variables_that_nobody_changed_get_the_value_of_the_new_version() -> None:
-    run = VirtualRun(component(counting))
+    run = ReloadableRun(component(counting))
     run.advance(0.4)
     run.reload(component(lambda self: counting(self, first=100, limits=(7,))))
     run.advance(0.1)
@@ -256,7 +257,7 @@ def test_a_variable_that_has_no_first_value_keeps_its_value() -> None:
             id=1, name="walker", states=(State(id=1, name="a", initial=True, entry=entry, code=code),)
         )  # fmt: skip
 
-    run = VirtualRun(component(version))
+    run = ReloadableRun(component(version))
     run.advance(0.1)
     run.reload(component(version))
     vars(run.component).clear()
@@ -275,7 +276,7 @@ def test_a_list_that_was_changed_in_place_is_kept() -> None:
 
         return Automaton(id=1, name="walker", states=(State(id=1, name="a", initial=True, code=code),))
 
-    run = VirtualRun(component(lambda self: version(self, 1)))
+    run = ReloadableRun(component(lambda self: version(self, 1)))
     run.advance(0.0)
     run.reload(component(lambda self: version(self, 2)))
     run.advance(0.1)
@@ -283,7 +284,7 @@ def test_a_list_that_was_changed_in_place_is_kept() -> None:
 
 
 def test_variables_that_are_gone_are_told() -> None:
-    run = VirtualRun(component(counting))
+    run = ReloadableRun(component(counting))
     run.advance(0.1)
     (told,) = reload(run, timed("follow", "dance"))
     assert told == "variables of automaton 1 (walker) are gone: count, late, table"
@@ -291,7 +292,7 @@ def test_variables_that_are_gone_are_told() -> None:
 
 def test_attributes_of_self_are_one_and_the_same_for_both_versions() -> None:
     old = component(lambda self: timed("follow", "dance"))
-    run = VirtualRun(old)
+    run = ReloadableRun(old)
     old.camera = model = object()
     new = component(lambda self: timed("follow", "dance"), turn=lambda self: None)
     old.turn = 3
@@ -309,7 +310,7 @@ def test_parameters_keep_their_values_while_their_type_stays() -> None:
 
     old = version(speed=0.3, turns=3, color="red", gone=1)
     old.speed, old.turns = 0.5, 5
-    run = VirtualRun(old)
+    run = ReloadableRun(old)
     new = version(speed=0.1, turns="many", color="green")
     assert sorted(run.reload(new)) == [
         "the parameter gone is gone", "the parameter turns is str now and has its default again"
@@ -321,7 +322,7 @@ def test_proxies_are_kept_while_they_are_of_the_same_servant() -> None:
     head, arm = object(), object()
     old = component(lambda self: timed("a", "b"), head=Proxy("Head", object), arm=Proxy("LeftArm", object))
     old.head, old.arm = head, arm
-    run = VirtualRun(old)
+    run = ReloadableRun(old)
     new = component(lambda self: timed("a", "b"), head=Proxy("Head", object), arm=Proxy("RightArm", object))
     run.reload(new)
     assert new.head is head
@@ -350,7 +351,7 @@ def test_inputs_and_events_on_their_way_are_kept() -> None:
         )  # fmt: skip
         return Automaton(id=1, name="walker", states=(state,))
 
-    run = VirtualRun(component(version))
+    run = ReloadableRun(component(version))
     run.advance(0.15)
     run.send("lost")
     run.reload(component(version))

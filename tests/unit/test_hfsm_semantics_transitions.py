@@ -7,8 +7,8 @@ import logging
 import pytest
 
 from hfsm_runtime import Automaton, Component, Event, State, Transition, VirtualRun, run
+from hfsm_runtime.automaton_run import CAPACITY
 from hfsm_runtime.errors import DefinitionError, EventError
-from hfsm_runtime.events import CAPACITY
 from tests.support.automata import Code, after, automaton, component, on, when
 from zenoh_ice.exceptions import ConnectionLostException
 

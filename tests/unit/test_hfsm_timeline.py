@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from hfsm_runtime.schedule import slot_after, slot_at, slot_from
-from hfsm_runtime.timeline import Timeline
+from hfsm_runtime.timeline import Timeline, slot_after, slot_at, slot_from
 from zenoh_ice import VirtualClock
 
 

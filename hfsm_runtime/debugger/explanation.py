@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Final
 
+from interfaces.hfsm import Explanation, TransitionExplanation
+
 from ..automaton import Transition
-from ..observer import Watcher
+from ..observer import Observer
 from ..timeline import Timeline
 from ..tree import ChangeKind, Run, Tree
 from ..variables import short_repr, values_of
 from .expressions import values_in
 
-__all__ = ["Explanation", "GuardLog", "Reason", "explain"]
+__all__ = ["GuardLog", "explain"]
 
 _SECOND: Final = 1e9
 _LONGEST_CONDITION: Final = 200
@@ -20,75 +21,34 @@ _LONGEST_VALUE: Final = 60
 _MOST_VALUES: Final = 5
 
 
-@dataclass(frozen=True, slots=True)
-class Reason:
-    """Why a transition out of the current state has not fired.
-
-    `order` is its place among them, from 1. `value` is that of its guard when it was last asked since the
-    state was entered, at the component time `asked_at` in ns (None: never); `asked` tells whether that was in
-    the last cycle. `remaining` is the active time in ns until it fires by time, None when it does not.
-    """
-
-    transition: Transition
-    order: int
-    asked: bool
-    value: bool
-    asked_at: int | None
-    remaining: int | None
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Explanation:
-    """Why an automaton is where it is; `summary` says the same in sentences."""
-
-    run: Run
-    state: int
-    ghost: bool
-    entered_by: int
-    reasons: tuple[Reason, ...]
-    summary: str
-
-
-@dataclass(slots=True)
-class _Asked:
-    """The guards of one automaton that were asked since it entered its state: value and time in ns."""
-
-    guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
-    last_cycle: int = -1
-
-
-class GuardLog(Watcher):
-    """Remember when which guard was asked; one of the observers of a tree."""
+class GuardLog(Observer):
+    """Remember when which guard was evaluated; one of the observers of a tree."""
 
     def __init__(self) -> None:
-        self._asked: dict[Run, _Asked] = {}
+        self._guards: dict[Run, dict[int, tuple[bool, int]]] = {}
+        self._last_cycle: dict[Run, int] = {}
 
     def of(self, run: Run) -> tuple[dict[int, tuple[bool, int]], int]:
         """Return value and time in ns of each guard by its transition, and the time of the last cycle."""
-        asked = self._asked.get(run) or _Asked()
-        return dict(asked.guards), asked.last_cycle
+        return dict(self._guards.get(run, {})), self._last_cycle.get(run, -1)
 
     def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
-        """Remember what a guard said."""
-        self._asked.setdefault(run, _Asked()).guards[transition.id] = value, at
+        """Remember the value of a guard."""
+        self._guards.setdefault(run, {})[transition.id] = value, at
 
     def cycle_ended(self, run: Run, at: int) -> None:
         """Remember when a cycle was."""
-        self._asked.setdefault(run, _Asked()).last_cycle = at
+        self._last_cycle[run] = at
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
-        """Forget what guards of a state said that was left."""
+        """Forget the guards of a state that was left."""
         if kind is ChangeKind.ENTERED:
-            self.forget(run)
-
-    def forget(self, run: Run) -> None:
-        """Forget all guards of an automaton."""
-        self._asked.pop(run, None)
+            self._guards.pop(run, None)
 
     def clear(self) -> None:
         """Forget all guards."""
-        self._asked.clear()
+        self._guards.clear()
+        self._last_cycle.clear()
 
 
 def explain(tree: Tree, run: Run, guards: GuardLog, timeline: Timeline) -> Explanation:
@@ -102,11 +62,24 @@ def explain(tree: Tree, run: Run, guards: GuardLog, timeline: Timeline) -> Expla
         for order, transition in enumerate(outgoing, 1):
             value, at = asked.get(transition.id, (False, None))
             left = None if transition.delay is None else max(0, transition.delay - run.active_time(now))
-            text = _reason(run, transition, order, value=value, asked_at=at, remaining=left, now=now)
-            in_last = at is not None and at >= last_cycle
-            reasons.append(Reason(transition, order, in_last, value, at, left, text))
-        summary = _summary(run, tuple(reasons), ghost=ghost, paused=timeline.paused, now=now)
-        return Explanation(run, run.current.id, ghost, run.last_transition, tuple(reasons), summary)
+            reason = TransitionExplanation(
+                transition=transition.id,
+                order=order,
+                asked=at is not None and at >= last_cycle,
+                value=value,
+                askedAt=-1.0 if at is None else at / _SECOND,
+                remaining=-1.0 if left is None else left / _SECOND,
+                reason=_reason(run, transition, order, value=value, asked_at=at, remaining=left, now=now),
+            )
+            reasons.append(reason)
+        return Explanation(
+            automaton=run.automaton.id,
+            state=run.current.id,
+            ghost=ghost,
+            enteredBy=run.last_transition,
+            transitions=reasons,
+            summary=_summary(run, outgoing, reasons, ghost=ghost, paused=timeline.paused, now=now),
+        )
 
 
 def _reason(
@@ -133,7 +106,7 @@ def _reason(
         return "its time has come: it fires in the next cycle"
     first = _fired_before(run, order)
     if first is not None:
-        return f"it was not asked: {name_of(run, first)}, which comes first, fired"
+        return f"it was not asked: {_name_of(run, first)}, which comes first, fired"
     if transition.event:
         return f"no event {transition.event} has come since the state was entered"
     if transition.finished:
@@ -180,13 +153,21 @@ def _fired_before(run: Run, order: int) -> Transition | None:
     return None
 
 
-def _summary(run: Run, reasons: tuple[Reason, ...], *, ghost: bool, paused: bool, now: int) -> str:
+def _summary(
+    run: Run,
+    outgoing: tuple[Transition, ...],
+    reasons: list[TransitionExplanation],
+    *,
+    ghost: bool,
+    paused: bool,
+    now: int,
+) -> str:
     parts = []
     if paused:
         parts.append("The component is paused.")
     name, state = run.automaton.name, run.current.name
     by = next((t for t in run.automaton.transitions if t.id == run.last_transition), None)
-    entered = f", entered by {name_of(run, by)}" if by is not None else ""
+    entered = f", entered by {_name_of(run, by)}" if by is not None else ""
     spent = _seconds(run.active_time(now))
     if run.entered is None:
         parts.append(f"{name} has not run yet: {_above(run)}.")
@@ -198,7 +179,8 @@ def _summary(run: Run, reasons: tuple[Reason, ...], *, ghost: bool, paused: bool
         parts.append(f"{name} has been in {state} for {spent}{entered}.")
     if not reasons and not run.current.final:
         parts.append("No transition leaves the state.")
-    parts += [f"{reason.order}. {name_of(run, reason.transition)}: {reason.text}." for reason in reasons]
+    for transition, each in zip(outgoing, reasons, strict=True):
+        parts.append(f"{each.order}. {_name_of(run, transition)}: {each.reason}.")
     return " ".join(parts)
 
 
@@ -215,7 +197,7 @@ def _above(run: Run) -> str:
     return "the component has not started"
 
 
-def name_of(run: Run, transition: Transition) -> str:
+def _name_of(run: Run, transition: Transition) -> str:
     """Return the name of a transition, or that of the state it leads to."""
     return transition.name or f"the transition to {run.automaton.state(transition.destination).name}"
 

@@ -7,32 +7,21 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from interfaces.hfsm import Breakpoint
+
 from ..automaton import Transition
 from ..errors import UnknownElementError, ValueTypeError
 from ..tree import Run, Tree
 from ..variables import cells_of, did_you_mean, values_of
 from .expressions import Expression, ExpressionError, Members
 
-__all__ = ["MOST", "Breakpoint", "Breakpoints", "Hit"]
+__all__ = ["MOST", "Breakpoints", "Hit"]
 
 MOST: Final = 1000
 """How many breakpoints a component takes."""
 
 SELF: Final = "self"
 """The name through which conditions read the parameters of the component."""
-
-
-@dataclass(frozen=True, slots=True)
-class Breakpoint:
-    """Pause when a state has been entered or when a transition has fired; the id of the other is 0.
-
-    `condition` is an expression that must be true as well, or empty.
-    """
-
-    automaton: int
-    state: int = 0
-    transition: int = 0
-    condition: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +58,10 @@ class Breakpoints:
         Raises UnknownElementError for elements that the tree does not have, and ValueTypeError for conditions
         that are none, or use names that the automaton's code does not use.
         """
-        found = tuple(dict.fromkeys(breakpoints))
+        found = tuple(breakpoints)
         if len(found) > MOST:
             raise ValueTypeError(f"there are {len(found)} breakpoints: at most {MOST} are allowed")
+        found = tuple(one for index, one in enumerate(found) if one not in found[:index])
         known = tuple(parameters)
         checked = [(one, _check(one, tree, known)) for one in found]
         by_automaton: dict[int, tuple[tuple[Breakpoint, Expression | None], ...]] = {}

@@ -2,40 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 from interfaces.hfsm import (
     AutomatonSnapshot,
     AutomatonStructure,
-    Breakpoint,
     ComponentSnapshot,
     ComponentStatus,
     ComponentStructure,
     ErrorReport,
-    Explanation,
     GuardSnapshot,
     ParameterStructure,
     StateStructure,
     TimerSnapshot,
-    TransitionExplanation,
     TransitionKind,
     TransitionStructure,
 )
 
 from ..automaton import Transition
 from ..component import parameter_values, parameters_of
-from ..runtime import Runtime, Status
+from ..runtime import Runtime
 from ..tree import Run
 from ..variables import short_repr, variables_of
-from . import breakpoints, explanation
+from .breakpoints import Breakpoints
 
-__all__ = ["breakpoint_report", "explanation_report", "structure_of", "take_snapshot"]
-
-_STATUS: Final = {
-    Status.RUNNING: ComponentStatus.Running,
-    Status.PAUSED: ComponentStatus.Paused,
-    Status.HALTED: ComponentStatus.Halted,
-}
+__all__ = ["structure_of", "take_snapshot"]
 
 
 def structure_of(runtime: Runtime) -> ComponentStructure:
@@ -52,7 +41,7 @@ def structure_of(runtime: Runtime) -> ComponentStructure:
     )
 
 
-def take_snapshot(runtime: Runtime, started_at: float) -> ComponentSnapshot:
+def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> ComponentSnapshot:
     """Return what a component is doing that was started at a wall time in s since the epoch."""
     with runtime.tree.lock:
         now, generation = runtime.timeline.now(), runtime.generation
@@ -62,11 +51,11 @@ def take_snapshot(runtime: Runtime, started_at: float) -> ComponentSnapshot:
     return ComponentSnapshot(
         startedAt=started_at,
         time=now / 1e9,
-        status=_STATUS[runtime.status],
+        status=ComponentStatus[runtime.status.name.capitalize()],
         generation=generation,
         automata=[snapshot for _, snapshot in automata],
         parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
-        stoppedAt=[breakpoint_report(one) for one in runtime.breakpoints.stopped_at],
+        stoppedAt=list(points.stopped_at),
         errors=[
             ErrorReport(
                 time=record.time / 1e9,
@@ -78,39 +67,6 @@ def take_snapshot(runtime: Runtime, started_at: float) -> ComponentSnapshot:
             for record in runtime.errors
         ],
         refusal=refusal.message if (refusal := runtime.refusal) is not None else "",
-    )
-
-
-def breakpoint_report(found: breakpoints.Breakpoint) -> Breakpoint:
-    """Return a breakpoint as the monitor tells it."""
-    return Breakpoint(
-        automaton=found.automaton,
-        state=found.state,
-        transition=found.transition,
-        condition=found.condition,
-    )
-
-
-def explanation_report(found: explanation.Explanation) -> Explanation:
-    """Return an explanation as the monitor tells it."""
-    return Explanation(
-        automaton=found.run.automaton.id,
-        state=found.state,
-        ghost=found.ghost,
-        enteredBy=found.entered_by,
-        transitions=[
-            TransitionExplanation(
-                transition=reason.transition.id,
-                order=reason.order,
-                asked=reason.asked,
-                value=reason.value,
-                askedAt=-1.0 if reason.asked_at is None else reason.asked_at / 1e9,
-                remaining=-1.0 if reason.remaining is None else reason.remaining / 1e9,
-                reason=reason.text,
-            )
-            for reason in found.reasons
-        ],
-        summary=found.summary,
     )
 
 

@@ -24,12 +24,12 @@ from interfaces.hfsm import (
 from zenoh_ice import Communicator, Current
 
 from ..errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
+from ..observer import Observer
 from ..robot import connect
 from ..runtime import Runtime
 from ..tree import ChangeKind, Run
-from . import breakpoints as points
-from .snapshot import breakpoint_report, explanation_report, structure_of, take_snapshot
-from .steering import Steering
+from .debugger import Debugger
+from .snapshot import structure_of, take_snapshot
 
 __all__ = ["Monitor", "MonitorServant"]
 
@@ -47,14 +47,14 @@ class MonitorServant(HfsmMonitor):
 
     ice_concurrent = True  # a step may last, and must not keep others from looking
 
-    def __init__(self, runtime: Runtime, steering: Steering) -> None:
-        self._runtime = runtime
-        self._steering = steering
+    def __init__(self, debugger: Debugger) -> None:
+        self._runtime = debugger.runtime
+        self._debugger = debugger
         self._started_at = time.time()
 
     def snapshot(self) -> ComponentSnapshot:
         """Return what the component is doing."""
-        return take_snapshot(self._runtime, self._started_at)
+        return take_snapshot(self._runtime, self._debugger.breakpoints, self._started_at)
 
     def getStructure(self, current: Current) -> ComponentStructure:  # noqa: ARG002
         """Return the automata of the component."""
@@ -70,12 +70,12 @@ class MonitorServant(HfsmMonitor):
 
     def resume(self, current: Current) -> None:  # noqa: ARG002
         """Go on after a pause."""
-        self._runtime.resume()
+        self._debugger.resume()
 
     def step(self, automaton: int, current: Current) -> None:  # noqa: ARG002
         """Run one cycle of one automaton, or of all with 0, while paused."""
         with _told():
-            self._runtime.step(automaton)
+            self._debugger.step(automaton)
 
     def forceTransition(self, automaton: int, transition: int, current: Current) -> None:  # noqa: ARG002
         """Fire a transition at the next cycle of its automaton."""
@@ -84,33 +84,32 @@ class MonitorServant(HfsmMonitor):
 
     def setBreakpoints(self, breakpoints: list[Breakpoint], current: Current) -> None:  # noqa: ARG002
         """Replace all breakpoints."""
-        found = (points.Breakpoint(b.automaton, b.state, b.transition, b.condition) for b in breakpoints)
         with _told():
-            self._steering.set_breakpoints(found)
+            self._debugger.set_breakpoints(breakpoints)
 
     def getBreakpoints(self, current: Current) -> list[Breakpoint]:  # noqa: ARG002
         """Return all breakpoints."""
-        return [breakpoint_report(one) for one in self._runtime.breakpoints.all]
+        return list(self._debugger.breakpoints.all)
 
     def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:  # noqa: ARG002
         """Set a variable of an automaton, or a parameter of the component."""
         with _told():
-            self._steering.set_variable(automaton, name, value)
+            self._debugger.set_variable(automaton, name, value)
 
     def sendEvent(self, name: str, data: str, current: Current) -> None:  # noqa: ARG002
         """Send an event to every active automaton."""
         with _told():
-            self._steering.send_event(name, data)
+            self._debugger.send_event(name, data)
 
     def explain(self, automaton: int, current: Current) -> Explanation:  # noqa: ARG002
         """Say of each transition out of the current state why it has not fired."""
         with _told():
-            return explanation_report(self._steering.explain(automaton))
+            return self._debugger.explain(automaton)
 
     def reload(self, current: Current) -> ReloadReport:  # noqa: ARG002
         """Load the component's file again and go on in it."""
         with _told():
-            done = self._steering.reload()
+            done = self._debugger.reload()
         return ReloadReport(generation=done.generation, held=done.held, notKept=list(done.not_kept))
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
@@ -132,7 +131,7 @@ def _told() -> Iterator[None]:
         raise ReloadRefused(str(error)[:_LONGEST_REASON]) from error
 
 
-class Monitor:
+class Monitor(Observer):
     """Serve the monitor of a component as `Hfsm.<name>` for the time of a `with` block.
 
     Snapshots are published each 0.1 s and at every change of state, while somebody listens. Changes that
@@ -142,13 +141,13 @@ class Monitor:
     def __init__(self, runtime: Runtime, communicator: Communicator) -> None:
         self.identity: Final = f"Hfsm.{runtime.name}"
         self._runtime = runtime
-        steering = Steering(runtime, lambda component: connect(component, communicator))
-        self._servant = MonitorServant(runtime, steering)
+        self.debugger: Final = Debugger(runtime, lambda component: connect(component, communicator))
+        self._servant = MonitorServant(self.debugger)
         self._adapter = communicator.createObjectAdapter(self.identity)
         self._changed = threading.Event()
         self._closing = False
         self._thread = threading.Thread(target=self._publish, name="monitor", daemon=True)
-        runtime.tree.on_change.append(self._on_change)
+        runtime.tree.observers.append(self)
 
     def __enter__(self) -> Self:
         self._adapter.add(self._servant, self.identity)
@@ -164,7 +163,8 @@ class Monitor:
         self._thread.join(_CLOSE)
         self._adapter.destroy()
 
-    def _on_change(self, _now: int, _run: Run, _kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        """Publish a snapshot soon."""
         self._changed.set()
 
     def _publish(self) -> None:
