@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import random
+import socket
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 
 import pytest
@@ -211,3 +212,23 @@ class TestRouter:
         servant.leave.set()
         with ComponentProcess(router.command):
             call_until_it_works(calculator)
+
+
+def test_silent_connections_keep_no_new_client_out(
+    endpoint: str, make_communicator: MakeCommunicator
+) -> None:
+    server = make_communicator(listen=[endpoint], lease=LIMIT)  # for as long it waits for each of them
+    adapter = server.createObjectAdapter("Test")
+    adapter.add(CalculatorI(), "Calculator")
+    adapter.activate()
+    host, _, port = endpoint.partition("/")[2].rpartition(":")
+    with ExitStack() as connections:
+        silent = [
+            connections.enter_context(socket.create_connection((host, int(port)), LIMIT)) for _ in range(200)
+        ]
+        client = make_communicator(connect=[endpoint], listen=[])
+        calculator = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
+        call_until_it_works(calculator)
+        silent[0].setblocking(False)
+        with pytest.raises(BlockingIOError):  # it still stands: the client did not wait for its end
+            silent[0].recv(1)

@@ -16,6 +16,9 @@ _RETRY_LONGEST: Final = 200  # ms
 _OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; whoever needs a servant waits longer
 _SHORTEST_OPENING: Final = 2000  # ms after which the making of a link has failed
 _KEEP_ALIVES: Final = 4  # in a lease
+# Links that may be in the middle of their making. Zenoh closes further ones at once, so that with its default
+# of 100 as many silent connections shut everybody else out. Half of the 1024 files that a process usually has.
+_MOST_PENDING: Final = 512
 _MESSAGE_OVERHEAD: Final = 1 << 16
 
 
@@ -49,6 +52,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
         # A link whose making got lost on the way must not keep the next one, that may work, waiting.
         "transport/unicast/open_timeout": max(lease, _SHORTEST_OPENING),
         "transport/unicast/accept_timeout": max(lease, _SHORTEST_OPENING),
+        "transport/unicast/accept_pending": _MOST_PENDING,
         "transport/link/tx/keep_alive": _KEEP_ALIVES,
         "transport/link/tx/queue/congestion_control/block/wait_before_close": round(
             send_limit(settings) * 1e6
