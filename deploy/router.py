@@ -15,6 +15,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.network.client_tokens import client_token
 from zenoh_ice.network.session import close_session, open_session
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 from zenoh_ice.stop_signals import unbroken
@@ -40,6 +41,10 @@ class Router:
     def __init__(self, settings: Settings) -> None:
         check_router(settings)
         self._session = open_session(settings)
+        if not all(role.liveliness for role in settings.security.roles.values()):
+            # Who may hold no token cannot let a robot know that it reads no memory of the robot's machine.
+            token = client_token(settings.realm, str(self._session.zid()))
+            self._reader = self._session.liveliness().declare_token(token)
         self._links = self._session.info.declare_link_events_listener(
             Callback(unbroken(self._on_link), indirect=True), history=True
         )

@@ -100,6 +100,11 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Identities to serve, without operations: `["*"]` for a robot, `["Hfsm.*"]` for who runs behaviors."""
     realms: Annotated[tuple[RealmPattern, ...], _Most] = ()
     """The realms in which all of that is granted; without any, that of the component that grants it."""
+    liveliness: bool = True
+    """Whether its processes may hold a liveliness token, by whose end robots notice that they are gone.
+
+    Thousands of tokens delay everybody, and Zenoh has no limit to their number: false for who moves nothing.
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

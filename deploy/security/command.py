@@ -103,11 +103,13 @@ def show(file: _File) -> None:
         known = f"known as user {security.user}, by a password" if security.user else "known by nothing"
     typer.echo(f"{file}: {known}")
     if security.roles:
-        table = Table("role", "users", "call", "read", "oneway", "serve", title=f"realm {settings.realm}")
+        columns = ("role", "users", "call", "read", "oneway", "serve", "liveliness")
+        table = Table(*columns, title=f"realm {settings.realm}")
         for name, role in security.roles.items():
             users = [user for user, granted in security.users.items() if granted == name]
             lists = (users, role.call, role.read, role.oneway, role.serve)
-            table.add_row(name, *("\n".join(items) or "-" for items in lists))
+            cells = ("\n".join(items) or "-" for items in lists)
+            table.add_row(name, *cells, "yes" if role.liveliness else "no")
         Console().print(table)
     elif settings.mode != "client":
         typer.echo("It has no roles: whoever is let in may do everything.")

@@ -50,6 +50,7 @@ key = "router.key"
 #   read    streams to read, without calling anything
 #   oneway  operations to call oneway
 #   serve   identities to serve
+#   liveliness = false   robots are not told when its programs end, and it cannot flood them with tokens
 # `*` stands for any characters of a name; `**` alone is everything.
 
 [security.roles.robot]
@@ -63,6 +64,7 @@ serve = ["Hfsm.*"]
 [security.roles.student]
 call = ["*.get*", "Safety.emergencyStop"]
 read = ["**"]
+liveliness = false
 
 # The role of each certificate, by its common name; "*" is everybody who is let in.
 [security.users]

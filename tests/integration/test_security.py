@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -12,13 +13,17 @@ from queue import SimpleQueue
 import pytest
 
 from deploy.router import Router
+from interfaces.jderobot import ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from tests.support.image_servant import ImageI, image
 from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.security import Keys
+from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
 from zenoh_ice.exceptions import (
     AccessDeniedException,
+    ConfigurationException,
     ConnectFailedException,
     ConnectionLostException,
     EndpointInUseException,
@@ -127,6 +132,48 @@ def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> No
     assert head.getPosePublisher.wait_for_listener(LIMIT)
     head.getPosePublisher.publish(pose(0.5), time=1.0)
     assert student.getPose.wait(timeout=LIMIT).value.pan == 0.5
+
+
+def test_the_tokens_of_a_student_reach_nobody(keys: Keys, router: Router, open_with: Open) -> None:
+    robot, student, operator = (open_with(keys.settings(who)) for who in ("robot", "student", "operator"))
+    serve(robot, HeadI(), "Head")
+    lost: SimpleQueue[str] = SimpleQueue()
+    with robot.onClientLost(lost.put):
+        proxy(operator).setPose(0.0, 0.0, 0.5)
+        proxy(student).getPose()
+        student.session.liveliness().declare_token(f"@client/nao/{operator.client_id}/-").undeclare()
+        student.destroy()
+        operator.destroy()
+        assert lost.get(timeout=LIMIT) == operator.client_id
+        assert lost.empty()
+
+
+def test_who_holds_no_token_gets_images_over_the_network(keys: Keys, router: Router, open_with: Open) -> None:
+    adapter = open_with(keys.settings("robot")).createObjectAdapter("Test")
+    servant = ImageI()
+    adapter.add(servant, "Camera")
+    adapter.activate()
+    operator, student = (open_with(keys.settings(who)) for who in ("operator", "student"))
+    # The operator can read the robot's memory, and says so.
+    ImageProviderPrx.checkedCast(operator.stringToProxy("Camera")).getImageData("GRAY8")
+    sizes: list[int] = []
+    with student.session.declare_subscriber(
+        "nao/Camera/getImageData", lambda sample: sizes.append(len(sample.payload))
+    ):
+        assert servant.getImageDataPublisher.wait_for_listener(LIMIT)
+        numbers = itertools.count()
+
+        def received() -> int:
+            servant.getImageDataPublisher.publish(image(next(numbers)))
+            return len(sizes)
+
+        until(lambda: received() > 200)  # long after the robot knows who can read its memory
+    assert min(sizes) > len(image().pixelData)
+
+
+def test_a_server_that_shares_memory_lets_every_client_hold_a_token(keys: Keys) -> None:
+    with pytest.raises(ConfigurationException, match="liveliness = false needs shared_memory"):
+        initialize(keys.settings("router", mode="peer"))
 
 
 def test_a_stream_that_may_not_be_read_says_so(keys: Keys, open_with: Open) -> None:
@@ -293,7 +340,7 @@ class TestPasswords:
 def test_a_server_without_a_router_grants_access_itself(keys: Keys, open_with: Open) -> None:
     router = keys.settings("router")
     servant = HeadI()
-    serve(open_with(router.override(mode="peer")), servant, "Head")
+    serve(open_with(router.override(mode="peer", shared_memory=False)), servant, "Head")
     student = proxy(open_with(keys.settings("student")))
     assert student.getPose().pan == 0.25
     with pytest.raises(AccessDeniedException):

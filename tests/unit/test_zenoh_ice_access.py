@@ -120,6 +120,15 @@ def test_only_who_serves_answers_publishes_and_tells_of_servants() -> None:
     assert allows(client, "liveliness_token", "egress", token)
 
 
+def test_a_role_without_liveliness_holds_no_tokens_and_sees_those_of_others() -> None:
+    mute, other = parse_role({"read": ["**"], "liveliness": False}), parse_role({"read": ["**"]})
+    token = "@client/nao/c0ffee/-"
+    assert allows(other, "liveliness_token", "ingress", token)
+    assert not allows(mute, "liveliness_token", "ingress", token)
+    assert allows(mute, "liveliness_token", "egress", token)
+    assert allows(mute, "declare_liveliness_subscriber", "ingress", "@servant/nao/**")
+
+
 def test_realms_of_a_role_take_the_place_of_that_of_the_settings() -> None:
     role = parse_role({"call": ["Head.*"], "realms": ["red*"]})
     assert allows(role, "query", "ingress", "red1/Head/getPose")
@@ -164,6 +173,7 @@ def test_roles_without_users_grant_nothing() -> None:
         ({"serve": ["Head\n"]}, "write an identity"),
         ({"realms": ["a/b"]}, r"realms\[0\] = 'a/b': write a realm"),
         ({"realms": ["**"]}, "write a realm"),
+        ({"liveliness": ["no"]}, "liveliness = .*: write true or false"),
         ({"call": ["a.b"] * 257}, "length <= 256"),
         ([], r"roles\.r = \[\]: write a table"),
     ],

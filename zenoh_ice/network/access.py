@@ -81,7 +81,8 @@ def _rules(role: Role, realms: Sequence[str]) -> Iterable[dict[str, Any]]:
     # Everybody may know who is there and how it is: an error message tells what is wrong from that.
     yield _rule(["liveliness_query", "declare_liveliness_subscriber"], ["ingress", "egress"], presence)
     yield _rule(["liveliness_token"], ["egress"], presence)
-    yield _rule(["liveliness_token"], ["ingress"], clients)
+    if role.liveliness:
+        yield _rule(["liveliness_token"], ["ingress"], clients)
     yield _rule(["query"], ["ingress"], processes)
     yield _rule(["reply"], ["egress"], processes)
     # Without, a querier believes that nobody is there.

@@ -16,8 +16,8 @@ _RETRY_LONGEST: Final = 200  # ms
 _OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; whoever needs a servant waits longer
 _SHORTEST_OPENING: Final = 2000  # ms after which the making of a link has failed
 _KEEP_ALIVES: Final = 4  # in a lease
-# Links that may be in the middle of their making. Zenoh closes further ones at once, so that with its default
-# of 100 as many silent connections shut everybody else out. Half of the 1024 files that a process usually has.
+# Links that may be in the middle of their making. Zenoh closes further ones at once, so with its default
+# of 100 as many silent connections shut everybody else out. A process usually has 1024 files.
 _MOST_PENDING: Final = 512
 _MESSAGE_OVERHEAD: Final = 1 << 16
 
@@ -72,6 +72,12 @@ def session_config(settings: Settings) -> dict[str, Any]:
             raise ConfigurationException(
                 "security.roles in a client: they belong into the settings of the router, or of the server, "
                 "that others connect to"
+            )
+        mute = [name for name, role in settings.security.roles.items() if not role.liveliness]
+        if mute and settings.mode == "peer" and settings.shared_memory:
+            raise ConfigurationException(
+                f"security.roles.{mute[0]}.liveliness = false needs shared_memory = false: who holds no "
+                "token cannot let this component know that it reads no memory of this machine"
             )
         values["access_control"] = access_control(
             settings.security.roles,
