@@ -11,8 +11,6 @@ from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
 from visualhfsm.convert import convert
-from visualhfsm.emergency import EPILOG as EMERGENCY_EPILOG
-from visualhfsm.emergency import emergency_stop
 from visualhfsm.replay.command import EPILOG as REPLAY_EPILOG
 from visualhfsm.replay.command import replay
 from visualhfsm.steer.commands import register as register_steering
@@ -35,7 +33,6 @@ visualhfsm watch follow_ball --plain > log.txt"""
 
 register_editor(app)
 register_steering(app)
-app.command(epilog=EMERGENCY_EPILOG)(emergency_stop)
 app.command(epilog=CHECK_EPILOG)(check)
 
 

@@ -192,6 +192,41 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
         raise typer.Exit(1)
 
 
+@_command(
+    "nao stop",
+    'nao stop "it walks towards the stairs" --realm robot2',
+    "nao stop --ready",
+    "nao stop --reset",
+)
+def stop(
+    *,
+    settings: Settings,
+    reason: Annotated[
+        str, typer.Argument(metavar="REASON", help="What the robot tells everybody whom it refuses.")
+    ] = "nao stop",
+    ready: Annotated[
+        bool, typer.Option("--ready", help="Hold a link open, and stop at Enter, space or Ctrl-C.")
+    ] = False,
+    reset: Annotated[bool, typer.Option("--reset", help="Let the robot take commands again.")] = False,
+) -> None:
+    """Stop the robot, and have it refuse every command.
+
+    It holds its joints, ends its walk and its motions, and takes no command from anybody until --reset. With
+    --ready nothing happens before a key: the link is made beforehand, so that the stop has nothing to wait
+    for. Components run on: `visualhfsm stop` ends one.
+    """
+    from deploy.nao import stop as commands
+
+    if ready and reset:
+        raise typer.BadParameter("--ready and --reset exclude each other")
+    if reset:
+        commands.reset(settings)
+    elif ready:
+        commands.hold(settings, reason)
+    else:
+        commands.stop(settings, reason)
+
+
 @_command("nao router", "nao router --config keys/router.toml", defaults=ROUTER_DEFAULTS)
 def router(*, settings: Settings) -> None:
     """Pass on what several machines say, as far as each may.

@@ -1,0 +1,164 @@
+"""Stop the robot: at once, or at a key from a terminal that holds its link open.
+
+A new process has to make a link before it can stop anything, which is what fails first on a network that is
+busy or under attack. The emergency stop of a person who looks on is therefore a terminal that made its link
+beforehand.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import termios
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from deploy.nao import NaoError, UsageError
+from deploy.nao.connection import find_servant
+from deploy.nao.dynamic import DynamicProxy
+from deploy.nao.output import print_line
+from zenoh_ice import Communicator, ZenohIceError, initialize
+from zenoh_ice.settings import Settings
+
+__all__ = ["hold", "reset", "stop"]
+
+_SAFETY: Final = "Safety"
+_STOPPED: Final = "the robot takes no command until `nao stop --reset`"
+_LOOK: Final = 0.1  # s between two looks at the link
+_AGAIN: Final = 0.2  # s until a stop that failed is sent again
+_STOP_KEYS: Final = b"\r\n "
+_CTRL_C: Final = b"\x03"
+_LEAVE: Final = b"q"
+
+
+def stop(settings: Settings, reason: str) -> None:
+    """Stop the robot of a realm; raises what a call raises."""
+    with initialize(settings) as communicator:
+        find_servant(communicator, _SAFETY).invoke("emergencyStop", [reason])
+    print_line(f"stopped: {_STOPPED}")
+
+
+def reset(settings: Settings) -> None:
+    """Let the robot take commands again; raises what a call raises."""
+    with initialize(settings) as communicator:
+        find_servant(communicator, _SAFETY).invoke("resetEmergencyStop", [])
+    print_line("reset: the robot takes commands again")
+
+
+def hold(settings: Settings, reason: str) -> None:
+    """Hold a link open and stop the robot at a key, until the person at the terminal leaves.
+
+    Raises UsageError without a terminal, and NaoError when somebody leaves after a stop that failed.
+    """
+    if not sys.stdin.isatty():
+        raise UsageError("--ready waits for a key, so it needs a terminal; without it nao stop stops at once")
+    with _single_keys(sys.stdin.fileno()) as terminal, initialize(settings) as communicator:
+        _StopButton(communicator, reason).serve(terminal)
+
+
+class _StopButton:
+    """A stop that is ready to be sent: it follows the robot's link, and sends until the robot has stopped."""
+
+    def __init__(self, communicator: Communicator, reason: str) -> None:
+        self._communicator: Final = communicator
+        self._reason: Final = reason
+        self._safety: DynamicProxy | None = None
+        self._searched = False
+        self._was_ready = False
+        self._pressed_at: float | None = None  # until the robot has stopped
+        self._failure = ""
+        self._said = ""
+
+    def serve(self, terminal: int) -> None:
+        """Follow the link and the keys; raises NaoError at the end when a stop has failed."""
+        leaving = False
+        while True:
+            self._follow()
+            if self._pressed_at is not None:
+                self._send()
+            if leaving and self._pressed_at is None:
+                return
+            keys = _read_keys(terminal, _LOOK if self._pressed_at is None else _AGAIN)
+            if _CTRL_C in keys and not leaving:
+                leaving = True
+                self._press()
+            elif any(key in _STOP_KEYS for key in keys):
+                self._press()
+            elif _LEAVE in keys or _CTRL_C in keys:
+                if self._pressed_at is not None:
+                    raise NaoError(f"the robot was NOT stopped: {self._failure}")
+                return
+
+    def _press(self) -> None:
+        self._said = ""  # whoever presses again is answered again
+        self._pressed_at = time.monotonic()
+
+    def _follow(self) -> None:
+        """Notice whether the robot is there, and find it when it is back."""
+        present = _SAFETY in self._communicator.identities()
+        if self._safety is not None and not present:
+            self._safety = None
+            self._say("LOST: the robot is out of reach; a stop is sent as soon as it is back")
+        elif self._safety is None and (present or not self._searched):
+            self._searched = (
+                True  # where nobody is known, only once: it takes seconds in which no key is read
+            )
+            try:
+                self._safety = find_servant(self._communicator, _SAFETY)
+            except ZenohIceError as error:
+                self._say(f"not ready: {error}")
+                return
+            self._say(
+                f"ready{' again' if self._was_ready else ''}: Enter or space stops the robot of realm "
+                f"{self._communicator.realm}; Ctrl-C stops it and leaves; q leaves without a stop"
+            )
+            self._was_ready = True
+
+    def _send(self) -> None:
+        assert self._pressed_at is not None
+        try:
+            if self._safety is None:
+                raise NaoError("it is out of reach")
+            self._safety.invoke("emergencyStop", [self._reason])
+        except (NaoError, ZenohIceError) as error:
+            self._failure = str(error)
+            self._say(f"NOT STOPPED: {error}; trying again until it is")
+            return
+        took = time.monotonic() - self._pressed_at
+        self._pressed_at = None
+        self._say(f"STOPPED after {took:.2f} s: {_STOPPED}")
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            print_line(text)
+
+
+@contextmanager
+def _single_keys(terminal: int) -> Iterator[int]:
+    """Let a terminal give each key at once, Ctrl-C included, until the end of a `with` block."""
+    before = termios.tcgetattr(terminal)
+    single = termios.tcgetattr(terminal)
+    single[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG)
+    termios.tcsetattr(terminal, termios.TCSADRAIN, single)
+    try:
+        yield terminal
+    finally:
+        termios.tcsetattr(terminal, termios.TCSADRAIN, before)
+
+
+def _read_keys(terminal: int, seconds: float) -> bytes:
+    """Return what is pressed within some seconds; raises NaoError when the terminal is gone."""
+    ready, _, _ = select.select([terminal], [], [], seconds)
+    if not ready:
+        return b""
+    try:
+        keys = os.read(terminal, 64)
+    except OSError:
+        keys = b""
+    if not keys:
+        raise NaoError("the terminal is gone; the robot was not stopped by that")
+    return keys

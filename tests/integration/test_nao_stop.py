@@ -1,0 +1,172 @@
+"""`nao stop`: at once, and from a terminal that holds its link open, on a fake robot."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from interfaces.nao import SafetyPrx
+from naoserver.fake import FakeRobot
+from tests.support.limits import LIMIT
+from tests.support.nao_command import at, nao
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.relay import Relay
+from tests.support.robot_server import RobotClient, eventually, served_to_client
+from tests.support.terminal import read_until
+
+READY = "ready: Enter or space stops the robot"
+
+
+@pytest.fixture
+def robot() -> Iterator[RobotClient]:
+    with served_to_client(FakeRobot()) as client:
+        yield client
+
+
+def is_stopped(robot: RobotClient) -> bool:
+    return robot.proxy(SafetyPrx, "Safety").getSafetyState().stopped
+
+
+class Terminal:
+    """A person at a terminal in which `nao stop --ready` runs."""
+
+    def __init__(self, process: subprocess.Popen[bytes], terminal: int) -> None:
+        self.process = process
+        self._terminal = terminal
+
+    def press(self, keys: bytes) -> None:
+        os.write(self._terminal, keys)
+
+    def shows(self, text: str) -> str:
+        return read_until(self._terminal, text)
+
+
+@contextmanager
+def ready(endpoint: str, realm: str, *options: str) -> Iterator[Terminal]:
+    """Run the command in a terminal of its own; end it when it has not ended."""
+    main, terminal = os.openpty()
+    command = module("deploy.nao", "stop", "--ready", "hands off", *options)
+    where = ["--connect", endpoint, "--realm", realm, "--listen", "tcp/127.0.0.1:0"]
+    process = subprocess.Popen(
+        ["setsid", "--ctty", *command, *where], stdin=terminal, stdout=terminal, stderr=terminal
+    )
+    os.close(terminal)
+    try:
+        yield Terminal(process, main)
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.wait(LIMIT)
+        os.close(main)
+
+
+def test_the_robot_is_stopped_with_a_reason_and_reset(robot: RobotClient) -> None:
+    safety = robot.proxy(SafetyPrx, "Safety")
+    with at(robot.endpoint, robot.realm):
+        assert "stopped: the robot takes no command" in nao("stop", "stairs ahead").out
+        assert safety.getSafetyState().reason == "stairs ahead"
+        assert "reset: the robot takes commands" in nao("stop", "--reset").out
+    assert not is_stopped(robot)
+
+
+def test_without_a_robot_it_says_so() -> None:
+    outcome = nao("stop", "--connect", free_endpoint(), "--timeout", "0.1")
+    assert (outcome.code, "start a server there" in outcome.err) == (1, True)
+
+
+@pytest.mark.parametrize(("key", "leaves"), [(b"\r", False), (b" ", False), (b"\x03", True)])
+def test_a_key_stops_the_robot(robot: RobotClient, key: bytes, leaves: bool) -> None:
+    with ready(robot.endpoint, robot.realm) as terminal:
+        terminal.shows(READY)
+        assert not is_stopped(robot)
+        terminal.press(key)
+        terminal.shows("STOPPED after 0.")
+        assert robot.proxy(SafetyPrx, "Safety").getSafetyState().reason == "hands off"
+        if not leaves:
+            terminal.press(b"q")
+        assert terminal.process.wait(LIMIT) == 0
+
+
+@pytest.mark.parametrize("end", ["q", "SIGTERM"])
+def test_who_leaves_stops_nothing(robot: RobotClient, end: str) -> None:
+    with ready(robot.endpoint, robot.realm) as terminal:
+        terminal.shows(READY)
+        terminal.press(b"x\x1b[A")
+        if end == "q":
+            terminal.press(b"q")
+        else:
+            terminal.process.send_signal(signal.SIGTERM)
+        assert terminal.process.wait(LIMIT) == (0 if end == "q" else 128 + signal.SIGTERM)
+    assert not is_stopped(robot)
+
+
+def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back(robot: RobotClient) -> None:
+    with Relay(robot.endpoint) as relay, ready(relay.endpoint, robot.realm, "--mode", "client") as terminal:
+        terminal.shows(READY)
+        relay.cut()
+        terminal.shows("LOST: ")
+        terminal.press(b"\r")
+        terminal.shows("NOT STOPPED: it is out of reach")
+        assert not is_stopped(robot)
+        relay.resume()
+        terminal.shows("ready again: ")
+        terminal.shows("STOPPED after ")
+        assert is_stopped(robot)
+
+
+def test_who_leaves_after_a_stop_that_failed_is_told_so(robot: RobotClient) -> None:
+    with Relay(robot.endpoint) as relay, ready(relay.endpoint, robot.realm, "--mode", "client") as terminal:
+        terminal.shows(READY)
+        relay.cut()
+        terminal.shows("LOST: ")
+        terminal.press(b"\x03")
+        terminal.shows("NOT STOPPED: ")
+        terminal.press(b"\x03")
+        terminal.shows("the robot was NOT stopped: it is out of reach")
+        assert terminal.process.wait(LIMIT) == 1
+
+
+def test_it_waits_for_a_robot_that_starts_later() -> None:
+    endpoint = free_endpoint()
+    with ready(endpoint, "nao") as terminal:
+        terminal.shows("not ready: nothing answers at ")
+        with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+            server.wait_for("^ready")
+            terminal.shows(READY)
+            terminal.press(b"\r")
+            terminal.shows("STOPPED after ")
+
+
+def test_the_terminal_is_left_as_it_was(robot: RobotClient) -> None:
+    script = 'stty -a; "$@"; stty -a; echo end'
+    main, terminal = os.openpty()
+    command = module("deploy.nao", "stop", "--ready", "--connect", robot.endpoint, "--realm", robot.realm)
+    process = subprocess.Popen(
+        ["setsid", "--ctty", "sh", "-c", script, "sh", *command],
+        stdin=terminal, stdout=terminal, stderr=terminal,
+    )  # fmt: skip
+    os.close(terminal)
+    try:
+        before = read_until(main, READY)
+        os.write(main, b"q")
+        after = read_until(main, "\nend")
+        assert process.wait(LIMIT) == 0
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait(LIMIT)
+        os.close(main)
+    modes = [set(text[text.index("speed") : text.rindex("echok")].split()) for text in (before, after)]
+    assert modes[0] == modes[1]
+
+
+def test_without_a_terminal_it_does_not_wait_for_keys(robot: RobotClient) -> None:
+    with at(robot.endpoint, robot.realm):
+        outcome = nao("stop", "--ready")
+    assert (outcome.code, "needs a terminal" in outcome.err) == (1, True)
+    eventually(lambda: not is_stopped(robot))
