@@ -24,6 +24,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+import zenoh
+
 from interfaces.nao import SafetyPrx
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys
@@ -110,7 +112,7 @@ def declare_tokens(number: int, settings: Settings) -> None:
     """Declare tokens of clients that do not exist, and hold them."""
     session = open_session(settings)
     end = time.monotonic() + LONGEST
-    tokens = []
+    tokens: list[zenoh.LivelinessToken] = []
     while len(tokens) < number and time.monotonic() < end:
         tokens.append(session.liveliness().declare_token(f"@client/nao/{secrets.token_hex(16)}/-"))
     time.sleep(HELD)
