@@ -18,7 +18,7 @@ _SHORTEST_OPENING: Final = 2000  # ms after which the making of a link has faile
 _KEEP_ALIVES: Final = 4  # in a lease
 # Links that may be in the middle of their making. Zenoh closes further ones at once, so with its default
 # of 100 as many silent connections shut everybody else out. A process usually has 1024 files.
-_MOST_PENDING: Final = 512
+_MOST_PENDING: Final = 800
 _MESSAGE_OVERHEAD: Final = 1 << 16
 
 
