@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from startup import loading
+from typing import NoReturn
+
+import startup
 
 
-def main() -> None:
-    """Run the command; Ctrl-C ends it cleanly even while it loads."""
-    with loading():
-        from zenoh_ice.command import run
+def main() -> NoReturn:
+    """Run the command."""
+    startup.end_at_ctrl_c()
+    from zenoh_ice.command import run
 
-        from .cli import app
+    from .cli import app
+
     run(app)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from zenoh_ice.command import finite, with_settings
+from zenoh_ice.command import finite, stop_on_signals, with_settings
 from zenoh_ice.settings import Settings
 
 from .color import Color
@@ -80,6 +80,8 @@ def move(
     with initialize(settings) as communicator:
         ball = Ball.connect(communicator, color)
         route = Route.plan(points, ball.limits, speed=speed, loop=loop)
-        with Progress(color, route) as progress:
-            mover = Mover(ball, communicator.clock, route, progress, tolerance=tolerance, limit=limit)
+        with stop_on_signals() as stop, Progress(color, route) as progress:
+            mover = Mover(
+                ball, communicator.clock, route, progress, ending=stop, tolerance=tolerance, limit=limit
+            )
             mover.run(loop=loop)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import logging
 import math
-import time
+import threading
 from typing import Final, Protocol
 
-from zenoh_ice.clocks.clock import Clock
+from zenoh_ice.clock import Clock
 from zenoh_ice.exceptions import (
     ConnectionLostException,
     ObjectNotExistException,
@@ -68,8 +68,12 @@ class _TimeRestartedError(Exception):
     """The simulation began anew, so the ball is no longer where it was."""
 
 
+class _StopRequestedError(Exception):
+    """The run is to end."""
+
+
 class Mover:
-    """Carry a ball along a route.
+    """Carry a ball along a route, until `ending` is set.
 
     Times are those of `clock`. `tolerance` is the greatest distance in m between the ball, by its encoders,
     and a waypoint at which it counts as arrived; `limit` is how long in s it may take to get so near once the
@@ -83,6 +87,7 @@ class Mover:
         route: Route,
         reporter: Reporter,
         *,
+        ending: threading.Event,
         tolerance: float = 0.02,
         limit: float = 5.0,
     ) -> None:
@@ -96,9 +101,10 @@ class Mover:
         self._lap = 1
         self._away = False
         self._last_tick = clock.now()
+        self._ending = ending
 
     def run(self, *, loop: bool) -> None:
-        """Carry the ball to the last stop or, with `loop`, round and round.
+        """Carry the ball to the last stop or, with `loop`, round and round, until `ending` is set.
 
         A server that goes away is waited for; then the ball goes on to the stop that it was bound for.
         However the run is broken off, the ball is stopped. Raises NotArrivedException, and what the servants
@@ -114,6 +120,8 @@ class Mover:
                     _logger.info("the simulation began anew; going on to stop %d", self._index + 1)
                 else:
                     return
+        except _StopRequestedError:
+            self._stop()
         except BaseException:
             self._stop()
             raise
@@ -178,10 +186,11 @@ class Mover:
             self._ball.command(stop.axes)
 
     def _tick(self) -> None:
-        """Sleep until the next setpoint is due; one that is overdue is sent at once, missed ones are not."""
+        """Wait until the next setpoint is due; one that is overdue is sent at once, missed ones are not."""
         period = max(PERIOD, _LEAST_WALL_PERIOD * self._clock.rate)
         due = self._last_tick + period
-        self._clock.sleep_until(due)
+        if self._clock.wait(self._ending, due - self._clock.now()):
+            raise _StopRequestedError
         now = self._clock.now()
         if now < self._last_tick:
             raise _TimeRestartedError
@@ -191,7 +200,8 @@ class Mover:
         self._away = True
         self._reporter.lost(str(error))
         while True:
-            time.sleep(_RETRY_PERIOD)
+            if self._ending.wait(_RETRY_PERIOD):
+                raise _StopRequestedError
             try:
                 self._ball.position()
             except _LOST:

@@ -74,7 +74,7 @@ def measure(directory: Path, rounds: int) -> dict[str, list[float]]:
     output = directory / "api"
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     environment.update(PYTHONPATH=str(ROOT), PYTHONPYCACHEPREFIX=str(directory / "cache"))
-    entry = [sys.executable, "-c", "from codegen.cli import main; main()"]
+    entry = [sys.executable, "-c", "from codegen.__main__ import main; main()"]
 
     def run(*arguments: str) -> None:
         command = [*entry, *arguments]

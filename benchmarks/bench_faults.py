@@ -21,6 +21,7 @@ from tests.support.calculator import CalculatorPrx, NewerCalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
+from tests.support.waiting import links
 from zenoh_ice import Communicator, Sample, SystemException, ZenohIceError, initialize
 
 SERVER: Final = "tests.support.calculator_server"
@@ -106,7 +107,7 @@ def server_killed(figures: Figures) -> None:
             server.process.kill()
             note(figures, "server killed: a call that runs", failing(lambda: call.result(LONG)))
             note(figures, "server killed: the next call", failing(calculator.count))
-            until(lambda: not communicator.presence.linked())
+            until(lambda: not links(communicator))
         with serving(endpoint) as server:
             note(figures, "server restarted: calls work again", until_it_works(calculator))
             sample = calculator.getReading.wait(timeout=LONG)
@@ -182,7 +183,7 @@ def _flip(data: bytearray) -> None:
 
 def _linked(calculator: CalculatorPrx) -> bool:
     works(calculator)
-    return calculator.ice_getCommunicator().presence.linked()
+    return bool(links(calculator.ice_getCommunicator()))
 
 
 def works(calculator: CalculatorPrx) -> bool:
@@ -209,11 +210,11 @@ def router_gone(figures: Figures) -> None:
                 note(figures, "router gone: the next call", failing(calculator.count))
                 with ComponentProcess(command) as second:
                     second.wait_for("the router listens")
-                    presence = calculator.ice_getCommunicator().presence
+                    communicator = calculator.ice_getCommunicator()
                     note(
                         figures,
                         "router back: servants are found again",
-                        until(lambda: presence.identities("nao")),
+                        until(communicator.identities),
                     )
 
 
@@ -251,8 +252,8 @@ def refusals(figures: Figures) -> None:
         note(figures, "identity served already: `activate`", failing(adapter.activate))
         running = pending(calculator)
         calls = [patient(calculator).countAsync() for _ in range(80)]
-        oldest = calls[0]
-        note(figures, "overload: a call beyond the queue", failing(lambda: oldest.result(LONG)))
+        newest = calls[-1]
+        note(figures, "overload: a call beyond the queue", failing(lambda: newest.result(LONG)))
         assert not running.done()
 
 

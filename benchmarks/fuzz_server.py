@@ -27,10 +27,10 @@ from tests.support.hostile_bytes import BOMBS, HostileBytes
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from zenoh_ice import BusyException, Communicator, initialize
-from zenoh_ice.identity import Target
-from zenoh_ice.network.servant_tokens import servant_token
-from zenoh_ice.wire.attachment import encode_call_attachment
-from zenoh_ice.wire.errors import ERROR_ENCODING, decode_error
+from zenoh_ice._attachment import encode_call_attachment
+from zenoh_ice._errors import ERROR_ENCODING, decode_error
+from zenoh_ice._tokens import servant_token
+from zenoh_ice.transport import Target
 
 _ROWS = 12
 _IN_FLIGHT = 200
@@ -43,7 +43,7 @@ _OTHER_KEYS = (
     "nao/**",
     f"{_PREFIX}*",
     f"{_PREFIX}none",
-    f"{_PREFIX}getReading?history=9999",
+    f"{_PREFIX}getReading?x=9999",
     "@process/nao/**",
 )
 _PAYLOADS = (
@@ -70,7 +70,8 @@ class _Attack:
     def step(self) -> None:
         """Do a few hundred things."""
         hostile = self._hostile
-        about = [encode_call_attachment(CALCULATOR.fingerprint, self._count, "abc", 2.0, {"user": "x"})]
+        timeout = hostile.choose((2.0, 0.0))
+        about = [encode_call_attachment(CALCULATOR.fingerprint, self._count, "abc", timeout)]
         for _ in range(200):
             self._count += 1
             key = hostile.choose((_PREFIX + hostile.choose(_OPERATIONS),) * 8 + _OTHER_KEYS)
@@ -79,7 +80,7 @@ class _Attack:
                 payload = hostile.choose(BOMBS + _LARGE)
             attachment = hostile.choose((None, about[0], hostile.next_input(about)))
             self._asked.append(self._intruder.begin_to_ask(key, payload, attachment))
-            if hostile.choose(range(4)) == 0:
+            if hostile.choose(range(4)) == 0:  # samples of a stream that others publish
                 self._intruder.session.put(key.partition("?")[0], payload, attachment=attachment)
             while len(self._asked) > _IN_FLIGHT:
                 self._note(self._asked.popleft())

@@ -1,7 +1,27 @@
-"""Run the command as `python -m codegen`."""
+"""Start the command: `codegen`, or `python -m codegen`."""
 
 from __future__ import annotations
 
-from .cli import main
+import signal
+from types import FrameType
 
-main()
+import startup
+
+
+def main() -> None:
+    """Run the command; Ctrl-C and SIGTERM end it with exit code 130 and 143."""
+    startup.end_at_ctrl_c()
+    from .commands import app
+
+    signal.signal(signal.SIGINT, _stop)
+    signal.signal(signal.SIGTERM, _stop)
+    app(prog_name="codegen")
+
+
+def _stop(number: int, _frame: FrameType | None) -> None:
+    """Let what is being written be undone on the way out."""
+    raise SystemExit(128 + number)
+
+
+if __name__ == "__main__":
+    main()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from startup import loading
+import startup
 
 
 def main() -> None:
-    """Run the command; Ctrl-C ends it cleanly even while it loads."""
-    with loading():
-        from deploy.command import run
+    """Run the command."""
+    startup.end_at_ctrl_c()
+    from deploy.command import run
+
     run()
 
 

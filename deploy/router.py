@@ -6,7 +6,6 @@ Zenoh's own threads route; none of what passes is seen by Python.
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Callable
 from types import TracebackType
 from typing import Self
@@ -14,19 +13,18 @@ from typing import Self
 import zenoh
 from zenoh.handlers import Callback
 
+from zenoh_ice._tokens import client_token
+from zenoh_ice._zenoh.session import close_session, open_session
+from zenoh_ice.command import stop_on_signals
 from zenoh_ice.exceptions import ConfigurationException
-from zenoh_ice.network.client_tokens import client_token
-from zenoh_ice.network.session import close_session, open_session
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
-from zenoh_ice.stop_signals import unbroken
-from zenoh_ice.wire.text import printable
+from zenoh_ice.text import printable
 
 __all__ = ["DEFAULTS", "Router", "check_router", "serve"]
 
 DEFAULTS = {"mode": "router", "connect": (), "listen": (DEFAULT_ENDPOINT,), "log_level": "info"}
 """Settings of a router where they differ from those of other components."""
 
-_LOOK = 0.5  # s after which the main thread looks up: a signal that another thread takes does not wake it
 
 _logger = logging.getLogger(__name__)
 
@@ -46,7 +44,7 @@ class Router:
             token = client_token(settings.realm, str(self._session.zid()))
             self._reader = self._session.liveliness().declare_token(token)
         self._links = self._session.info.declare_link_events_listener(
-            Callback(unbroken(self._on_link), indirect=True), history=True
+            Callback(self._on_link, indirect=True), history=True
         )
 
     def close(self) -> None:
@@ -83,8 +81,8 @@ def check_router(settings: Settings) -> None:
 
 
 def serve(settings: Settings, tell: Callable[[str], None]) -> None:
-    """Run a router until a signal ends the process; `tell` is given a line once it is reached."""
-    with Router(settings):
+    """Run a router until a signal comes, then exit; `tell` is given a line once it is reached."""
+    with stop_on_signals() as stop, Router(settings):
         security = settings.security
         asks = bool(security.passwords or (security.authority and security.mutual))
         if security.roles:
@@ -92,6 +90,4 @@ def serve(settings: Settings, tell: Callable[[str], None]) -> None:
         else:
             access = f"{'whoever is let in' if asks else 'everybody'} may do everything"
         tell(f"the router listens on {', '.join(settings.listen)}; {access}")
-        pause = threading.Event()
-        while True:
-            pause.wait(_LOOK)
+        stop.wait()

@@ -24,7 +24,7 @@ from zenoh_ice import Object
 
 from .calls import Call
 from .clock import TaskClock
-from .communicator import InProcessCommunicator
+from .communicator import VirtualNetwork
 from .errors import BehaviorFailed, UnknownName, says_it_all
 from .guards import GuardTable, path_of
 from .journal import Fired, Journal
@@ -66,19 +66,19 @@ class Behavior:
         """The file of the document, if it is known."""
         self._strict = on_error is None
         self._clock: Final = TaskClock()
-        self._communicator: Final = InProcessCommunicator(self._clock)
+        self._network: Final = VirtualNetwork(self._clock)
         self._robot: Final = (
             None
             if robot is None
-            else RobotUnderTest(robot, self._clock, self._communicator, camera=camera, **settings)
+            else RobotUnderTest(robot, self._clock, self._network, camera=camera, **settings)
         )
         try:
             for name, stub in (stubs or {}).items():
                 self._stub(component, name, stub)
             self._set_parameters(component, parameters or {})
             self._connect(component)
-            self._journal: Final = Journal(self._communicator.calls, self._clock.now)
-            safety = SafetyPrx.uncheckedCast(self._communicator.stringToProxy("Safety"))
+            self._journal: Final = Journal(self._network.calls, self._clock.now)
+            safety = SafetyPrx.uncheckedCast(self._network.communicator.stringToProxy("Safety"))
             self.run: Final = ReloadableRun(
                 component,
                 clock=self._clock,
@@ -209,7 +209,7 @@ class Behavior:
 
     def calls(self, target: str = "") -> list[Call]:
         """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all, in order."""
-        return self._communicator.calls.find(target)
+        return self._network.calls.find(target)
 
     @property
     def errors(self) -> list[ErrorRecord]:
@@ -279,7 +279,7 @@ class Behavior:
     @contextmanager
     def server_away(self, *servants: str) -> Iterator[None]:
         """Let servants be away for a while, all without names: calls fail as over a cut connection."""
-        with self._communicator.without(list(servants)):
+        with self._network.without(list(servants)):
             before, self._away = self._away, True
             self._journal.note(f"takes {', '.join(servants) or 'the server'} away")
             try:
@@ -305,8 +305,11 @@ class Behavior:
 
     def close(self) -> None:
         """Stop the robot and free what it holds."""
-        if self._robot is not None:
-            self._robot.close()
+        try:
+            if self._robot is not None:
+                self._robot.close()
+        finally:
+            self._network.close()
 
     def __repr__(self) -> str:
         return f"<behavior {self.run.tree.root.automaton.name} at {self.time:.3f} s in {self.active}>"
@@ -322,11 +325,11 @@ class Behavior:
             setattr(component, name, value)
 
     def _connect(self, component: Component) -> None:
-        served = self._communicator.identities()
+        served = self._network.identities()
         for name, declared in proxies_of(component).items():
             if name in vars(component):
                 continue
-            untyped = self._communicator.stringToProxy(declared.identity)
+            untyped = self._network.communicator.stringToProxy(declared.identity)
             # Without a servant the calls say so: a test need not stub what it does not reach.
             cast = declared.type.checkedCast if declared.identity in served else declared.type.uncheckedCast
             vars(component)[name] = cast(untyped)
@@ -339,11 +342,11 @@ class Behavior:
             raise UnknownName(f"the component has no interface {name!r}; there are {known}")
         ((identity, proxy),) = found.items()
         if isinstance(stub, Object):
-            self._communicator.serve(identity, stub)
+            self._network.serve(identity, stub)
         else:
-            below = self._communicator.servant(identity)
+            below = self._network.servant(identity)
             servant, polls = make_stub(identity, proxy.type.ice_interface, stub, below)
-            self._communicator.serve(identity, servant, polls)
+            self._network.serve(identity, servant, polls)
 
     def _check(self) -> None:
         new = self._journal.failures[self._tolerated :]

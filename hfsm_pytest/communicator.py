@@ -1,199 +1,304 @@
-"""What stands for Zenoh in a test: servants of this process, called at once and in this thread.
+"""The servants and the proxies of a test, joined within the process, in virtual time.
 
-The proxies are those that codegen generated, over this communicator: arguments and results are encoded,
-validated and decoded as they would travel.
+They are the real ones, over a transport without a network: arguments and results are encoded, validated and
+decoded as they would travel, at once and on the thread that calls.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import logging
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+from typing import Any, Final
+
+import msgspec
 
 from zenoh_ice import (
+    Communicator,
     ConnectionLostException,
     Object,
     ObjectNotExistException,
-    ObjectPrx,
-    Sample,
     Settings,
+    SystemException,
 )
-from zenoh_ice.calls.invocation import InvocationFuture
-from zenoh_ice.calls.manner import Manner
-from zenoh_ice.identity import Target
-from zenoh_ice.network.pulse import Pulse
-from zenoh_ice.operation import Interface, Operation
-from zenoh_ice.serving.incoming import Incoming
-from zenoh_ice.streams.subscription import Delivery
-from zenoh_ice.wire.codec import Codec
+from zenoh_ice._attachment import decode_attachment, encode_sample_attachment
+from zenoh_ice._errors import decode_error
+from zenoh_ice._pieces import Pieces
+from zenoh_ice._pool import Pool
+from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.operation import Operation
+from zenoh_ice.transport import Arrived, Caller, Closing, Inlet, Outcome, Outlet, Served, Target
 
-from .calls import CLIENT, CallLog, InlineCoroutines, InlineDispatcher, InProcessCall
+from .calls import CallLog
 from .clock import TaskClock
-from .streams import InProcessChannel, InProcessReader, InProcessSubscription
 
-if TYPE_CHECKING:
-    from zenoh_ice import Communicator
+__all__ = ["VirtualNetwork"]
 
-__all__ = ["InProcessCommunicator"]
+Polls = dict[str, Callable[[], Any]]
 
-V = TypeVar("V")
+_LOOK_AGAIN: Final = 0.01  # s of virtual time
+
+_logger = logging.getLogger(__name__)
 
 
-class InProcessCommunicator:
-    """Serve servants to the proxies of the same process. Stands for `zenoh_ice.Communicator`.
+class VirtualNetwork:
+    """Serve servants to the proxies of the same process, and remember the calls.
 
-    `on_listening` is called when a stream finds its first listener.
+    `on_listening` is called when a stream finds a listener.
     """
 
-    destroyed: Final = False
-    client_id: Final = CLIENT
-
     def __init__(self, clock: TaskClock) -> None:
-        self.settings: Final = Settings(clock="sim")
-        self.realm: Final = self.settings.realm
-        self.clock: Final = clock
         self.calls: Final = CallLog(clock.now)
-        self.dispatcher: Final = InlineDispatcher()
-        self.coroutines: Final = InlineCoroutines()
-        self.presence: Final = self
-        self.pulse: Final = Pulse()  # which does not beat: no call waits
-        self.on_listening: Callable[[], None] = _nothing
-        self._servants: dict[str, Incoming] = {}
-        self._polls: dict[str, dict[str, Callable[[], Any]]] = {}
-        self._readers: dict[tuple[str, str], InProcessReader[Any]] = {}
-        self._channels: dict[tuple[str, str], InProcessChannel] = {}
-        self._away: set[str] = set()
+        self.on_listening: Callable[[], object] = _nothing
+        self.polls: Final[dict[str, Polls]] = {}
+        """Of stubs: what returns the newest value of a stream, by identity and operation."""
+        self.away: set[str] = set()
+        self.communicator: Final = _VirtualCommunicator(
+            Settings(clock="sim"),
+            pool=Pool(0, "test"),
+            transport=lambda pool: _VirtualTransport(self, clock, pool),
+            clock=clock,
+            timing=_VirtualTiming(clock),
+        )
+        self._adapter: Final = self.communicator.createObjectAdapter("test")
+        self._adapter.activate()
 
-    @property
-    def as_communicator(self) -> Communicator:
-        """Itself, by the type for which it stands."""
-        return cast("Communicator", self)
-
-    # -- for tests -----------------------------------------------------------------------------------------
-
-    def serve(
-        self, identity: str, servant: Object, polls: dict[str, Callable[[], Any]] | None = None
-    ) -> None:
+    def serve(self, identity: str, servant: Object, polls: Polls | None = None) -> None:
         """Serve a servant, in place of one that has the identity so far.
 
         `polls` returns the newest value of streams of which the servant publishes nothing, by operation.
         """
-        self._servants[identity] = Incoming(self.as_communicator, Target(self.realm, identity), servant)
-        self._polls[identity] = polls or {}
-        for (owner, operation), reader in self._readers.items():
-            if owner == identity:  # proxies hold it
-                reader.poll = self._polls[identity].get(operation)
-                channel = self._channels[identity, operation]
-                channel.attach_to(servant.ice_publisher(servant.ice_interface.all_operations[operation]))
+        self._adapter.removeAll([identity])
+        self.polls[identity] = polls or {}
+        self._adapter.add(servant, identity)
 
     def servant(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
-        incoming = self._servants.get(identity)
-        return incoming.servant if incoming else None
+        return self._adapter.find(identity)
+
+    def identities(self) -> list[str]:
+        """Return the identities that are served and not away, sorted."""
+        return [name for name in self.communicator.identities() if name not in self.away]
 
     @contextmanager
     def without(self, identities: list[str]) -> Iterator[None]:
         """Let servants be away, all without names: calls raise ConnectionLostException as over a cut link."""
-        before, self._away = self._away, self._away | set(identities or self._servants)
+        before = self.away
+        self.away = before | set(identities or self.communicator.identities())
         try:
             yield
         finally:
-            self._away = before
+            self.away = before
 
-    # -- for proxies ---------------------------------------------------------------------------------------
+    def close(self) -> None:
+        """End everything."""
+        self.communicator.destroy()
 
-    def stringToProxy(self, text: str) -> ObjectPrx:
-        """Return the proxy of an identity."""
-        identity, _, realm = text.partition("@")
-        return ObjectPrx(self.as_communicator, Target(realm or self.realm, identity), self.settings.timeout)
 
-    def identities(self, realm: str | None = None) -> list[str]:  # noqa: ARG002
-        """Return the identities that are served, sorted."""
-        return sorted(self._servants.keys() - self._away)
+class _VirtualCommunicator(Communicator):
+    """A communicator whose errors say how a test serves what is missing."""
 
     def find(
+        self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
+    ) -> Mapping[str, str]:
+        """Return the fingerprints of a servant's interfaces; raises ObjectNotExistException."""
+        try:
+            return super().find(target, type_id, timeout, since=since)
+        except ObjectNotExistException:
+            served = ", ".join(self.identities()) or "none: give robot= or stub()"
+            raise ObjectNotExistException(
+                f"there is no servant {target.identity}; there are {served}"
+            ) from None
+
+
+class _VirtualTransport(InProcessTransport):
+    """The transport within the process, with a log of calls, servants that are away, and stubs of streams."""
+
+    def __init__(self, network: VirtualNetwork, clock: TaskClock, pool: Pool) -> None:
+        super().__init__(pool)
+        self._network: Final = network
+        self._clock: Final = clock
+
+    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+        """Return what calls an operation, and notes that in the log."""
+        genuine = super().caller(target, operation, timeout=timeout)
+        if operation.name.startswith("ice_"):
+            return genuine
+        return _LoggedCaller(self._network, genuine, target, operation)
+
+    def publish(
+        self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
+    ) -> Outlet:
+        """Return the publishing end of a stream, whose samples are stamped with virtual time."""
+
+        def listened() -> None:
+            changed()
+            self._network.on_listening()
+
+        return _StampedOutlet(super().publish(target, operation, listened), self._clock)
+
+    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
+        """Return a listening end of a stream, which a stub may feed."""
+        genuine = super().subscribe(target, operation, queue)
+        return _PolledInlet(self._network, genuine, target, operation, self._clock)
+
+
+class _LoggedCaller:
+    """Call as another caller does, unless the servant is away, and note what came of it."""
+
+    def __init__(
+        self, network: VirtualNetwork, genuine: Caller, target: Target, operation: Operation[..., Any]
+    ) -> None:
+        self._network: Final = network
+        self._genuine: Final = genuine
+        self._target: Final = target
+        self._operation: Final = operation
+
+    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+        """Call, note it, and return the outcome."""
+        try:
+            if self._target.identity in self._network.away:
+                raise ConnectionLostException(f"{self._target.identity} is away: the test says so")
+            outcome = self._genuine.call(payload, attachment)
+        except SystemException as error:
+            self._note(payload, None, error)
+            raise
+        ok, answer = outcome
+        what, resolve = self._what, self._network.communicator.stringToProxy
+        if ok:
+            self._note(payload, self._operation.result.unpack_result(answer, what, resolve), None)
+        else:
+            assert isinstance(answer, bytes)  # an error
+            self._note(payload, None, decode_error(answer, self._operation.exceptions, what, resolve))
+        return outcome
+
+    def begin(
+        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
+        """Call at once, and hand over the outcome."""
+        outcome: Outcome | SystemException
+        try:
+            outcome = self.call(payload, attachment)
+        except SystemException as error:
+            outcome = error
+        done(outcome)
+        return _nothing
+
+    def send(self, payload: bytes, attachment: bytes) -> None:
+        """Call at once, whatever comes of it."""
+        self._genuine.send(payload, attachment)
+        self._note(payload, None, None)
+
+    @property
+    def _what(self) -> str:
+        return f"{self._target.identity}.{self._operation.name}"
+
+    def _note(self, payload: bytes, result: object, error: Exception | None) -> None:
+        codec = self._operation.arguments
+        arguments = codec.unpack(payload, self._what, self._network.communicator.stringToProxy)
+        named = dict(zip(codec.fields, msgspec.structs.astuple(arguments), strict=True))
+        self._network.calls.add(self._what, named, result, error)
+
+
+class _StampedOutlet:
+    """The publishing end of a stream, whose samples are stamped with virtual time."""
+
+    def __init__(self, genuine: Outlet, clock: TaskClock) -> None:
+        self._genuine: Final = genuine
+        self._clock: Final = clock
+        self.close: Final = genuine.close
+
+    @property
+    def listening(self) -> bool:
+        """Whether anybody listens."""
+        return self._genuine.listening
+
+    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
+        """Hand a sample to all who listen."""
+        self._genuine.put(payload, _stamped(attachment, self._clock))
+
+
+class _PolledInlet:
+    """The listening end of a stream; a stub's samples are made when they are asked for."""
+
+    def __init__(
         self,
+        network: VirtualNetwork,
+        genuine: Inlet,
         target: Target,
-        type_id: str | None,  # noqa: ARG002
-        timeout: float,  # noqa: ARG002
-        *,
-        since: float | None = None,  # noqa: ARG002
-    ) -> dict[str, str]:
-        """Return the fingerprints of a servant's interfaces by type id; raises ObjectNotExistException."""
-        return self._servant(target).fingerprints
+        operation: Operation[..., Any],
+        clock: TaskClock,
+    ) -> None:
+        self._network: Final = network
+        self._genuine: Final = genuine
+        self._identity: Final = target.identity
+        self._operation: Final = operation
+        self._clock: Final = clock
+        self._polled_at = -1.0
+        self._count = 0
+        self.close: Final = genuine.close
 
-    def knows(self, target: Target) -> bool:
-        """Return whether a servant is there."""
-        return target.identity in self._servants
+    def poll(self) -> Arrived | None:
+        """Return the next sample: of a stub, one for each moment; one that raises gives none."""
+        poll = self._network.polls.get(self._identity, {}).get(self._operation.name)
+        if poll is None:
+            sample: Arrived | None = self._genuine.poll()
+            return sample
+        now = self._clock.now()
+        if now <= self._polled_at:
+            return None
+        self._polled_at = now
+        try:
+            value = poll()
+        except Exception as error:  # noqa: BLE001 - a servant that fails has nothing to publish
+            _logger.debug("no sample of %s: %s", self._operation.name, error)
+            return None
+        self._count += 1
+        payload = self._operation.result.pack_result(value, f"sample of {self._operation.name}")
+        return Arrived(payload, _stamped(encode_sample_attachment("", self._count, now), self._clock))
 
-    def searches(self, target: Target, limit: float) -> bool:  # noqa: ARG002
-        """Return whether calls of a servant wait for it to be found: none does."""
-        return False
+    def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
+        """Call a function with each sample that is published."""
+        self._genuine.deliver(callback, rate)
 
-    def search(self, target: Target, limit: float, find_and_call: Callable[[], object]) -> None:  # noqa: ARG002
-        """Find a servant and call it, at once."""
-        find_and_call()
+    def open(self, sample: Arrived) -> Arrived:
+        """Return the sample itself."""
+        return sample
 
-    def is_lost(self, target: Target) -> bool:
-        """Return whether a servant was there and is away."""
-        return target.identity in self._away
 
-    def outgoing_call(
-        self, target: Target, operation: Operation[..., Any], interface: Interface, manner: Manner
-    ) -> InProcessCall:
-        """Return what calls an operation of a servant: of the one that is served when it is called.
+class _VirtualTiming:
+    """Streams are read by virtual time: a wait moves it on."""
 
-        A oneway call is executed at once, too.
-        """
-        return InProcessCall(self, lambda: self._servant(target), operation, interface, manner.timeout)
+    delivers: Final = False
 
-    def stream_reader(self, target: Target, operation: Operation[..., V]) -> InProcessReader[V]:
-        """Return the reader of a stream; proxies share it."""
-        key = (target.identity, operation.name)
-        if key not in self._readers:
-            servant = self._servant(target).servant
-            poll = self._polls[target.identity].get(operation.name)
-            reader: InProcessReader[V] = InProcessReader(
-                ".".join(key), operation, self.clock, self._wake, poll
-            )
-            self._channels[key] = InProcessChannel(reader)
-            self._channels[key].attach_to(servant.ice_publisher(operation))
-            self._readers[key] = reader
-        return self._readers[key]
+    def __init__(self, clock: TaskClock) -> None:
+        self._clock: Final = clock
+        self.now: Final = clock.now
+        self.wall: Final = clock.now
 
-    def new_subscription(
-        self,
-        reader: InProcessReader[V],
-        callback: Callable[[Sample[V]], Any],
-        delivery: Delivery,  # noqa: ARG002 - in virtual time every sample is delivered at once
-    ) -> InProcessSubscription[V]:
-        """Return a callback on a stream."""
-        return InProcessSubscription(reader, callback)
+    def wait_for(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
+        """Move the time on until a function returns true; return whether it did."""
+        self._clock.wait_for(holds, timeout)
+        return holds()
 
-    def new_future(self, *, at_once: bool) -> InvocationFuture[Any]:  # noqa: ARG002
-        """Return a future."""
-        return InvocationFuture()
+    def repeat(self, period: float, job: Callable[[], object]) -> Served:
+        """Run a job every `period` s of virtual time."""
+        running = [True]
 
-    def size_limit(self, codec: Codec[Any]) -> int:
-        """Return how many bytes a payload may have."""
-        settings = self.settings
-        return settings.max_bulk_size if codec.holds_bytes else settings.max_message_size
+        def run() -> None:
+            if running[0]:
+                job()
+                self._clock.call_at(self._clock.now() + period, run)
 
-    def check_timeout(self, seconds: float) -> float:
-        """Return a limit for calls."""
-        return seconds
+        self._clock.call_at(self._clock.now() + period, run)
+        return Closing(lambda: running.__setitem__(0, False))
 
-    def _wake(self) -> None:
-        self.on_listening()
 
-    def _servant(self, target: Target) -> Incoming:
-        servant = self._servants.get(target.identity)
-        if servant is None:
-            served = ", ".join(sorted(self._servants)) or "none: give robot= or stub()"
-            raise ObjectNotExistException(f"there is no servant {target.identity}; there are {served}")
-        if target.identity in self._away:
-            raise ConnectionLostException(f"{target.identity} is away: the test says so")
-        return servant
+def _stamped(attachment: bytes, clock: TaskClock) -> bytes:
+    """Return the attachment of a sample, sent at this virtual time."""
+    about = msgspec.structs.replace(decode_attachment(attachment), wall_time=clock.now())
+    return msgspec.msgpack.encode(about)
 
 
 def _nothing() -> None:

@@ -17,7 +17,7 @@ from naoserver.options import ServerOptions
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 
 from .clock import TaskClock
-from .communicator import InProcessCommunicator
+from .communicator import VirtualNetwork
 from .errors import UnknownName
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class RobotUnderTest:
         self,
         kind: RobotKind,
         clock: TaskClock,
-        communicator: InProcessCommunicator,
+        network: VirtualNetwork,
         *,
         camera: CameraKind = "auto",
         options: ServerOptions | None = None,
@@ -115,9 +115,9 @@ class RobotUnderTest:
         """The robot itself, below its safety layer."""
         self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock)
         for identity, servant in self._assembly.servants.items():
-            communicator.serve(identity, servant)
+            network.serve(identity, servant)
         jobs = _VirtualJobs(clock, self._assembly.jobs)
-        self._assembly.on_wake = communicator.on_listening = jobs.wake
+        self._assembly.on_wake = network.on_listening = jobs.wake
         jobs.wake()
         self.device.start()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import shlex
+import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -27,7 +28,8 @@ from .runtime import Runtime
 
 __all__ = ["main", "make_app", "make_component", "option_of", "with_parameters"]
 
-_LOOK: Final = 1.0  # s after which a wait of the main thread looks up: a signal may strike another thread
+_LOOK: Final = 0.1  # s after which the main thread looks whether a signal came
+_RETRY: Final = 1.0  # s between two questions whether refused commands are taken again
 
 _OnError = Annotated[
     OnError | None,
@@ -145,6 +147,8 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         with initialize(settings) as communicator, ExitStack() as stack:
             made = make_component(component, parameters)
             connect_proxies(made, communicator)
+            # From here on there is a recording to close and a robot to stop.
+            stop = stack.enter_context(command.stop_on_signals())
 
             def present() -> bool:
                 return servers_present(runtime.component, communicator)
@@ -163,8 +167,8 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
             with Monitor(runtime, communicator) as monitor:
                 monitor.debugger.set_breakpoints(breakpoints)
                 safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
-                _run(runtime, seconds, safety, stay_halted=stay_halted)
-            if runtime.failed:
+                _run(runtime, seconds, stop, safety, stay_halted=stay_halted)
+            if runtime.failed and not stop.is_set():
                 raise typer.Exit(1)
 
     return app
@@ -206,15 +210,16 @@ def _is_id(text: str) -> bool:
     return text.isascii() and text.isdigit() and len(text) < 12
 
 
-def _run(runtime: Runtime, seconds: float | None, safety: SafetyPrx, *, stay_halted: bool) -> None:
+def _run(
+    runtime: Runtime, seconds: float | None, stop: threading.Event, safety: SafetyPrx, *, stay_halted: bool
+) -> None:
     try:
         runtime.start()
-        _wait(runtime, seconds, safety)
+        _wait(runtime, seconds, stop, safety)
         if runtime.failed and stay_halted:
             _end(runtime)
             typer.echo("halted; Ctrl-C ends the component", err=True)
-            while True:
-                time.sleep(_LOOK)
+            stop.wait()
     finally:
         _end(runtime)
 
@@ -228,11 +233,14 @@ def _end(runtime: Runtime) -> None:
     stop_robot(runtime.component)
 
 
-def _wait(runtime: Runtime, seconds: float | None, safety: SafetyPrx) -> None:
-    """Wait until the component ends or its time is over, and let it go on after refused commands."""
+def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
+    """Wait for the component's end, its time or a signal, and let it go on after refused commands."""
     end = None if seconds is None else round(seconds * 1e9)
-    while not runtime.ended.is_set():
-        runtime.retry(partial(commands_taken, safety))
+    retried = time.monotonic()
+    while not (runtime.ended.is_set() or stop.is_set()):
+        if time.monotonic() - retried >= _RETRY:
+            retried = time.monotonic()
+            runtime.retry(partial(commands_taken, safety))
         if end is None:
             runtime.ended.wait(_LOOK)
         elif runtime.timeline.now() < end:

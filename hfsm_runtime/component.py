@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePath
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
-from zenoh_ice.clocks.clock import Clock, WallClock
+from zenoh_ice.clock import Clock, WallClock
 from zenoh_ice.exceptions import ZenohIceError
 
 from .automaton import Automaton

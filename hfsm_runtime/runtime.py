@@ -8,7 +8,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import Final
 
-from zenoh_ice.clocks.clock import Clock
+from zenoh_ice.clock import Clock
 
 from .automaton import Automaton, Transition
 from .automaton_run import make_event

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from itertools import count
 from typing import Final
 
-from zenoh_ice.clocks.clock import Clock
+from zenoh_ice.clock import Clock
 
 from .cycle import Supervisor, run_cycle
 from .errors import ComponentStoppedError, CycleCutError

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Final
 
-from zenoh_ice.clocks.clock import Clock
+from zenoh_ice.clock import Clock
 
 __all__ = ["Timeline", "delay_in_slot", "slot_after", "slot_at", "slot_from"]
 

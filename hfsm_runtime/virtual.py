@@ -10,7 +10,7 @@ import heapq
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 from .automaton_run import make_event
 from .component import Component, equip, make_automata

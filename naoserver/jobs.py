@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import Final, Protocol, Self
 
 from zenoh_ice import Clock
-from zenoh_ice.clocks.clock import ClockStalledException
+from zenoh_ice.clock import ClockStalledException
 
 __all__ = ["Job", "JobThreads", "Periodic", "is_due"]
 

@@ -13,8 +13,8 @@ from interfaces import jderobot, nao
 from naoserver.hinges import HINGES
 from zenoh_ice import Communicator, ObjectPrx, initialize
 from zenoh_ice.command import run, with_settings
-from zenoh_ice.identity import Target
 from zenoh_ice.settings import Settings
+from zenoh_ice.transport import Target
 
 __all__ = ["survey", "table"]
 

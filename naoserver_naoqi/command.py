@@ -14,7 +14,7 @@ from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
 from naoserver_naoqi.robot import NaoqiRobot
 from zenoh_ice import initialize
-from zenoh_ice.command import with_settings
+from zenoh_ice.command import stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -61,14 +61,14 @@ def naoserver_naoqi(
     """
     address = parse_address(robot, user, password)
     nao = NaoqiRobot(lambda timeout: connect(address, timeout), Wishes(start, end, life))
-    with initialize(settings) as communicator, closing(nao):
+    with stop_on_signals() as stop, initialize(settings) as communicator, closing(nao):
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
         with serve(nao, adapter, ServerOptions()) as server:
             nao.report_to(server.assembly)
             adapter.activate()
             typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")
-            communicator.waitForShutdown()
+            stop.wait()
 
 
 def parse_address(robot: str, user: str, password: str) -> RobotAddress:

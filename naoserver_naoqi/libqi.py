@@ -21,8 +21,6 @@ _GONE: Final = (
     "socket disconnected",
 )
 """Parts of what libqi says of calls that found no connection."""
-_SLICE: Final = 0.2
-"""Seconds for which libqi waits at a time: Ctrl-C is not heard meanwhile."""
 
 
 def connect(address: RobotAddress, timeout: float) -> LibqiLink:
@@ -115,11 +113,7 @@ class _FutureReply:
         return not self._future.isRunning()
 
     def result(self, timeout: float) -> Any:  # noqa: ANN401 - whatever NAOqi answers
-        left = timeout
-        while (state := self._future.wait(round(min(left, _SLICE) * 1000))) == qi.FutureState.Running:
-            left -= _SLICE
-            if left <= 0.0:
-                break
+        state = self._future.wait(round(timeout * 1000))
         if state == qi.FutureState.FinishedWithValue:
             return self._future.value()
         if state == qi.FutureState.Running:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import ExitStack, closing
-from typing import Annotated, Final, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
-from startup import loading
+import startup
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
-
-_LOOK: Final = 0.5
-"""Wall seconds of a wait: a signal that strikes just before one is heard at its end."""
 
 _EXAMPLES = """
 [bold]Examples[/bold]
@@ -45,8 +41,9 @@ def serve_fake(
     from naoserver.options import ServerOptions
     from naoserver_qi import serve_as_naoqi
     from zenoh_ice import WallClock
+    from zenoh_ice.command import stop_on_signals
 
-    with ExitStack() as stack:
+    with stop_on_signals() as stop, ExitStack() as stack:
         robot = stack.enter_context(closing(FakeRobot(FastClock(speed))))
         robot.start()
         assembly = Assembly(robot, ServerOptions(), WallClock())
@@ -57,15 +54,15 @@ def serve_fake(
             stack.callback(watched.close)
         service = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
         typer.echo(f"ready: {service.url}")
-        while True:
-            time.sleep(_LOOK)
+        stop.wait()
 
 
 def main() -> NoReturn:
     """Run the command."""
-    with loading():
-        from naoserver.errors import RobotError
-        from zenoh_ice.command import run
+    startup.end_at_ctrl_c()
+    from naoserver.errors import RobotError
+    from zenoh_ice.command import run
+
     run(app, expected=(RobotError,))
 
 

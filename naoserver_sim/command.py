@@ -20,7 +20,7 @@ from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
 from naoserver_sim.viewer import check_display
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
-from zenoh_ice.command import with_settings
+from zenoh_ice.command import stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 if TYPE_CHECKING:
@@ -112,13 +112,16 @@ def naoserver_sim(
     requested = parse_cameras(camera or ())
     surroundings = load_world(world)
     if robots > 1:
-        run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi))
+        with stop_on_signals() as stop:
+            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi), stop)
+        return
     if viewer:
         check_display()
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    with closing(
-        SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed)
-    ) as robot:
+    with (
+        stop_on_signals() as stop,
+        closing(SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed)) as robot,
+    ):
         check_cameras(requested, robot.cameras)
         robot.start()  # first: whoever finds the server looks for its servants, and not for long
         with initialize(settings) as communicator:
@@ -133,7 +136,7 @@ def naoserver_sim(
 
                 def ended(seconds: float) -> bool:
                     robot.check()
-                    return communicator.waitForShutdown(seconds)
+                    return stop.wait(seconds)
 
                 if viewer:
                     robot.show(ended)

@@ -6,9 +6,10 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterable, Sequence
-from typing import Final, NoReturn
+from typing import Final
 
 import startup
 from naoserver.errors import RobotError
@@ -48,8 +49,8 @@ def team_commands(
     return commands
 
 
-def run_team(commands: Iterable[Sequence[str]]) -> NoReturn:
-    """Run commands side by side until one ends or this process is told to; then end them all.
+def run_team(commands: Iterable[Sequence[str]], stop: threading.Event) -> None:
+    """Run commands side by side until one ends or `stop` is set; then end them all.
 
     Raises RobotError when one ends by itself.
     """
@@ -60,11 +61,10 @@ def run_team(commands: Iterable[Sequence[str]]) -> NoReturn:
             processes.append(
                 subprocess.Popen([*tether, *command], stdin=subprocess.DEVNULL, start_new_session=True)
             )
-        while True:
+        while not stop.wait(_CHECK_INTERVAL):
             for number, process in enumerate(processes):
                 if process.poll() is not None:
                     raise RobotError(f"robot {number + 1} ended with exit code {process.returncode}")
-            time.sleep(_CHECK_INTERVAL)
     finally:
         _end(processes)
 

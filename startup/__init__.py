@@ -1,4 +1,4 @@
-"""Let Ctrl-C end a command quietly even while its modules load.
+"""Let Ctrl-C end a command quietly while its modules load.
 
 Every command begins with this, before it imports anything else; so this imports next to nothing itself.
 """
@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 
-__all__ = ["TETHER", "end_at_ctrl_c", "loading"]
+__all__ = ["TETHER", "end_at_ctrl_c"]
 
 TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 """The script that ties a command to the process that starts it."""
@@ -24,14 +22,3 @@ def end_at_ctrl_c() -> None:
     Nothing is cleaned up: it is for as long as there is nothing to clean up.
     """
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(_INTERRUPTED))
-
-
-@contextmanager
-def loading() -> Iterator[None]:
-    """Let Ctrl-C end the process at once while the modules of a command load in a `with` block."""
-    before = signal.getsignal(signal.SIGINT)
-    end_at_ctrl_c()
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

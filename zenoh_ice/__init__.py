@@ -1,9 +1,8 @@
 """Ice's object model over Eclipse Zenoh: communicators, adapters, servants, proxies and streams."""
 
-from .adapter import ObjectAdapter
-from .calls.implicit_context import ImplicitContext
-from .calls.invocation import InvocationFuture
-from .clocks.clock import Clock, VirtualClock, WallClock
+from ._clients import ClientWatch
+from ._tokens import ServantInfo
+from .clock import Clock, RobotClock, VirtualClock, WallClock
 from .communicator import Communicator, initialize
 from .exceptions import (
     AccessDeniedException,
@@ -14,7 +13,6 @@ from .exceptions import (
     ConnectFailedException,
     ConnectionLostException,
     EndpointInUseException,
-    FacetNotExistException,
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
@@ -26,17 +24,12 @@ from .exceptions import (
     UserException,
     ZenohIceError,
 )
-from .identity import Identity, identityToString, stringToIdentity
-from .network.clients import ClientWatch
-from .network.process_status import ProcessStatus, ServantStatus
-from .network.servant_table import ServantInfo
 from .object import Current, Object
 from .proxy import ObjectPrx
-from .serving.servant_locator import ServantLocator
+from .servant import ObjectAdapter
 from .settings import Settings, load_settings
-from .streams.publisher import Publisher
-from .streams.sample import Sample
-from .streams.subscription import Subscription
+from .status import ProcessStatus, ServantStatus
+from .streams import Publisher, Sample, Samples, Subscription
 
 __all__ = [
     "AccessDeniedException",
@@ -51,11 +44,7 @@ __all__ = [
     "ConnectionLostException",
     "Current",
     "EndpointInUseException",
-    "FacetNotExistException",
-    "Identity",
-    "ImplicitContext",
     "InterfaceMismatchException",
-    "InvocationFuture",
     "MarshalException",
     "Object",
     "ObjectAdapter",
@@ -64,9 +53,10 @@ __all__ = [
     "OperationNotExistException",
     "ProcessStatus",
     "Publisher",
+    "RobotClock",
     "Sample",
+    "Samples",
     "ServantInfo",
-    "ServantLocator",
     "ServantStatus",
     "Settings",
     "Subscription",
@@ -78,8 +68,6 @@ __all__ = [
     "VirtualClock",
     "WallClock",
     "ZenohIceError",
-    "identityToString",
     "initialize",
     "load_settings",
-    "stringToIdentity",
 ]

@@ -7,8 +7,9 @@ A command looks like this:
     @app.command()
     @with_settings()
     def serve(*, settings: Settings, speed: float = 1.0) -> None:
-        with initialize(settings) as communicator:
+        with stop_on_signals() as stop, initialize(settings) as communicator:
             ...
+            stop.wait()
 
     def main() -> None:
         run(app)
@@ -22,24 +23,32 @@ import inspect
 import logging
 import math
 import os
+import signal
 import sys
-from collections.abc import Callable, Mapping
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Final, NoReturn
 
 import typer
 
 from .exceptions import ZenohIceError
-from .network.process_status import program_name
 from .network.security import exposure
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
-from .stop_signals import StopOnSignal
+from .status import program_name
 
-__all__ = ["finite", "run", "set_up_logging", "with_settings"]
+__all__ = ["Stop", "finite", "run", "set_up_logging", "stop_on_signals", "with_settings"]
 
 _PANEL: Final = "Shared by all commands"
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT)
+
+_CLEANUP_GRACE: Final = (
+    10.0  # s after a signal in which further ones are ignored, so that cleaning up can end
+)
+_JOIN_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
 
@@ -166,25 +175,76 @@ def set_up_logging(level: str) -> None:
     )
 
 
+class Stop(threading.Event):
+    """The event that the first signal sets."""
+
+    signal: int = 0
+    """The number of that signal."""
+
+
+@contextmanager
+def stop_on_signals() -> Iterator[Stop]:
+    """Let SIGINT, SIGTERM and SIGHUP set an event, and do nothing else, as long as a `with` block lasts.
+
+    The block runs on the main thread. It waits for the event or looks at it, cleans up, and ends; then
+    SystemExit is raised with 128 and the number of the signal, unless the block raised something itself.
+    Further signals are ignored for 10 s; the first one after that ends the process at once.
+    """
+    stop = Stop()
+    signals = _stop_signals()
+    reader, writer = os.pipe()
+
+    def listen() -> None:
+        began = 0.0
+        while number := int.from_bytes(os.read(reader, 1)):  # 0 when the writer is closed
+            if number not in signals:
+                continue
+            if not stop.signal:
+                stop.signal = number
+                began = time.monotonic()
+                stop.set()
+            elif time.monotonic() - began > _CLEANUP_GRACE:
+                os._exit(128 + number)
+
+    # Python writes the numbers of signals into the pipe, whichever thread they strike and whatever the main
+    # thread waits for; the event is set by an ordinary thread, which may take locks.
+    thread = threading.Thread(target=listen, name="signals", daemon=True)
+    os.set_blocking(writer, False)
+    thread.start()
+    former_writer = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    former = {number: signal.signal(number, lambda _number, _frame: None) for number in signals}
+    try:
+        yield stop
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(former_writer)
+        os.close(writer)
+        thread.join(_JOIN_LIMIT)
+        os.close(reader)
+    if stop.signal:
+        raise SystemExit(128 + stop.signal)
+
+
+def _stop_signals() -> tuple[signal.Signals, ...]:
+    """Return the signals that end a command: without SIGHUP where it is ignored, as under nohup."""
+    hangup = () if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else (signal.SIGHUP,)
+    return signal.SIGINT, signal.SIGTERM, *hangup
+
+
 def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoReturn:
     """Run a command to its end and exit.
 
-    The exit code is 0, 1 after an error of ours or one of the `expected` types (one line on stderr tells it),
-    2 after wrong usage, and 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM. Those signals raise SystemExit
-    in the main thread, so `with` and `finally` clean up wherever they strike. While that goes on further ones
-    are ignored, but not for ever.
+    The exit code is 0, 1 after an error of ours or one of the `expected` types (one line on stderr reports
+    it), 2 after wrong usage, and 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM. Those signals end the
+    process at once, unless the command has something to clean up and is in a block of `stop_on_signals`.
     """
     errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
     _replace_closed_streams()
-    stop = StopOnSignal()
-    stop.install()
+    for number in _stop_signals():
+        signal.signal(number, lambda number, _frame: os._exit(128 + number))
     try:
         app()
-    except SystemError:
-        # A signal that strikes in the middle of Zenoh's own code comes out of it as this, without a cause.
-        if stop.exit_code is None:
-            raise
-        sys.exit(stop.exit_code)
     except errors as error:
         _fail(str(error))
     except OSError as error:

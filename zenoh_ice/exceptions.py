@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import msgspec
 
-from .wire.text import cut, printable
+from .text import cut, printable
 
 __all__ = [
     "AccessDeniedException",
@@ -18,7 +18,6 @@ __all__ = [
     "ConnectFailedException",
     "ConnectionLostException",
     "EndpointInUseException",
-    "FacetNotExistException",
     "InterfaceMismatchException",
     "MarshalException",
     "ObjectNotExistException",
@@ -42,10 +41,6 @@ class SystemException(ZenohIceError):
 
 class ObjectNotExistException(SystemException):
     """No servant with this identity is present in the realm."""
-
-
-class FacetNotExistException(ObjectNotExistException):
-    """The identity is served, and the facet is not."""
 
 
 class OperationNotExistException(SystemException):

@@ -8,14 +8,12 @@ from typing import Annotated, Any, TypeAlias, TypeVar
 
 from msgspec import Meta
 
-from .calls.invocation import InvocationFuture
+from ._values import Struct, Value
 from .exceptions import UserException
 from .object import Current, Object
 from .operation import Interface, Operation
-from .proxy import ObjectPrx
-from .streams.publisher import Publisher
-from .streams.stream import streamed
-from .wire.values import Struct, Value
+from .proxy import ObjectPrx, streamed
+from .streams import Publisher
 
 __all__ = [
     "Byte",
@@ -23,7 +21,6 @@ __all__ = [
     "Dispatched",
     "Int",
     "Interface",
-    "InvocationFuture",
     "Long",
     "Object",
     "ObjectPrx",

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
 import msgspec
 
 from .operation import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
-from .streams.publisher import Publisher
+from .streams import Publisher
 
 if TYPE_CHECKING:
-    from .adapter import ObjectAdapter
     from .communicator import Communicator
+    from .servant import ObjectAdapter
 
 __all__ = ["OBJECT_INTERFACE", "Current", "Object"]
 
@@ -25,15 +24,11 @@ class Current(msgspec.Struct):  # which is made in a third of the time that a da
     """The call that a servant serves."""
 
     identity: str
-    """Identity under which the servant was called, as text."""
-    facet: str
-    """Facet under which it was called; empty for the identity itself."""
+    """Identity under which the servant was called."""
     operation: str
     """Name of the operation."""
     call_id: str
     """Id of the call, for logs."""
-    ctx: Mapping[str, str]
-    """What the caller says beside the parameters: its context."""
     timeout: float
     """Seconds after which the caller gives up; 0 when it did not say."""
     communicator: Communicator
@@ -43,7 +38,10 @@ class Current(msgspec.Struct):  # which is made in a third of the time that a da
 
     @property
     def client(self) -> str:
-        """Id of the calling session, as `onClientLost` tells it; empty when the caller gave none."""
+        """Id of the calling session, as `onClientLost` reports it; empty when the caller gave none.
+
+        The caller writes it: it serves honest programs, and proves nothing.
+        """
         return self.call_id.partition("/")[0]
 
 

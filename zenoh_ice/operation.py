@@ -8,8 +8,8 @@ from typing import Any, Final, Generic, ParamSpec, TypeVar
 
 import msgspec
 
+from ._codec import Codec
 from .exceptions import UserException
-from .wire.codec import Codec
 
 __all__ = ["OBJECT_TYPE_ID", "Interface", "Operation"]
 

@@ -1,42 +1,61 @@
-"""Proxies: what clients call servants through."""
+"""Proxies: what clients call servants and follow their streams through."""
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final, ParamSpec, Self, TypeVar, cast
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Concatenate,
+    Final,
+    Generic,
+    ParamSpec,
+    Self,
+    TypeVar,
+    cast,
+    overload,
+)
 
-from .calls.invocation import InvocationFuture, fail
-from .calls.mismatch import describe_difference
-from .calls.oneway import BatchedCall, OnewayCall
-from .calls.outgoing_calls import AnyCall
+from ._attachment import encode_call_attachment
+from ._codec import DECODE_ERRORS, misfit
+from ._errors import decode_error
+from ._mismatch import describe_difference
+from ._values import Reference, Resolve
 from .exceptions import (
     CommunicatorDestroyedException,
+    ConfigurationException,
     InterfaceMismatchException,
+    MarshalException,
+    SystemException,
+    TwowayOnlyException,
     ZenohIceError,
 )
-from .identity import Identity, Target, check_facet, stringToIdentity
 from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
-from .operation import OBJECT_TYPE_ID, Interface, Operation
-from .proxy_options import Context, ProxyOptions
+from .operation import Interface, Operation
 from .reflection import Schema, parse_schema
-from .streams.sample import Sample
-from .streams.stream_reader import StreamReader
-from .streams.subscription import Delivery, Subscription
+from .streams import Delivery, Sample, Samples, StreamReader, Subscription
+from .transport import NoAnswer, Outcome, Target
 
 if TYPE_CHECKING:
     from .communicator import Communicator
 
-__all__ = ["ObjectPrx"]
+__all__ = ["ObjectPrx", "StreamedCall", "StreamedOperation", "streamed"]
 
 P = ParamSpec("P")
 V = TypeVar("V")
 
-_WITHOUT_A_WAIT: Final = 0.95  # of a call's limit is left where its servant was known
+# s for which the one retry of an idempotent call waits for the servant to be back.
+_RETRY_WAIT: Final = 0.5
+_LONGEST_TIMEOUT: Final = 86_400.0  # s
 
 
-class ObjectPrx(ProxyOptions):
+class ObjectPrx(Reference):
     """A proxy: it stands for a servant, wherever that is, and survives the restart of its server.
 
     Make one by `Communicator.stringToProxy` and give it a type by `checkedCast` of a generated class. A proxy
@@ -45,85 +64,121 @@ class ObjectPrx(ProxyOptions):
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
 
+    def __init__(
+        self, communicator: Communicator, target: Target, timeout: float, *, oneway: bool = False
+    ) -> None:
+        self._communicator: Final = communicator
+        self._target: Final = target
+        self._timeout: Final = timeout
+        self._oneway: Final = oneway
+        # Of calls that wait for the servant, in their order: none waits for one with a longer limit.
+        self._line: Final = target, timeout
+        self._calls: Final[dict[Operation[..., Any], _Call]] = {}
+
     @classmethod
-    def checkedCast(cls, proxy: ObjectPrx, facet: str | None = None, context: Context = None) -> Self:
+    def checkedCast(cls, proxy: ObjectPrx) -> Self:
         """Return a proxy of this type after making sure that its servant is there and has the interface.
 
-        `facet` is that of the result; `context` is for the servant locator that may have to be asked.
-
-        Raises ObjectNotExistException when the realm has no such servant, FacetNotExistException when it has
-        no such facet, ConnectFailedException when nothing answers at the endpoints, ConnectionLostException
-        when the server went away, and InterfaceMismatchException when the servant has another interface or
-        another version of it.
+        Raises ObjectNotExistException when the realm has no such servant, ConnectFailedException when nothing
+        answers at the endpoints, ConnectionLostException when the server went away, and
+        InterfaceMismatchException when the servant has another interface or another version of it.
         """
-        cast = cls.uncheckedCast(proxy, facet)
-        cast._check_interface(context)
+        cast = cls.uncheckedCast(proxy)
+        cast._check_interface()
         return cast
 
     @classmethod
-    def uncheckedCast(cls, proxy: ObjectPrx, facet: str | None = None) -> Self:
-        """Return a proxy of this type, of another facet if one is given, without asking anybody."""
-        target = proxy._target if facet is None else proxy._target._replace(facet=check_facet(facet))
-        cast = cls(proxy._communicator, target, proxy._manner.timeout)
-        cast._manner, cast._context, cast._batch = proxy._manner, proxy._context, proxy._batch
-        return cast
+    def uncheckedCast(cls, proxy: ObjectPrx) -> Self:
+        """Return a proxy of this type without asking anybody."""
+        return cls(proxy._communicator, proxy._target, proxy._timeout, oneway=proxy._oneway)
 
     # What it stands for.
 
-    def ice_identity(self, identity: str | Identity) -> ObjectPrx:
-        """Return a proxy of another servant in the same realm; cast it, as its type is not known."""
-        target = Target(self._target.realm, str(stringToIdentity(str(identity))))
-        return ObjectPrx.uncheckedCast(self._copy(_target=target))
+    def ice_getIdentity(self) -> str:
+        """Return the identity of the servant."""
+        return self._target.identity
 
-    def ice_facet(self, facet: str) -> ObjectPrx:
-        """Return a proxy of another facet; cast it, as its type is not known."""
-        return ObjectPrx.uncheckedCast(self, facet)
+    def ice_getRealm(self) -> str:
+        """Return the realm of the servant."""
+        return self._target.realm
+
+    def ice_getCommunicator(self) -> Communicator:
+        """Return the communicator of the proxy."""
+        return self._communicator
+
+    def ice_toString(self) -> str:
+        """Return the proxy as text that `stringToProxy` takes."""
+        own = self._target.realm == self._communicator.realm
+        return self._text("" if own else f"@{self._target.realm}")
+
+    def ice_toWire(self) -> str:
+        """Return the proxy as text that means the same in every realm."""
+        return self._text(f"@{self._target.realm}")
 
     @classmethod
-    def ice_fromWire(cls, text: str, communicator: Communicator) -> Self:
+    def ice_fromWire(cls, text: str, resolve: Resolve) -> Self:
         """Return the proxy that arrived as text."""
-        return cls.uncheckedCast(communicator.stringToProxy(text))
+        return cls.uncheckedCast(cast("ObjectPrx", resolve(text)))
+
+    # How it calls.
+
+    def ice_invocationTimeout(self, milliseconds: float) -> Self:
+        """Return a copy whose calls end within another limit, in ms as in Ice."""
+        seconds = milliseconds / 1000
+        if not 0 < seconds <= _LONGEST_TIMEOUT:
+            raise ConfigurationException(
+                f"a call's limit is above 0 and at most {_LONGEST_TIMEOUT:g} s, not {seconds:g} s"
+            )
+        return type(self)(self._communicator, self._target, seconds, oneway=self._oneway)
+
+    def ice_getInvocationTimeout(self) -> float:
+        """Return the limit of calls in ms."""
+        return self._timeout * 1000
+
+    def ice_oneway(self) -> Self:
+        """Return a copy whose calls are sent and not answered.
+
+        Only what returns nothing and declares no exceptions can be called so; anything else raises
+        TwowayOnlyException. What was sent may be lost with its link, or be more than the servant takes.
+        """
+        return type(self)(self._communicator, self._target, self._timeout, oneway=True)
+
+    def ice_twoway(self) -> Self:
+        """Return a copy whose calls wait for their answers."""
+        return type(self)(self._communicator, self._target, self._timeout)
+
+    def ice_isOneway(self) -> bool:
+        """Return whether calls are sent and not answered."""
+        return self._oneway
+
+    def ice_isTwoway(self) -> bool:
+        """Return whether calls wait for their answers."""
+        return not self._oneway
 
     # What every servant answers.
 
-    def ice_ping(self, context: Context = None) -> None:
+    def ice_ping(self) -> None:
         """Return once the servant has answered."""
-        self._telling(context).ice_invoke(ICE_PING)
+        self.ice_invoke(ICE_PING)
 
-    def ice_pingAsync(self, context: Context = None) -> InvocationFuture[None]:
-        """Do as `ice_ping` does, without waiting."""
-        return self._telling(context).ice_invokeAsync(ICE_PING)
-
-    def ice_isA(self, id: str, context: Context = None) -> bool:
+    def ice_isA(self, id: str) -> bool:
         """Return whether the servant has the interface of a type id."""
-        return self._telling(context).ice_invoke(ICE_IS_A, id)
+        return self.ice_invoke(ICE_IS_A, id)
 
-    def ice_isAAsync(self, id: str, context: Context = None) -> InvocationFuture[bool]:
-        """Do as `ice_isA` does, without waiting."""
-        return self._telling(context).ice_invokeAsync(ICE_IS_A, id)
-
-    def ice_id(self, context: Context = None) -> str:
+    def ice_id(self) -> str:
         """Return the type id of the servant's own interface."""
-        return self._telling(context).ice_invoke(ICE_ID)
+        return self.ice_invoke(ICE_ID)
 
-    def ice_idAsync(self, context: Context = None) -> InvocationFuture[str]:
-        """Do as `ice_id` does, without waiting."""
-        return self._telling(context).ice_invokeAsync(ICE_ID)
-
-    def ice_ids(self, context: Context = None) -> list[str]:
+    def ice_ids(self) -> list[str]:
         """Return the type ids of all interfaces of the servant."""
-        return self._telling(context).ice_invoke(ICE_IDS)
+        return self.ice_invoke(ICE_IDS)
 
-    def ice_idsAsync(self, context: Context = None) -> InvocationFuture[list[str]]:
-        """Do as `ice_ids` does, without waiting."""
-        return self._telling(context).ice_invokeAsync(ICE_IDS)
-
-    def ice_describe(self, context: Context = None) -> Schema:
+    def ice_describe(self) -> Schema:
         """Return the servant's own interface, those that it extends, and every type that they use.
 
         Raises MarshalException when what the servant says is no such description.
         """
-        return parse_schema(self._telling(context).ice_invoke(ICE_DESCRIBE))
+        return parse_schema(self.ice_invoke(ICE_DESCRIBE))
 
     # How generated code calls.
 
@@ -137,97 +192,103 @@ class ObjectPrx(ProxyOptions):
 
         Raises the exceptions that the operation declares, or a SystemException; always within the limit.
         """
-        try:
-            call = self._calls[operation]
-        except KeyError:
-            if self._communicator.searches(self._target, self._manner.timeout):
-                # Not before those that wait; and not by what a subclass does with asynchronous calls.
+        call = self._calls.get(operation)
+        if call is None:
+            if self._communicator.pool.holds_line(self._line):  # not before those that wait for the servant
                 return ObjectPrx.ice_invokeAsync(self, operation, *args, **kwargs).result()
             call = self._prepare(operation, time.monotonic())
-        return cast("V", call.invoke(args, self._context))
+        payload, attachment = call.request(args)
+        if self._oneway:
+            return cast("V", call.send(payload, attachment))
+        started = time.monotonic()
+        try:
+            outcome = call.call(payload, attachment)
+        except NoAnswer as end:
+            outcome = call.retry(args, end, started)
+        return cast("V", call.result(outcome))
 
     def ice_invokeAsync(
         self,
         operation: Operation[P, V],
         *args: P.args,
-        **kwargs: P.kwargs,  # noqa: ARG002 - the type system wants both; generated code gives positions
-    ) -> InvocationFuture[V]:
+        **kwargs: P.kwargs,  # noqa: ARG002 - as above
+    ) -> Future[V]:
         """Call an operation without waiting; the future has what `ice_invoke` would return or raise."""
-        communicator, target, limit = self._communicator, self._target, self._manner.timeout
-        call = self._calls.get(operation)
-        waiting = communicator.searches(target, limit)
-        at_once = not waiting and (call is not None or communicator.knows(target))
-        future: InvocationFuture[V] = communicator.new_future(at_once=at_once)
-        if at_once and call is not None:
-            call.begin(args, future, self._context)
-            return future
-        begin = partial(self._prepare_and_begin, operation, args, future, time.monotonic())
-        if at_once:
-            begin()
-            return future
+        communicator, line = self._communicator, self._line
+        future: Future[V] = communicator.new_future()
+        began = time.monotonic()
+
+        def begin() -> None:
+            try:
+                call = self._calls.get(operation) or self._prepare(operation, began)
+                call.begin(args, future)
+            except Exception as error:  # noqa: BLE001 - the future raises it
+                fail(future, error)
+
         try:
-            communicator.search(target, limit, begin)  # it may take a while
+            if communicator.pool.holds_line(line) or not communicator.knows(self._target):
+                communicator.pool.submit_in_line(line, begin)  # it may take a while
+            else:
+                begin()
         except ZenohIceError as error:
             fail(future, error)
-        if communicator.destroyed:  # meanwhile, and the search may have come too late
-            fail(future, CommunicatorDestroyedException("the communicator was destroyed"))
         return future
 
     def ice_stream(self, operation: Operation[..., V]) -> StreamReader[V]:
         """Return the reader of a streamed operation, subscribing on first use."""
-        return self._communicator.stream_reader(self._target, operation)
+        return self._communicator.streams.reader(self._target, operation)
 
     def ice_subscribe(
         self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], delivery: Delivery
     ) -> Subscription[V]:
         """Call a function with the samples of a stream."""
-        return self._communicator.new_subscription(reader, callback, delivery)
+        return self._communicator.streams.subscribe(reader, callback, delivery)
 
-    def _prepare_and_begin(
-        self,
-        operation: Operation[..., Any],
-        args: tuple[Any, ...],
-        future: InvocationFuture[Any],
-        began: float,
-    ) -> None:
-        try:
-            call = self._prepare(operation, began)
-        except ZenohIceError as error:
-            fail(future, error)
-        else:
-            call.begin(args, future, self._context)
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ObjectPrx):
+            return NotImplemented
+        return self._state() == other._state()
 
-    def _prepare(self, operation: Operation[..., Any], began: float) -> AnyCall | BatchedCall:
-        """Wait until the servant is there, and get ready to call it; return what does so now.
+    def __hash__(self) -> int:
+        return hash(self._target)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.ice_toWire()}>"
+
+    def _state(self) -> tuple[object, ...]:
+        return self._communicator, self._target, self._timeout, self._oneway
+
+    def _text(self, realm: str) -> str:
+        return self._target.identity + (" -o" if self._oneway else "") + realm
+
+    def _prepare(self, operation: Operation[..., Any], began: float) -> _Call:
+        """Wait until the servant is there, and get ready to call it.
 
         Both together take as long as a call may, from a moment of the monotonic clock on.
         """
-        communicator, target, interface = self._communicator, self._target, self.ice_interface
-        limit, batch = self._manner.timeout, self._batch
-        # As every later call: one of a servant that is lost fails at once. A batch is sent later.
-        if batch is None and not communicator.presence.is_lost(target):
+        communicator, target, limit = self._communicator, self._target, self._timeout
+        if self._oneway and not operation.oneway:
+            raise TwowayOnlyException(
+                f"{target.identity}.{operation.name} returns something or declares exceptions, which a "
+                "oneway call would not get: call it by a twoway proxy"
+            )
+        # A call of a servant that was lost fails at once, as every later one.
+        if not communicator.presence.is_lost(target):
             communicator.find(target, None, began + limit - time.monotonic(), since=began)
-        made = communicator.outgoing_call(target, operation, interface, self._manner)
-        if batch is not None and isinstance(made, OnewayCall):
-            self._calls[operation] = batched = BatchedCall(made, batch)
-            return batched
-        self._calls[operation] = made
-        left = (began + limit - time.monotonic()) / limit
-        if left > _WITHOUT_A_WAIT:
-            return made
+        call = communicator.call_of(self, operation, limit)
+        self._calls[operation] = call
+        left = began + limit - time.monotonic()
+        if left >= 0.95 * limit:
+            return call
         # In tenths: for each other limit there is another querier.
-        hurried = self._manner._replace(timeout=limit * max(1, int(10 * left)) / 10)
-        return communicator.outgoing_call(target, operation, interface, hurried)
+        return communicator.call_of(self, operation, limit * max(1, int(10 * left / limit)) / 10)
 
-    def _check_interface(self, context: Context) -> None:
-        wanted, timeout = self.ice_interface, self._manner.timeout
+    def _check_interface(self) -> None:
+        wanted, timeout = self.ice_interface, self._timeout
         if wanted is OBJECT_INTERFACE:
             self._communicator.find(self._target, None, timeout)
             return
         found = self._communicator.find(self._target, wanted.type_id, timeout)
-        if OBJECT_TYPE_ID in found:  # a servant locator, which has to be asked for the servant
-            schema = ObjectPrx.uncheckedCast(self.ice_twoway()).ice_describe(context)
-            found = {each: schema.definitions[each].fingerprint for each in schema.lineage(schema.interface)}
         fingerprint = found.get(wanted.type_id)
         if fingerprint is None:
             raise InterfaceMismatchException(
@@ -244,3 +305,257 @@ class ObjectPrx(ProxyOptions):
                 found=fingerprint,
                 member=difference,
             )
+
+
+class _Call:
+    """Call one operation of one servant, within one limit of time; proxies share it."""
+
+    def __init__(
+        self,
+        communicator: Communicator,
+        target: Target,
+        operation: Operation[..., Any],
+        interface: Interface,
+        timeout: float,
+        *,
+        oneway: bool,
+    ) -> None:
+        settings = communicator.settings
+        self.what: Final = f"{target.identity}.{operation.name}"
+        self._communicator: Final = communicator
+        self._target: Final = target
+        self._operation: Final = operation
+        self._interface: Final = interface
+        self._timeout: Final = timeout
+        self._patience: Final = 0.0 if oneway else timeout  # nobody waits for the end of a oneway call
+        self._fingerprint: Final = interface.fingerprint
+        self._client: Final = communicator.client_id
+        self._numbers: Final = communicator.call_numbers
+        self._pack: Final = operation.arguments.pack
+        self._limit: Final = settings.size_limit(holds_bytes=operation.arguments.holds_bytes)
+        self._decode: Final = operation.result.decoder(communicator.stringToProxy)
+        self._value_of: Final = operation.result.value_of
+        caller = communicator.transport.caller(target, operation, timeout=timeout)
+        self.call: Final = caller.call
+        self._begin: Final = caller.begin
+        self._send: Final = caller.send
+
+    def request(self, arguments: tuple[Any, ...]) -> tuple[bytes, bytes]:
+        """Return arguments as they travel, and what travels beside them; raises MarshalException."""
+        payload = self._pack(arguments, self.what)
+        if len(payload) > self._limit:
+            raise MarshalException(
+                f"{self.what}: a request of {len(payload)} bytes where at most {self._limit} are sent"
+            )
+        if self._communicator.destroyed:
+            raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
+        number = next(self._numbers)
+        return payload, encode_call_attachment(self._fingerprint, number, self._client, self._patience)
+
+    def result(self, outcome: Outcome) -> object:
+        """Return what an operation returns, or raise what it raises."""
+        ok, payload = outcome
+        if ok:
+            if isinstance(payload, bytes):
+                try:
+                    return self._value_of(self._decode(payload))
+                except DECODE_ERRORS as error:
+                    raise misfit(error, f"reply of {self.what}") from error
+            resolve = self._communicator.stringToProxy
+            return self._operation.result.unpack_result(payload, f"reply of {self.what}", resolve)
+        declared, resolve = self._operation.exceptions, self._communicator.stringToProxy
+        failure = decode_error(cast("bytes", payload), declared, self.what, resolve)
+        # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
+        if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
+            proxy = ObjectPrx(self._communicator, self._target, self._timeout)
+            difference = describe_difference(proxy, self._interface)
+            raise InterfaceMismatchException(
+                f"{failure}; {difference}", failure.expected, failure.found, difference
+            )
+        raise failure
+
+    def retry(self, arguments: tuple[Any, ...], end: NoAnswer, started: float) -> Outcome:
+        """Call an idempotent operation once more if its server was lost and is back.
+
+        Otherwise raise what says why there was no answer.
+        """
+        communicator, target = self._communicator, self._target
+        error = communicator.explain_no_answer(target, self.what, started, self._timeout, end)
+        left = started + self._timeout - time.monotonic()
+        presence = communicator.presence
+        if (
+            not self._operation.idempotent
+            or end.timed_out
+            or left <= 0
+            or not presence.lost_since(target, started)
+            or not presence.wait_for_return(target, min(_RETRY_WAIT, left))
+        ):
+            raise error
+        again = time.monotonic()
+        try:
+            return self.call(*self.request(arguments))
+        except NoAnswer as second:
+            raise communicator.explain_no_answer(target, self.what, again, self._timeout, second) from None
+
+    def send(self, payload: bytes, attachment: bytes) -> None:
+        """Call without an answer; raises SystemException when nobody is there."""
+        communicator, target = self._communicator, self._target
+        if not communicator.knows(target):
+            raise communicator.presence.explain_absence(target)
+        self._send(payload, attachment)
+
+    def begin(self, arguments: tuple[Any, ...], future: Future[Any]) -> None:
+        """Call without waiting, and let a future have the outcome."""
+        if future.done():  # cancelled while its servant was looked for
+            return
+        started = time.monotonic()
+        cancel = self._begin(*self.request(arguments), partial(self._finish, arguments, future, started))
+        future.add_done_callback(lambda done: cancel() if done.cancelled() else None)
+
+    def _finish(
+        self,
+        arguments: tuple[Any, ...],
+        future: Future[Any],
+        started: float,
+        outcome: Outcome | SystemException,
+    ) -> None:
+        """Let a future have an outcome, on a thread of the pool."""
+        if future.done():
+            return
+        try:
+            if isinstance(outcome, NoAnswer):
+                with self._communicator.pool.blocked():  # which may ask others for the reason, and call again
+                    outcome = self.retry(arguments, outcome, started)
+            if isinstance(outcome, SystemException):
+                raise outcome
+            result = self.result(outcome)
+        except BaseException as error:  # noqa: BLE001 - the future raises it
+            fail(future, error)
+        else:
+            with suppress(InvalidStateError):  # cancelled meanwhile
+                future.set_result(result)
+
+
+def fail(future: Future[Any], error: BaseException) -> None:
+    """Give a future an exception, unless it has an outcome already."""
+    with suppress(InvalidStateError):
+        future.set_exception(error)
+
+
+class StreamedCall(Generic[P, V]):
+    """A streamed operation of a proxy: call it for the value now, or follow its stream.
+
+    The first use of the stream subscribes; the servant publishes from then on, until the last subscription is
+    closed and nobody has asked for a sample for 10 s. The next question subscribes again.
+    """
+
+    def __init__(
+        self, proxy: ObjectPrx, call: Callable[Concatenate[Any, P], V], operation: Operation[..., V]
+    ) -> None:
+        self._proxy: Final = proxy
+        self._call: Final = call
+        self._operation: Final = operation
+        self._reader: StreamReader[V] | None = None
+        self.__doc__ = call.__doc__
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> V:
+        """Call the operation."""
+        return self._call(self._proxy, *args, **kwargs)
+
+    def latest(self) -> Sample[V] | None:
+        """Return the newest sample without a round trip, or None before the first has come.
+
+        `value` of the sample is what the call returns, `age` its age in wall seconds. Raises MarshalException
+        for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
+        another version of the interface.
+        """
+        reader = self._reader
+        if reader is None:
+            reader = self._open()
+        return reader.latest()
+
+    def wait(self, after: Sample[V] | None = None, timeout: float | None = None) -> Sample[V]:
+        """Return the next sample newer than `after`, or the newest at once without `after`.
+
+        It waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
+        ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
+        """
+        reader = self._reader or self._open()
+        return reader.wait(after, self._limit(timeout))
+
+    def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
+        """Return what yields sample after sample, always the newest, in `for` and in `async for`.
+
+        With a rate, at most so many a second. Each is waited for for at most `timeout` s, by default the
+        proxy's limit for calls; raises as `wait` does.
+        """
+        return Samples(self._reader or self._open(), self._limit(timeout), rate, self.subscribe)
+
+    def __aiter__(self) -> AsyncIterator[Sample[V]]:
+        """Yield sample after sample, as `samples` does."""
+        return aiter(self.samples())
+
+    def subscribe(
+        self, callback: Callable[[Sample[V]], Any], *, rate: float | None = None, queue: int = 1
+    ) -> Subscription[V]:
+        """Call a function with sample after sample, on its own thread.
+
+        While it runs, `queue` samples wait for it, and those that come beyond push the oldest out: with 1 it
+        always gets the newest, and one that must miss none needs as many as come while it may be busy. `rate`
+        is how many it gets a second at most.
+
+        It goes on by itself after a restart of the server. An exception of the function is logged.
+        """
+        delivery = Delivery(rate, queue)
+        return self._proxy.ice_subscribe(self._reader or self._open(), callback, delivery)
+
+    def _limit(self, timeout: float | None) -> float:
+        if timeout is None:
+            return self._proxy.ice_getInvocationTimeout() / 1000
+        if not timeout >= 0.0:
+            raise ConfigurationException(f"a wait lasts 0 s or more, not {timeout!r}")
+        return min(timeout, threading.TIMEOUT_MAX)
+
+    def _open(self) -> StreamReader[V]:
+        self._reader = self._proxy.ice_stream(self._operation)
+        return self._reader
+
+
+class StreamedOperation(Generic[P, V]):
+    """The descriptor of a streamed operation in a proxy class."""
+
+    def __init__(self, call: Callable[Concatenate[Any, P], V], operation: Operation[..., V]) -> None:
+        self._call: Final = call
+        self._operation: Final = operation
+        self.__doc__ = call.__doc__
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> StreamedOperation[P, V]: ...
+
+    @overload
+    def __get__(self, instance: ObjectPrx, owner: type) -> StreamedCall[P, V]: ...
+
+    def __get__(
+        self, instance: ObjectPrx | None, owner: type
+    ) -> StreamedOperation[P, V] | StreamedCall[P, V]:
+        if instance is None:
+            return self
+        # Kept in the instance, where the next look finds it before it comes here.
+        bound: StreamedCall[P, V] = instance.__dict__.setdefault(
+            self._name, StreamedCall(instance, self._call, self._operation)
+        )
+        return bound
+
+
+def streamed(
+    operation: Operation[..., V],
+) -> Callable[[Callable[Concatenate[Any, P], V]], StreamedOperation[P, V]]:
+    """Give a proxy's method the stream of its operation."""
+
+    def decorate(call: Callable[Concatenate[Any, P], V]) -> StreamedOperation[P, V]:
+        return StreamedOperation(call, operation)
+
+    return decorate

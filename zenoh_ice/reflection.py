@@ -24,7 +24,7 @@ import msgspec
 
 from .exceptions import ConfigurationException, MarshalException
 from .operation import OBJECT_TYPE_ID, Interface
-from .wire.text import cut, printable
+from .text import cut, printable
 
 __all__ = [
     "OBJECT_DEFINITION",

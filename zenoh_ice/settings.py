@@ -55,8 +55,8 @@ _STAR: Final = r"(?!.+\*\*|\*\*.)"  # before a pattern in which `**` stands alon
 
 # A realm is a chunk of a Zenoh key: no separator, no wildcard; '@' splits identity and realm in "Head@red".
 _A_REALM: Final = "a realm is 1 to 64 letters, digits, '_', '-' or '.', without '/', '*' or '@'"
-_AN_OPERATION: Final = "write IDENTITY.OPERATION, such as Head.getPose, Camera*.*, soccer/*.* or ** alone"
-_AN_IDENTITY: Final = "write an identity, such as Head, Hfsm.*, soccer/* or ** alone"
+_AN_OPERATION: Final = "write IDENTITY.OPERATION, such as Head.getPose, Camera*.* or ** alone"
+_AN_IDENTITY: Final = "write an identity, such as Head, Hfsm.* or ** alone"
 _REALMS: Final = "write a realm: letters, digits, '_', '-', '.' and '*'"
 
 Realm = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.\-]{1,64}\Z", description=_A_REALM)]
@@ -69,11 +69,9 @@ Text = Annotated[str, Meta(pattern=r"^[^\0]*\Z", description="write text")]
 Name = Annotated[str, Meta(pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,64}\Z", description="write 1 to 64 characters")]
 Operation = Annotated[
     str,
-    Meta(pattern=rf"^{_STAR}(\*\*|({_GLOB}/)?{_GLOB}\.[A-Za-z0-9_*]{{1,128}})\Z", description=_AN_OPERATION),
+    Meta(pattern=rf"^{_STAR}(\*\*|{_GLOB}\.[A-Za-z0-9_*]{{1,128}})\Z", description=_AN_OPERATION),
 ]
-IdentityPattern = Annotated[
-    str, Meta(pattern=rf"^{_STAR}(\*\*|({_GLOB}/)?{_GLOB})\Z", description=_AN_IDENTITY)
-]
+IdentityPattern = Annotated[str, Meta(pattern=rf"^{_STAR}(\*\*|{_GLOB})\Z", description=_AN_IDENTITY)]
 RealmPattern = Annotated[
     str, Meta(pattern=rf"^{_STAR}(?!\*\*)[A-Za-z0-9_.\-*]{{1,64}}\Z", description=_REALMS)
 ]
@@ -83,19 +81,13 @@ _Most = Meta(max_length=256)
 class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What those who have the role may do; each list holds patterns.
 
-    `*` stands for any characters of a name, a category or an operation; `**` alone for everything.
+    `*` stands for any characters of an identity or an operation; `**` alone for everything.
     """
 
     call: Annotated[tuple[Operation, ...], _Most] = ()
     """Operations to call and, of those that are streams, to read: `["Camera*.*", "*Encoders.*"]`."""
     read: Annotated[tuple[Operation, ...], _Most] = ()
     """Streams to read, without calling anything: `["**"]` sees all and moves nothing."""
-    oneway: Annotated[tuple[Operation, ...], _Most] = ()
-    """Operations to call oneway.
-
-    Zenoh cannot tell such a call from a sample of a stream of that name: only who may be trusted to publish
-    no false ones should have `oneway` on operations that are streams.
-    """
     serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()
     """Identities to serve, without operations: `["*"]` for a robot, `["Hfsm.*"]` for who runs behaviors."""
     realms: Annotated[tuple[RealmPattern, ...], _Most] = ()
@@ -197,6 +189,10 @@ class Settings:
         """
         flat = _flat(changes)
         return self._overlaid(flat, dict.fromkeys(flat, _CODE_ORIGIN))
+
+    def size_limit(self, *, holds_bytes: bool) -> int:
+        """Return how many bytes a payload may have: more where its type holds byte sequences."""
+        return self.max_bulk_size if holds_bytes else self.max_message_size
 
     def describe(self) -> str:
         """Return a table of the settings, passwords hidden: their names, values and where these came from.

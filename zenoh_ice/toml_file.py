@@ -22,7 +22,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar, Union, get_args, get
 
 import msgspec
 
-from .wire.text import cut
+from .text import cut
 
 __all__ = ["LARGEST_FILE", "convert", "parse_toml", "place", "read_text", "read_toml", "shown"]
 

@@ -151,26 +151,21 @@ class _InterfaceWriter:
         lines = self._class("Prx", "ObjectPrx", self._class_doc("Proxy"))
         for operation in self._interface.operations:
             name, private = python_name(operation), self._operations[operation.name]
-            context = self._own_parameter("context", operation)
-            kind = f"{self._names.imported('collections.abc', 'Mapping')}[{self._names.builtin('str')}, "
-            kind += f"{self._names.builtin('str')}] | None"
-            parameters = ["self", *self._parameters_with_defaults(operation), f"{context}: {kind} = None"]
+            parameters = ["self", *self._parameters_with_defaults(operation)]
             arguments = [private, *(python_name(parameter) for parameter in operation.inputs)]
-            # Most calls have no context, and those shall not pay for it.
-            proxy = f"(self if {context} is None else self.ice_context({context}))"
             returned = self._returned(operation)
-            future = self._names.runtime("InvocationFuture")
+            future = self._names.imported("concurrent.futures", "Future")
             lines.append("")
             if operation.streamed:
                 lines.append(f"{INDENT}@{self._names.runtime('streamed')}({private})")
             lines += [
                 *bracketed(f"def {name}(", parameters, f") -> {returned}:", INDENT),
                 *docstring(self._operation_doc(operation, servant=False), INDENT * 2),
-                *bracketed(f"return {proxy}.ice_invoke(", arguments, ")", INDENT * 2),
+                *bracketed("return self.ice_invoke(", arguments, ")", INDENT * 2),
                 "",
                 *bracketed(f"def {operation.name}Async(", parameters, f") -> {future}[{returned}]:", INDENT),
                 *docstring(f"Call `{name}` without waiting.", INDENT * 2),
-                *bracketed(f"return {proxy}.ice_invokeAsync(", arguments, ")", INDENT * 2),
+                *bracketed("return self.ice_invokeAsync(", arguments, ")", INDENT * 2),
             ]
         return lines
 
@@ -199,7 +194,7 @@ class _InterfaceWriter:
                     "",
                     f"{INDENT}@{self._names.builtin('property')}",
                     f"{INDENT}def {operation.name}Publisher(self) -> {publisher}:",
-                    *docstring(f"Publish `{name}` to whoever is subscribed.", INDENT * 2),
+                    *docstring(f"Publish `{name}` to those who subscribe.", INDENT * 2),
                     f"{INDENT * 2}return self.ice_publisher({private})",
                 ]
         return lines

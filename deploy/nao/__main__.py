@@ -1,6 +1,25 @@
-"""Run `python -m deploy.nao`."""
+"""Start the command: `nao`, or `python -m deploy.nao`."""
 
-from deploy.nao.cli import main
+from __future__ import annotations
+
+import os
+from typing import NoReturn
+
+import startup
+
+
+def main() -> NoReturn:
+    """Run the command."""
+    startup.end_at_ctrl_c()
+    from deploy.nao import NaoError
+    from deploy.nao.command import app
+    from deploy.nao.completion import join_words
+    from zenoh_ice.command import run
+
+    if os.environ.get("_NAO_COMPLETE") == "complete_bash":
+        join_words(os.environ)
+    run(app, expected=(NaoError,))
+
 
 if __name__ == "__main__":
     main()

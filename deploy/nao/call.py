@@ -20,7 +20,7 @@ from deploy.nao.values import FromJson, Json, is_bytes, to_json
 from zenoh_ice import initialize
 from zenoh_ice.reflection import Member
 from zenoh_ice.settings import Settings
-from zenoh_ice.wire.text import cut
+from zenoh_ice.text import cut
 
 __all__ = ["call", "shown_bytes"]
 

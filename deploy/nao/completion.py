@@ -101,7 +101,7 @@ def _ask(context: typer.Context, incomplete: str, names: Callable[[Communicator]
 def _identities(communicator: Communicator) -> list[str]:
     from deploy.nao.connection import servants
 
-    return sorted({info.identity for info in servants(communicator) if not info.facet})
+    return sorted({info.identity for info in servants(communicator)})
 
 
 def _by_kind(communicator: Communicator, names: Callable[[str, DynamicProxy], list[str]]) -> list[str]:
@@ -109,7 +109,7 @@ def _by_kind(communicator: Communicator, names: Callable[[str, DynamicProxy], li
     from deploy.nao.connection import by_kind, find_servant, servants
 
     found: list[str] = []
-    for kind in by_kind(info for info in servants(communicator) if not info.facet):
+    for kind in by_kind(info for info in servants(communicator)):
         proxy = find_servant(communicator, kind[0].identity)
         found += [name for info in kind for name in names(info.identity, proxy)]
     return found

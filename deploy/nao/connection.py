@@ -12,10 +12,10 @@ from deploy.nao import NaoError, UsageError
 from deploy.nao.dynamic import DynamicProxy, target_of
 from deploy.nao.ports import listens
 from zenoh_ice import Communicator, ObjectPrx, ServantInfo, ZenohIceError
-from zenoh_ice.identity import ANY_NAME, Target
-from zenoh_ice.network.process_status import ProcessStatus
 from zenoh_ice.reflection import OperationDescription
-from zenoh_ice.wire.text import printable
+from zenoh_ice.status import ProcessStatus
+from zenoh_ice.text import printable
+from zenoh_ice.transport import Target
 
 __all__ = [
     "ask_processes",
@@ -68,13 +68,20 @@ def by_kind(found: Iterable[ServantInfo]) -> list[list[ServantInfo]]:
 def nobody(communicator: Communicator) -> ZenohIceError | NaoError:
     """Return why a realm has no servants, with the realms that have some."""
     if not communicator.presence.linked():
-        return communicator.presence.explain_absence(Target(communicator.realm, ANY_NAME))
-    replies = communicator.session.liveliness().get("@servant/**", timeout=communicator.settings.timeout)
-    realms = {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
-    others = sorted(realms - {communicator.realm})
+        return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
+    others = sorted(_realms(communicator) - {communicator.realm})
     if not others:
         return NaoError(f"realm {communicator.realm!r} has no servants, and no other realm is known here")
     return NaoError(f"realm {communicator.realm!r} has no servants; there is --realm {', '.join(others)}")
+
+
+def _realms(communicator: Communicator) -> set[str]:
+    """Return the realms in which anything is served."""
+    tokens: list[str] = []
+    watch = communicator.transport.watch("@servant/**", lambda token, _: tokens.append(token))
+    time.sleep(_LONGEST_QUIET)
+    watch.close()
+    return {token.split("/")[1] for token in tokens}
 
 
 def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
@@ -87,7 +94,7 @@ def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
 
 def proxy_of(communicator: Communicator, info: ServantInfo) -> ObjectPrx:
     """Return an untyped proxy of a known servant."""
-    return communicator.stringToProxy(f"{info.identity} -f {info.facet}" if info.facet else info.identity)
+    return communicator.stringToProxy(info.identity)
 
 
 def split(communicator: Communicator, text: str) -> tuple[str, str]:

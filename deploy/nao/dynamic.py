@@ -14,9 +14,10 @@ from typing import Any, Final
 import msgspec
 
 from zenoh_ice import MarshalException, ObjectPrx, UserException
+from zenoh_ice._values import Value
 from zenoh_ice.generated import Byte, Int, Interface, Long, Operation, Short, Struct
-from zenoh_ice.identity import Target
 from zenoh_ice.object import OBJECT_INTERFACE
+from zenoh_ice.proxy import StreamedCall
 from zenoh_ice.reflection import (
     OBJECT_DEFINITION,
     RETURN_VALUE,
@@ -26,9 +27,8 @@ from zenoh_ice.reflection import (
     Schema,
     unscoped,
 )
-from zenoh_ice.streams.stream import StreamedCall
-from zenoh_ice.wire.text import printable
-from zenoh_ice.wire.values import Value
+from zenoh_ice.text import printable
+from zenoh_ice.transport import Target
 
 __all__ = ["DynamicProxy", "Types", "target_of"]
 
@@ -229,7 +229,7 @@ class DynamicProxy:
 
 def target_of(proxy: ObjectPrx) -> Target:
     """Return what a proxy stands for."""
-    return Target(proxy.ice_getRealm(), proxy.ice_getIdentity(), proxy.ice_getFacet())
+    return Target(proxy.ice_getRealm(), proxy.ice_getIdentity())
 
 
 def _python(name: str) -> str:

@@ -12,11 +12,10 @@ from deploy.nao.output import console, for_people, print_json
 from deploy.nao.quantities import count_text, span_text
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.identity import ANY_NAME
-from zenoh_ice.network.process_status import ProcessStatus
 from zenoh_ice.settings import Settings
+from zenoh_ice.status import ProcessStatus
 
-__all__ = ["list_servants", "servant_name"]
+__all__ = ["list_servants"]
 
 _HEAD = ("SERVANT", "INTERFACE", "SERVED BY", "FOR")
 
@@ -51,17 +50,10 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
 
 def _fits(info: ServantInfo, pattern: str) -> bool:
     """Return whether a name or a type fits `*Motors`, or has `motors` in it."""
-    texts = (servant_name(info), *info.interfaces)
+    texts = (info.identity, *info.interfaces)
     if any(sign in pattern for sign in "*?["):
         return any(fnmatchcase(text, pattern) for text in texts)
     return any(pattern.lower() in text.lower() for text in texts)
-
-
-def servant_name(info: ServantInfo) -> str:
-    """Return identity and facet as people write them; `*` stands for all names of a category."""
-    has_any_name = info.identity.endswith(ANY_NAME)
-    identity = info.identity.removesuffix(ANY_NAME) + "*" if has_any_name else info.identity
-    return f"{identity} -f {info.facet}" if info.facet else identity
 
 
 def _own_interface(communicator: Communicator, kind: list[ServantInfo]) -> str:
@@ -73,8 +65,8 @@ def _own_interface(communicator: Communicator, kind: list[ServantInfo]) -> str:
 
 
 def _row(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> tuple[str, str, str, str]:
-    who = process_name(process, info.server) + (" (replica)" if info.replicated else "")
-    return servant_name(info), own.removeprefix("::"), who, span_text(time.time() - info.since)
+    who = process_name(process, info.server)
+    return info.identity, own.removeprefix("::"), who, span_text(time.time() - info.since)
 
 
 def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> Json:
@@ -83,12 +75,10 @@ def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError
         server |= {"program": process.program, "pid": process.pid, "host": process.host}
     return {
         "servant": info.identity,
-        "facet": info.facet,
         "interface": own,
         "interfaces": dict[str, Json](info.interfaces),
         "server": server,
         "since": info.since,
-        "replicated": info.replicated,
     }
 
 

@@ -9,12 +9,12 @@ from typing import Any, Final
 
 from deploy.nao.connection import ask_processes, find_servant, nobody, servants
 from deploy.nao.output import console, for_people, print_json
-from deploy.nao.quantities import count_text, duration_text, span_text
+from deploy.nao.quantities import count_text, span_text
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.network.process_status import ProcessStatus, ServantStatus
 from zenoh_ice.settings import Settings
-from zenoh_ice.wire.text import printable
+from zenoh_ice.status import ProcessStatus, ServantStatus
+from zenoh_ice.text import printable
 
 __all__ = ["status"]
 
@@ -104,7 +104,7 @@ def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[st
     """Return what the robot's servants answer, by the name of their interface."""
     readings: dict[str, Json] = {}
     for name, (operation, _) in _READINGS.items():
-        info = next((each for each in found if f"::nao::{name}" in each.interfaces and not each.facet), None)
+        info = next((each for each in found if f"::nao::{name}" in each.interfaces), None)
         if info is None:
             continue
         try:
@@ -151,15 +151,16 @@ def _print_process(process: ProcessStatus, *, every_servant: bool) -> None:
     ]
     table = Table(box=None, padding=(0, 0, 0, 2), header_style="dim")
     table.add_column("SERVANT", no_wrap=True, overflow="ellipsis", min_width=24)
-    for title in ("CALLS", "FAILED", "REFUSED", "RUNNING", "BUSY"):
+    for title in ("CALLS", "FAILED", "REFUSED", "RUNNING", "WAITING"):
         table.add_column(title, justify="right", no_wrap=True)
     for name, each in shown:
         failed, refused = (
             f"[yellow]{count}[/yellow]" if count else "-" for count in (each.failed, each.refused)
         )
-        busy = duration_text(each.busy_for) if each.busy_for else "-"
         identity = _escaped(name.rpartition("@")[0] or name)
-        table.add_row(identity, str(each.calls), failed, refused, str(each.running or "-"), busy)
+        table.add_row(
+            identity, str(each.calls), failed, refused, str(each.running or "-"), str(each.waiting or "-")
+        )
     if shown:
         out.print(table)
     if len(rows) > len(shown):
@@ -169,4 +170,4 @@ def _print_process(process: ProcessStatus, *, every_servant: bool) -> None:
 
 
 def _trouble(servant: ServantStatus) -> int:
-    return servant.failed + servant.refused + (servant.busy_for > 0)
+    return servant.failed + servant.refused + servant.waiting

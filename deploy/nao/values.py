@@ -16,9 +16,9 @@ import msgspec
 from deploy.nao import UsageError
 from deploy.nao.dynamic import Types
 from zenoh_ice import ObjectPrx, ZenohIceError
+from zenoh_ice._values import TYPE_FIELD, Value, type_ids_of
 from zenoh_ice.reflection import Member, Schema, unscoped
-from zenoh_ice.wire.text import cut
-from zenoh_ice.wire.values import TYPE_FIELD, Value, type_ids_of
+from zenoh_ice.text import cut
 
 __all__ = ["FromJson", "Json", "is_bytes", "to_json"]
 

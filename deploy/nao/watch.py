@@ -22,6 +22,7 @@ from deploy.nao.output import console, for_people, pretty, print_json, print_lin
 from deploy.nao.quantities import bytes_text, count_text, duration_text, rate_text, span_text
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Sample, initialize
+from zenoh_ice.command import stop_on_signals
 from zenoh_ice.settings import Settings
 
 if TYPE_CHECKING:
@@ -55,14 +56,15 @@ def watch(
     """
     with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address, streamed=True)
-        watched = _Watched(proxy, name, rate, count or math.inf, seconds or math.inf)
-        with watched.follow():
-            if as_json:
-                _print_samples(watched, with_values=with_values)
-            elif for_people():
-                _show(watched, with_values=with_values)
-            else:
-                _print_lines(watched)
+        with stop_on_signals() as stop:
+            watched = _Watched(proxy, name, rate, count or math.inf, seconds or math.inf, stop=stop)
+            with watched.follow():
+                if as_json:
+                    _print_samples(watched, with_values=with_values)
+                elif for_people():
+                    _show(watched, with_values=with_values)
+                else:
+                    _print_lines(watched)
 
 
 class StreamStatistics:
@@ -115,7 +117,14 @@ class _Watched:
     """A stream that is followed: its samples, counted as they are taken."""
 
     def __init__(
-        self, proxy: DynamicProxy, name: str, rate: float | None, count: float, seconds: float
+        self,
+        proxy: DynamicProxy,
+        name: str,
+        rate: float | None,
+        count: float,
+        seconds: float,
+        *,
+        stop: threading.Event,
     ) -> None:
         self.title: Final = f"{proxy.proxy.ice_getIdentity()}.{name}"
         self.type_id: Final = proxy.type_id
@@ -128,6 +137,7 @@ class _Watched:
         self._name: Final = name
         self._left = count
         self._limit: Final = time.monotonic() + seconds
+        self._stop: Final = stop
         self._arrived: Final[queue.Queue[tuple[Sample[Any], float, float]]] = queue.Queue(1)
         self._ended: Final = threading.Event()
 
@@ -155,17 +165,17 @@ class _Watched:
                 return
 
     def samples(self, period: float, report: Callable[[], None] | None = None) -> Iterator[Sample[Any]]:
-        """Yield samples until the end; call a function once a period, and at the end."""
+        """Yield samples until the end or a signal; call a function once a period, and at the end."""
         due = time.monotonic() + period
         try:
-            while self._left > 0 and (now := time.monotonic()) < self._limit:
+            while not self._stop.is_set() and self._left > 0 and (now := time.monotonic()) < self._limit:
                 if now >= due:
                     if report is not None:
                         report()
                     due = max(due + period, now)
                 try:
-                    wait = max(0.0, min(due, self._limit) - time.monotonic())
-                    sample, arrived, age = self._arrived.get(timeout=wait)
+                    wait = min(due, self._limit) - time.monotonic()
+                    sample, arrived, age = self._arrived.get(timeout=max(0.0, min(wait, _LOOK)))
                 except queue.Empty:
                     continue
                 self.statistics.add(sample, arrived, age)

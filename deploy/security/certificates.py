@@ -21,7 +21,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from zenoh_ice import ZenohIceError
-from zenoh_ice.wire.text import printable
+from zenoh_ice.text import printable
 
 __all__ = [
     "LOCAL_HOSTS",

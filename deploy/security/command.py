@@ -103,11 +103,11 @@ def show(file: _File) -> None:
         known = f"known as user {security.user}, by a password" if security.user else "known by nothing"
     typer.echo(f"{file}: {known}")
     if security.roles:
-        columns = ("role", "users", "call", "read", "oneway", "serve", "liveliness")
+        columns = ("role", "users", "call", "read", "serve", "liveliness")
         table = Table(*columns, title=f"realm {settings.realm}")
         for name, role in security.roles.items():
             users = [user for user, granted in security.users.items() if granted == name]
-            lists = (users, role.call, role.read, role.oneway, role.serve)
+            lists = (users, role.call, role.read, role.serve)
             cells = ("\n".join(items) or "-" for items in lists)
             table.add_row(name, *cells, "yes" if role.liveliness else "no")
         Console().print(table)

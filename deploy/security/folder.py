@@ -46,10 +46,9 @@ certificate = "router.pem"
 key = "router.key"
 
 # What each role may do. What no role grants is denied.
-#   call    operations to call, and to read where they are streams, as IDENTITY.OPERATION
-#   read    streams to read, without calling anything
-#   oneway  operations to call oneway
-#   serve   identities to serve
+#   call   operations to call, and to read where they are streams, as IDENTITY.OPERATION
+#   read   streams to read, without calling anything
+#   serve  identities to serve
 #   liveliness = false   robots are not told when its programs end, and it cannot flood them with tokens
 # `*` stands for any characters of a name; `**` alone is everything.
 
@@ -58,7 +57,6 @@ serve = ["**"]
 
 [security.roles.operator]
 call = ["**"]
-oneway = ["**"]
 serve = ["Hfsm.*"]
 
 [security.roles.student]

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, Final
 
-from zenoh_ice.clocks.clock import Clock
+from zenoh_ice.clock import Clock
 
 from ..timeline import Timeline
 from .recorder import Recorder

@@ -11,10 +11,9 @@ from functools import partial
 from typing import Any, ClassVar, TypeVar, cast
 
 from zenoh_ice import ObjectPrx, Sample, Subscription
-from zenoh_ice.calls.invocation import InvocationFuture, fail
 from zenoh_ice.operation import Operation
-from zenoh_ice.streams.stream_reader import StreamReader
-from zenoh_ice.streams.subscription import Delivery
+from zenoh_ice.proxy import fail
+from zenoh_ice.streams import Delivery, StreamReader
 
 from ..component import Component, proxies_of
 from .recorder import Recorder
@@ -61,7 +60,7 @@ class _Recorded(ObjectPrx):
             self._results.put(outcome, context)
         return value
 
-    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> InvocationFuture[V]:  # noqa: ANN401
+    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> Future[V]:  # noqa: ANN401
         """Call, and record the outcome when it arrives."""
         genuine = super().ice_invokeAsync(operation, *args, **kwargs)
         context = self._recorder.turns.context
@@ -69,7 +68,7 @@ class _Recorded(ObjectPrx):
             return genuine
         ticket = next(self._tickets)
         self._results.put(Outcome(operation, "begin", args, extra={"ticket": ticket}), context)
-        visible: InvocationFuture[V] = _RecordedFuture(self._recorder)
+        visible: Future[V] = _RecordedFuture(self._recorder)
         visible.set_running_or_notify_cancel()
         genuine.add_done_callback(partial(self._arrived, operation, ticket, visible))
         return visible
@@ -83,11 +82,11 @@ class _Recorded(ObjectPrx):
         self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], delivery: Delivery
     ) -> Subscription[V]:
         """Subscribe, and record each sample that the callback gets."""
-        recorder, results = self._recorder, self._results
-        if not isinstance(reader, _RecordedReader) or recorder.turns.context is None:
+        recorder, results, recorded = self._recorder, self._results, cast("object", reader)
+        if not isinstance(recorded, _RecordedReader) or recorder.turns.context is None:
             return super().ice_subscribe(reader, callback, delivery)
         ticket = next(self._tickets)
-        operation = reader.operation
+        operation = recorded.operation
         results.put(Outcome(operation, "subscribe", extra={"ticket": ticket}), recorder.turns.context)
 
         def deliver(sample: Sample[V]) -> None:
@@ -96,7 +95,7 @@ class _Recorded(ObjectPrx):
                 results.put(sample_outcome(operation, "sample", sample, ticket=ticket), context)
                 callback(AgedSample(sample, recorder))
 
-        return super().ice_subscribe(cast("StreamReader[V]", reader.genuine), deliver, delivery)
+        return super().ice_subscribe(cast("StreamReader[V]", recorded.genuine), deliver, delivery)
 
     def _arrived(
         self, operation: Operation[..., V], ticket: int, visible: Future[V], genuine: Future[V]
@@ -114,7 +113,7 @@ class _Recorded(ObjectPrx):
                 visible.set_result(value)
 
 
-class _RecordedFuture(InvocationFuture[V]):
+class _RecordedFuture(Future[V]):
     """A future whose waits let others have their turns."""
 
     def __init__(self, recorder: Recorder) -> None:

@@ -18,7 +18,7 @@ from typing import Any, Final
 import msgspec
 
 from hfsm_recording.messages import SOURCES, Action
-from zenoh_ice.clocks.clock import Clock
+from zenoh_ice.clock import Clock
 
 from ..automaton import Automaton
 from ..component import Component, parameter_values, proxies_of, source_of

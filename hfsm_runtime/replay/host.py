@@ -10,7 +10,7 @@ from typing import Final
 import msgspec
 
 from hfsm_recording.messages import Action
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 from ..automaton import Automaton, Transition
 from ..automaton_run import make_event

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import builtins
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any, ClassVar, Final, NoReturn, TypeVar, cast
 
 import msgspec
 
 from hfsm_recording.messages import Reading, Result
 from zenoh_ice import ObjectPrx, Sample, Subscription, exceptions
-from zenoh_ice.calls.invocation import InvocationFuture
+from zenoh_ice._errors import decode_error
 from zenoh_ice.exceptions import MarshalException, SystemException, TimeoutException, UnknownException
-from zenoh_ice.identity import Target
 from zenoh_ice.operation import Operation
-from zenoh_ice.streams.stream_reader import StreamReader
-from zenoh_ice.streams.subscription import Delivery
-from zenoh_ice.wire.errors import decode_error
+from zenoh_ice.streams import Delivery, StreamReader
+from zenoh_ice.transport import Target
 
 from ..component import Component, proxies_of
 from ..recording.results import put_bytes
@@ -95,9 +94,9 @@ class _Replayed(ObjectPrx):
         record = self._answers.take(want, args)
         return cast("V", self._outcome(operation, want, record))
 
-    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> InvocationFuture[V]:  # noqa: ANN401, ARG002
+    def ice_invokeAsync(self, operation: Operation[..., V], *args: Any, **kwargs: Any) -> Future[V]:  # noqa: ANN401, ARG002
         """Return a future that is settled when the outcome arrived."""
-        future: InvocationFuture[V] = _ReplayedFuture(self._answers)
+        future: Future[V] = _ReplayedFuture(self._answers)
         future.set_running_or_notify_cancel()
 
         def settle(record: Record | None) -> None:
@@ -233,7 +232,7 @@ class _ReplayedReader:
         return newest[key]
 
 
-class _ReplayedFuture(InvocationFuture[V]):
+class _ReplayedFuture(Future[V]):
     """A future that is settled in its time."""
 
     def __init__(self, answers: Answers) -> None:

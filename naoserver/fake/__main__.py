@@ -10,7 +10,7 @@ from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
 from zenoh_ice import initialize
-from zenoh_ice.command import run, with_settings
+from zenoh_ice.command import run, stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")
@@ -30,13 +30,13 @@ def fake(*, settings: Settings) -> None:
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
-    with initialize(settings) as communicator, closing(FakeRobot()) as robot:
+    with stop_on_signals() as stop, initialize(settings) as communicator, closing(FakeRobot()) as robot:
         robot.start()
         adapter = communicator.createObjectAdapter("FakeRobot")
         with serve(robot, adapter):
             adapter.activate()
             typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
-            communicator.waitForShutdown()
+            stop.wait()
 
 
 if __name__ == "__main__":

@@ -275,7 +275,7 @@ def test_stop_ends_the_component_even_while_only_watching_it(
         else:
             shown.button("STOP the robot and the component").click()
         assert process.wait() == 0
-        notice(shown, "Stopped: Body, Head, walk.")
+        notice(shown, "Stopped: Body, Head, Motors, walk.")
     expect(status(shown)).to_have_text("Ended: stopped by STOP")
     expect(shown.page.locator("hfsm-canvas")).not_to_have_class(re.compile(r"\b(stale|live)\b"))
 

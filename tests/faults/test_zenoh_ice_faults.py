@@ -21,7 +21,7 @@ from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
 from tests.support.memory_files import mapped, shared_maps
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
-from tests.support.waiting import call_until_it_works, until
+from tests.support.waiting import call_until_it_works, links, until
 from zenoh_ice import (
     AlreadyRegisteredException,
     Communicator,
@@ -36,7 +36,8 @@ from zenoh_ice import (
     TimeoutException,
     initialize,
 )
-from zenoh_ice.wire.memory_file import memory_space
+from zenoh_ice._zenoh.shared_memory import memory_space
+from zenoh_ice._zenoh.transport import ZenohTransport
 
 SERVER = "tests.support.calculator_server"
 
@@ -156,7 +157,7 @@ class TestServerKilled:
             for _ in range(5):
                 with pytest.raises(ConnectionLostException):
                     calculator.count()
-        until(lambda: not client.presence.linked())
+        until(lambda: not links(client))
         before = len(seen)
         with ComponentProcess(module(SERVER, "--listen", endpoint)) as second:
             second.wait_for("^ready")
@@ -211,7 +212,7 @@ class TestServerKilled:
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         calculator.add(1.0, 2.0)
         server.process.kill()
-        until(lambda: not client.presence.linked())
+        until(lambda: not links(client))
         started = time.monotonic()
         for _ in range(10):
             with pytest.raises(ConnectionLostException):
@@ -310,16 +311,39 @@ class TestLinkThatStandsStill:
                 connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LIMIT
             )
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-            hurried = calculator.ice_invocationTimeout(CALL_LIMIT * 1000)
             data = bytes(8 << 20)
-            assert hurried.echo(data) == data
+            assert calculator.echo(data) == data
             relay.hold()
-            large, small = hurried.echoAsync(data), hurried.addAsync(1.0, 2.0)
-            assert not large.done()
-            assert not small.done()
-            relay.resume()
+            resume = threading.Timer(0.4, relay.resume)
+            resume.start()
+            large, small = calculator.echoAsync(data), calculator.addAsync(1.0, 2.0)
             assert large.result(LIMIT) == data
             assert small.result(LIMIT) == 3.0
+            resume.join()
+            client.destroy()
+
+    def test_a_call_that_may_not_take_so_long_is_given_up(
+        self, pair: Pair, make_communicator: MakeCommunicator
+    ) -> None:
+        """More than all buffers between hold: what has a shorter limit than others does not wait for room."""
+        pair.adapter.add(CalculatorI(), "Calculator")
+        with Relay(pair.endpoint) as relay:
+            client = make_communicator(
+                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LIMIT
+            )
+            calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+            hurried = calculator.ice_invocationTimeout(500)
+            relay.hold()
+            started = time.monotonic()
+            large = hurried.echoAsync(bytes(8 << 20))
+            with pytest.raises(TimeoutException):
+                large.result(LIMIT)
+            for call in [hurried.countAsync() for _ in range(1100)]:
+                with pytest.raises(TimeoutException):
+                    call.result(LIMIT)
+            assert time.monotonic() - started < AT_ONCE
+            relay.resume()
+            call_until_it_works(calculator)
             client.destroy()
 
 
@@ -334,10 +358,13 @@ class TestClients:
             other.process.kill()
             server.wait_for(f"^lost {client_id}")
 
-    def test_server_is_told_of_a_frozen_client(self, endpoint: str, server: ComponentProcess) -> None:
+    def test_server_is_told_of_a_frozen_client(
+        self, endpoint: str, server: ComponentProcess, client: Communicator
+    ) -> None:
         command = module(SERVER, "--connect", endpoint, "--identity", "Other")
         with ComponentProcess(command, {"VISUALHFSM_LEASE": "1"}) as other:
             client_id = other.wait_for("^ready (.*)")[1].strip()
+            CalculatorPrx.checkedCast(client.stringToProxy("Other"))  # the links are made
             other.freeze()
             try:
                 server.wait_for(f"^lost {client_id}")
@@ -424,7 +451,7 @@ class TestEndpoints:
             adapter.activate()
         client = make_communicator(connect=endpoints)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        until(lambda: len(client.session.info.transports()) == 2)
+        until(lambda: len(links(client)) == 2)
         for _ in range(20):
             calculator.count()
         assert sum(servant.counted for servant in servants) == 20
@@ -588,7 +615,9 @@ def test_a_session_that_cannot_end_in_time_does_not_fail_the_end(
             raise zenoh.ZError("close operation timed out!")
 
     communicator = make_communicator()
-    monkeypatch.setattr(communicator, "session", Stuck(communicator.session))
+    transport = communicator.transport
+    assert isinstance(transport, ZenohTransport)
+    monkeypatch.setattr(transport, "session", Stuck(transport.session))
     communicator.destroy()
     assert "close operation timed out" in caplog.text
 

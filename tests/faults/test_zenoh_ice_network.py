@@ -16,7 +16,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.relay import Relay
-from tests.support.waiting import call_until_it_works, until
+from tests.support.waiting import call_until_it_works, links, until
 from zenoh_ice import (
     Communicator,
     ConnectFailedException,
@@ -182,7 +182,7 @@ class TestRouter:
         self.serve(server)
         client = make_communicator(connect=[endpoint])
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        until(lambda: {str(link.zid) for link in client.session.info.transports()} >= {server.client_id})
+        until(lambda: server.client_id in links(client))
         router.process.kill()
         router.process.wait(LIMIT)
         assert calculator.add(1.0, 2.0) == 3.0

@@ -37,8 +37,8 @@ def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
 
 @pytest.mark.sim
 def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path, endpoint: str) -> None:
-    def operator(*arguments: str) -> str:
-        with ComponentProcess(module("visualhfsm", *arguments, "--connect", endpoint)) as process:
+    def operator(program: str, *arguments: str) -> str:
+        with ComponentProcess(module(program, *arguments, "--connect", endpoint)) as process:
             assert process.wait() == 0, process.output
             return process.output
 
@@ -49,7 +49,7 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
         slowly = turning(tmp_path, "self.head.setSpeed(0.05, 0.0)\nprint('turning', flush=True)")
         with start(slowly, endpoint) as component:
             eventually(lambda: head.getPose().panSpeed > 0.03)
-            operator("emergency-stop", "a hand in the way")
+            operator("deploy.nao", "stop", "a hand in the way")
             component.wait_for(
                 "the robot is stopped: a hand in the way.*pauses until commands are taken again"
             )
@@ -58,9 +58,11 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
             assert first.status is later.status is ComponentStatus.Paused
             assert first.refusal.startswith("turner/turn: CommandRefusedException: the robot is stopped")
             assert later.time == first.time
-            assert "paused: turner/turn: CommandRefusedException" in operator("watch", "--seconds", "2")
+            assert "paused: turner/turn: CommandRefusedException" in operator(
+                "visualhfsm", "watch", "--seconds", "2"
+            )
             turned = component.output.count("turning")
-            operator("emergency-stop", "--reset")
+            operator("deploy.nao", "stop", "--reset")
             component.wait_for("commands are taken again: goes on after")
             eventually(lambda: component.output.count("turning") > turned)
             eventually(lambda: head.getPose().panSpeed > 0.03)

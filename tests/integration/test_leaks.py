@@ -48,7 +48,7 @@ def end_all():
 
 def run_on(communicator, job):
     done = threading.Event()
-    communicator.dispatcher.submit(lambda: (job(), done.set()))
+    communicator.pool.submit(lambda: (job(), done.set()))
     assert done.wait(20)
 
 @pytest.fixture(scope="module")
@@ -120,7 +120,7 @@ def test_pool_grows(shared):
     before = threading.enumerate()
     together = threading.Barrier(3)
     for _ in range(2):
-        shared.dispatcher.submit(lambda: together.wait(20))
+        shared.pool.submit(lambda: together.wait(20))
     together.wait(20)
     assert [thread.name for thread in threading.enumerate() if thread not in before][0] == "zenoh_ice nao-2"
 

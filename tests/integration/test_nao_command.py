@@ -108,12 +108,12 @@ def tools(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @contextmanager
 def serving(api: Any, **settings: Any) -> Iterator[Any]:
-    """Serve a calculator by the name `tools/Calculator` and with a facet, in a session beside the robot's."""
+    """Serve two calculators, `tools.Calculator` and `tools.Second`, in a session beside the robot's."""
     with initialize(clock="wall", **settings) as communicator:
         adapter = communicator.createObjectAdapter("Tools")
         servant = make_calculator(api)
-        adapter.add(servant, "tools/Calculator")
-        adapter.addFacet(make_calculator(api), "tools/Calculator", "second")
+        adapter.add(servant, "tools.Calculator")
+        adapter.add(make_calculator(api), "tools.Second")
         adapter.activate()
         yield servant
 
@@ -150,11 +150,11 @@ def test_patterns_choose_servants(robot: ServedRobot) -> None:
     assert nao("list", "nothing").err.startswith("nao: error: none of ")
 
 
-def test_categories_and_facets_are_listed_and_called(calculator: Any) -> None:
-    assert "tools/Calculator -f second" in nao("list", "tools").out
+def test_names_with_dots_are_listed_and_called(calculator: Any) -> None:
+    assert "tools.Second" in nao("list", "tools").out
     calculator.counted = 10
-    assert nao("call", "tools/Calculator.count").out == "11\n"
-    assert nao("call", "tools/Calculator -f second.count").out == "1\n"
+    assert nao("call", "tools.Calculator.count").out == "11\n"
+    assert nao("call", "tools.Second.count").out == "1\n"
 
 
 @pytest.mark.parametrize(
@@ -170,31 +170,31 @@ def test_categories_and_facets_are_listed_and_called(calculator: Any) -> None:
         ("swap", ['{"Add": 1}', "Add"], {"Divide": 1, "Add": 0}),
         ("maybe", [], None),
         ("maybe", ["3"], 3),
-        ("itself", [], "tools/Calculator"),
+        ("itself", [], "tools.Calculator"),
         ("ice_ping", [], None),
         ("ice_id", [], "::tools::Calculator"),
         ("ice_isA", ["::tools::Calculator"], True),
     ],
 )
 def test_any_servant_can_be_called(calculator: Any, operation: str, words: list[str], result: object) -> None:
-    outcome = nao("call", f"tools/Calculator.{operation}", *words, "--json")
+    outcome = nao("call", f"tools.Calculator.{operation}", *words, "--json")
     assert (outcome.err, json.loads(outcome.out or "null")) == ("", result)
 
 
 def test_what_a_servant_raises_is_one_line(calculator: Any) -> None:
-    declared = nao("call", "tools/Calculator.divide", "1", "0")
+    declared = nao("call", "tools.Calculator.divide", "1", "0")
     assert declared.code == 1
     assert declared.err == "nao: error: tools::Failure: the divisor is 0\n"
-    undeclared = nao("call", "tools/Calculator.fail", "anything")
+    undeclared = nao("call", "tools.Calculator.fail", "anything")
     assert "RuntimeError: anything" in undeclared.err
 
 
 def test_arguments_are_read_from_files_and_standard_input(calculator: Any, tmp_path: Path) -> None:
     (tmp_path / "data").write_bytes(bytes(range(256)))
-    from_file = nao("call", "tools/Calculator.echo", f"@{tmp_path / 'data'}", "--json")
-    from_input = nao("call", "tools/Calculator.echo", "@-", "--json", stdin=bytes(range(256)))
+    from_file = nao("call", "tools.Calculator.echo", f"@{tmp_path / 'data'}", "--json")
+    from_input = nao("call", "tools.Calculator.echo", "@-", "--json", stdin=bytes(range(256)))
     assert from_file.out == from_input.out != ""
-    assert "cannot read" in nao("call", "tools/Calculator.echo", "@/no/such/file").err
+    assert "cannot read" in nao("call", "tools.Calculator.echo", "@/no/such/file").err
 
 
 @pytest.mark.parametrize(
@@ -219,9 +219,9 @@ def test_what_is_wrong_with_a_call_is_told(robot: ServedRobot, words: list[str],
 
 
 def test_a_servant_is_found_by_all_of_its_name(calculator: Any, robot: ServedRobot) -> None:
-    name = f"tools/Calculator@{robot.realm}"
+    name = f"tools.Calculator@{robot.realm}"
     assert nao("call", f"{name}.add", "1", "2", "--realm", "other").out == "3.0\n"
-    assert "  int count()" in nao("describe", "tools/Calculator -f second").out
+    assert "  int count()" in nao("describe", "tools.Second").out
 
 
 @pytest.mark.parametrize(
@@ -337,7 +337,7 @@ def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:
         found = list(check_network(load_settings(flags={"realm": "twice", "connect": ends, "clock": "wall"})))
     (failure,) = (each.text for each in found if each.level == "FAIL")
     assert " serve the same 2 names, " in failure
-    assert failure.endswith("tools/Calculator, tools/Calculator -f second")
+    assert failure.endswith("tools.Calculator, tools.Second")
 
 
 def test_a_realm_without_servants_tells_of_those_that_have_some(robot: ServedRobot) -> None:
@@ -369,7 +369,7 @@ def test_names_are_completed_from_what_is_alive(robot: ServedRobot, monkeypatch:
 def test_bash_completes_also_after_an_endpoint(robot: ServedRobot) -> None:
     # Of `nao call --connect tcp/127.0.0.1:7447 Head.set`; bash takes the endpoint for three words.
     words = ["nao", "call", "--connect", *re.split("(:)", robot.endpoint), "Head.set"]
-    code = "import sys; sys.argv[0] = 'nao'; from deploy.nao.cli import main; main()"
+    code = "import sys; sys.argv[0] = 'nao'; from deploy.nao.__main__ import main; main()"
     line = {"COMP_WORDS": "\n".join(words), "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run(
         [sys.executable, "-c", code],

@@ -82,7 +82,7 @@ def test_cameras_are_released_at_the_end_and_after_a_crash_by_the_next_start(url
 
 
 def test_ctrl_c_while_it_starts_ends_it_quietly():
-    with ComponentProcess(announced("naoserver_naoqi.cli", "--robot", "tcp://127.0.0.1:1")) as process:
+    with ComponentProcess(announced("naoserver_naoqi.__main__", "--robot", "tcp://127.0.0.1:1")) as process:
         process.wait_for("starting")
         process.process.send_signal(signal.SIGINT)
         assert process.wait() in (130, 1)  # it may have found by then that nobody is there
@@ -112,7 +112,13 @@ def test_a_login_is_kept_for_where_it_is_wanted():
 def test_it_names_what_is_not_installed(tmp_path):
     (tmp_path / "qi.py").write_text("raise ModuleNotFoundError(\"No module named 'qi'\", name='qi')")
     done = subprocess.run(
-        [sys.executable, "-c", "from naoserver_naoqi.cli import main; main()", "--robot", "tcp://nao.local"],
+        [
+            sys.executable,
+            "-c",
+            "from naoserver_naoqi.__main__ import main; main()",
+            "--robot",
+            "tcp://nao.local",
+        ],
         capture_output=True,
         text=True,
         cwd=REPOSITORY,

@@ -1,12 +1,18 @@
 """Emergency stop and lease as clients meet them: over Zenoh, in front of every command of the robot."""
 
+from queue import SimpleQueue
+
 import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException, MotorsPrx, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
 from naoserver.fake import FakeRobot
+from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually, served_to_client, wait_for
+from tests.support.stranger import stranger
+from zenoh_ice._tokens import client_token
+from zenoh_ice._zenoh.shared_memory import memory_space
 
 
 @pytest.fixture
@@ -119,6 +125,29 @@ def test_a_lease_ends_with_its_holder(nao):
             nao.proxy(SafetyPrx, "Safety").acquireLease("Bob", 1.0)
         assert refusal.value.holder == "Ann"
     eventually(lambda: not refused(nao))
+
+
+@pytest.mark.parametrize("same", [False, True], ids=["another token", "the very same token"])
+def test_who_declares_and_ends_tokens_of_another_client_ends_neither_its_lease_nor_its_walk(same):
+    patient = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
+    with served_to_client(FakeRobot(), patient) as nao, stranger(nao.endpoint) as intruder:
+        watch = nao.server._adapter.getCommunicator().onClientLost
+        lost: SimpleQueue[str] = SimpleQueue()
+        walk = nao.proxy(MotorsPrx, "Motors")
+        nao.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
+        walk.setV(0.2)
+        space = memory_space() if same else "0123456789abcdef"
+        with watch(lost.put):
+            for client, token in [
+                *[(nao.communicator.client_id, space)] * 5,
+                (intruder.id, ""),  # after whose end the others have been heard of
+            ]:
+                with intruder.declared(client_token(nao.realm, client, token)):
+                    pass
+            assert lost.get(timeout=LIMIT) == intruder.id
+        assert nao.proxy(SafetyPrx, "Safety").getSafetyState().holder == "Ann"
+        assert walk.getV() == pytest.approx(0.2)
+        walk.setV(0.1)  # it is still Ann's
 
 
 def test_what_no_lease_can_be_is_told(nao):

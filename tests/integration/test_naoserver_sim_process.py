@@ -107,7 +107,7 @@ def test_port_in_use(endpoint):
 @pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.15, 0.2, 0.3])
 def test_a_signal_in_the_middle_of_the_start_leaves_nothing_behind(endpoint, signal_number, delay):
-    with ComponentProcess(announced("naoserver_sim.cli", "--listen", endpoint, "--no-skin")) as process:
+    with ComponentProcess(announced("naoserver_sim.__main__", "--listen", endpoint, "--no-skin")) as process:
         process.wait_for("starting")
         time.sleep(delay)  # however far it has come by then, it ends quietly
         process.process.send_signal(signal_number)

@@ -12,15 +12,17 @@ from queue import SimpleQueue
 
 import pytest
 
-from deploy.router import Router
 from interfaces.jderobot import ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.image_servant import ImageI, image
 from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
-from tests.support.security import Keys
+from tests.support.security import Keys, routing
+from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
+from zenoh_ice._tokens import client_token
+from zenoh_ice._zenoh.shared_memory import memory_space
 from zenoh_ice.exceptions import (
     AccessDeniedException,
     ConfigurationException,
@@ -75,13 +77,13 @@ def open_with() -> Iterator[Open]:
 
 
 @pytest.fixture
-def router(keys: Keys) -> Iterator[Router]:
-    with Router(keys.settings("router")) as router:
-        yield router
+def router(keys: Keys) -> Iterator[None]:
+    with routing(keys.settings("router")):
+        yield
 
 
 @pytest.fixture
-def head(keys: Keys, router: Router, open_with: Open) -> HeadI:
+def head(keys: Keys, router: None, open_with: Open) -> HeadI:
     """The head of the robot, which it serves through the router."""
     servant = HeadI()
     serve(open_with(keys.settings("robot")), servant, "Head")
@@ -115,7 +117,7 @@ def test_a_student_reads_and_does_not_move(keys: Keys, head: HeadI, open_with: O
     assert head.moved == [(0.5, 0.1)]
 
 
-def test_the_robot_learns_at_once_of_a_user_who_is_gone(keys: Keys, router: Router, open_with: Open) -> None:
+def test_the_robot_learns_at_once_of_a_user_who_is_gone(keys: Keys, router: None, open_with: Open) -> None:
     robot = open_with(keys.settings("robot"))
     serve(robot, HeadI(), "Head")
     lost: SimpleQueue[str] = SimpleQueue()
@@ -126,6 +128,28 @@ def test_the_robot_learns_at_once_of_a_user_who_is_gone(keys: Keys, router: Rout
         assert lost.get(timeout=LIMIT) == operator.client_id
 
 
+@pytest.mark.parametrize("same", [False, True], ids=["another token", "the very same token"])
+def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
+    keys: Keys, open_with: Open, same: bool
+) -> None:
+    roles = {"robot": {"serve": ["**"]}, "operator": {"call": ["**"]}, "student": {"call": ["*.get*"]}}
+    with routing(keys.settings("router", security={"roles": roles})):
+        robot, operator, student = (open_with(keys.settings(who)) for who in ("robot", "operator", "student"))
+        serve(robot, HeadI(), "Head")
+        lost: SimpleQueue[str] = SimpleQueue()
+        with robot.onClientLost(lost.put):
+            proxy(operator).setPose(0.0, 0.0, 0.5)
+            proxy(student).getPose()
+            forged = client_token("nao", operator.client_id, memory_space() if same else "0123456789abcdef")
+            for _ in range(5):
+                session_of(student).liveliness().declare_token(forged).undeclare()
+            student.destroy()
+            assert lost.get(timeout=LIMIT) == student.client_id
+            proxy(operator).setPose(0.0, 0.0, 0.5)
+            operator.destroy()
+            assert lost.get(timeout=LIMIT) == operator.client_id
+
+
 def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> None:
     student = proxy(open_with(keys.settings("student")))
     assert student.getPose.latest() is None  # from now on it listens
@@ -134,21 +158,21 @@ def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> No
     assert student.getPose.wait(timeout=LIMIT).value.pan == 0.5
 
 
-def test_the_tokens_of_a_student_reach_nobody(keys: Keys, router: Router, open_with: Open) -> None:
+def test_the_tokens_of_a_student_reach_nobody(keys: Keys, router: None, open_with: Open) -> None:
     robot, student, operator = (open_with(keys.settings(who)) for who in ("robot", "student", "operator"))
     serve(robot, HeadI(), "Head")
     lost: SimpleQueue[str] = SimpleQueue()
     with robot.onClientLost(lost.put):
         proxy(operator).setPose(0.0, 0.0, 0.5)
         proxy(student).getPose()
-        student.session.liveliness().declare_token(f"@client/nao/{operator.client_id}/-").undeclare()
+        session_of(student).liveliness().declare_token(f"@client/nao/{operator.client_id}/-").undeclare()
         student.destroy()
         operator.destroy()
         assert lost.get(timeout=LIMIT) == operator.client_id
         assert lost.empty()
 
 
-def test_who_holds_no_token_gets_images_over_the_network(keys: Keys, router: Router, open_with: Open) -> None:
+def test_who_holds_no_token_gets_images_over_the_network(keys: Keys, router: None, open_with: Open) -> None:
     adapter = open_with(keys.settings("robot")).createObjectAdapter("Test")
     servant = ImageI()
     adapter.add(servant, "Camera")
@@ -157,7 +181,7 @@ def test_who_holds_no_token_gets_images_over_the_network(keys: Keys, router: Rou
     # The operator can read the robot's memory, and says so.
     ImageProviderPrx.checkedCast(operator.stringToProxy("Camera")).getImageData("GRAY8")
     sizes: list[int] = []
-    with student.session.declare_subscriber(
+    with session_of(student).declare_subscriber(
         "nao/Camera/getImageData", lambda sample: sizes.append(len(sample.payload))
     ):
         assert servant.getImageDataPublisher.wait_for_listener(LIMIT)
@@ -179,7 +203,7 @@ def test_a_server_that_shares_memory_lets_every_client_hold_a_token(keys: Keys) 
 def test_a_stream_that_may_not_be_read_says_so(keys: Keys, open_with: Open) -> None:
     roles = {"robot": {"serve": ["**"]}, "student": {"call": ["Head.stop"]}}
     users = {"robot": "robot", "student": "student"}
-    with Router(keys.settings("router", security={"roles": roles, "users": users})):
+    with routing(keys.settings("router", security={"roles": roles, "users": users})):
         serve(open_with(keys.settings("robot")), HeadI(), "Head")
         student = proxy(open_with(keys.settings("student")))
         with pytest.raises(AccessDeniedException, match="getPose"):
@@ -192,7 +216,7 @@ def test_a_stream_that_is_silent_is_no_refusal(keys: Keys, head: HeadI, open_wit
         student.getPose.wait(timeout=0.2)
 
 
-def test_oneway_calls_are_granted_by_themselves(keys: Keys, head: HeadI, open_with: Open) -> None:
+def test_oneway_calls_are_granted_as_others_are(keys: Keys, head: HeadI, open_with: Open) -> None:
     student, operator = (open_with(keys.settings(who)) for who in ("student", "operator"))
     proxy(student).ice_oneway().stop()
     proxy(student).getPose()  # whatever was sent before it has arrived
@@ -203,7 +227,7 @@ def test_oneway_calls_are_granted_by_themselves(keys: Keys, head: HeadI, open_wi
 
 def test_everybody_with_a_certificate_can_have_a_role(keys: Keys, open_with: Open, tmp_path: Path) -> None:
     users = {"robot": "robot", "*": "student"}
-    with Router(keys.settings("router", security={"users": users})):
+    with routing(keys.settings("router", security={"users": users})):
         serve(open_with(keys.settings("robot")), HeadI(), "Head")
         somebody = proxy(open_with(keys.settings("operator")))
         assert somebody.getPose().pan == 0.25
@@ -213,7 +237,7 @@ def test_everybody_with_a_certificate_can_have_a_role(keys: Keys, open_with: Ope
         assert "it asks for a certificate" in refusal(keys.settings("student", security=none))
 
 
-def test_nobody_but_the_robot_serves_it(keys: Keys, router: Router, open_with: Open) -> None:
+def test_nobody_but_the_robot_serves_it(keys: Keys, router: None, open_with: Open) -> None:
     impostor, elsewhere = HeadI(), open_with(keys.settings("student"))
     serve(elsewhere, impostor, "Head")
     serve(elsewhere, impostor, "Spare")
@@ -232,7 +256,7 @@ def test_a_sample_that_the_robot_did_not_publish_reaches_nobody(
     student, forger = proxy(open_with(keys.settings("student"))), open_with(keys.settings("student"))
     student.getPose.latest()
     assert head.getPosePublisher.wait_for_listener(LIMIT)
-    forger.session.put("nao/Head/getPose", b"forged")
+    session_of(forger).put("nao/Head/getPose", b"forged")
     # What is sent after it on the same way and is answered has overtaken nothing.
     assert proxy(forger).getPose().pan == 0.25
     head.getPosePublisher.publish(pose(0.5), time=1.0)
@@ -251,7 +275,7 @@ class TestRefusal:
     @pytest.fixture(autouse=True, scope="class")
     @classmethod
     def _router(cls, keys: Keys) -> Iterator[None]:
-        with Router(keys.settings("router")):
+        with routing(keys.settings("router")):
             yield
 
     def test_a_certificate_of_another_authority(self, keys: Keys, tmp_path: Path) -> None:
@@ -349,7 +373,7 @@ def test_a_server_without_a_router_grants_access_itself(keys: Keys, open_with: O
 
 
 def test_a_server_behind_the_router_that_ended_is_lost_and_a_servant_that_was_removed_is_absent(
-    keys: Keys, router: Router, open_with: Open
+    keys: Keys, router: None, open_with: Open
 ) -> None:
     robot = open_with(keys.settings("robot"))
     serve(robot, HeadI(), "Head")
@@ -365,13 +389,13 @@ def test_a_server_behind_the_router_that_ended_is_lost_and_a_servant_that_was_re
 
 
 def test_calls_go_on_after_the_router_was_started_again(keys: Keys, open_with: Open) -> None:
-    with Router(keys.settings("router")):
+    with routing(keys.settings("router")):
         serve(open_with(keys.settings("robot")), HeadI(), "Head")
         student = proxy(open_with(keys.settings("student")))
         assert student.getPose().pan == 0.25
     with pytest.raises((ConnectionLostException, TimeoutException)):
         student.ice_invocationTimeout(300).getPose()
-    with Router(keys.settings("router")):
+    with routing(keys.settings("router")):
         deadline = time.monotonic() + LIMIT
         while True:
             try:

@@ -16,6 +16,7 @@ from deploy.security.certificates import LOCAL_HOSTS, SecurityFilesError, hosts_
 from deploy.security.command import app
 from tests.support.limits import LIMIT
 from tests.support.security import Keys
+from tests.support.stranger import session_of
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.network.security import check_security
@@ -162,10 +163,10 @@ def test_zenohd_does_the_same_with_its_own_file(tmp_path: Path) -> None:
         zenoh.open(zenoh.Config.from_file(str(file))),
         initialize(keys.settings("robot")) as robot,
         initialize(keys.settings("student")) as student,
-        robot.session.declare_queryable("nao/Head/*", answer),
+        session_of(robot).declare_queryable("nao/Head/*", answer),
     ):
         deadline = time.monotonic() + LIMIT  # for word of the queryable
-        while not (replies := list(student.session.get("nao/Head/getPose", timeout=LIMIT))):
+        while not (replies := list(session_of(student).get("nao/Head/getPose", timeout=LIMIT))):
             assert time.monotonic() < deadline
         assert len(replies) == 1
-        assert list(student.session.get("nao/Head/setPose", timeout=LIMIT)) == []
+        assert list(session_of(student).get("nao/Head/setPose", timeout=LIMIT)) == []

@@ -1,94 +1,191 @@
-"""Signals that strike where they must not break anything off."""
+"""Signals that end a command: in a block of `stop_on_signals` they set an event, elsewhere they end it at once."""
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 
-from tests.support.limits import LIMIT
+import pytest
 
-STRUCK_IN_A_CALLBACK = """
-import os, signal, time, typer
+from tests.support.limits import LIMIT
+from tests.support.processes import ComponentProcess
+from zenoh_ice.command import stop_on_signals
+
+PROGRAM = """
+import os, signal, sys, threading, time, typer
+import zenoh_ice.command
 from zenoh.handlers import Callback
 from zenoh_ice import initialize
-from zenoh_ice.command import run
-from zenoh_ice.stop_signals import unbroken
+from zenoh_ice.command import run, stop_on_signals
 
 app = typer.Typer()
 
+def strike(number=signal.SIGINT):
+    os.kill(os.getpid(), number)
+
+def say(text):
+    print(text, flush=True)
+
 @app.command()
 def command() -> None:
-    with initialize(connect=[], clock="wall") as communicator:
-        token = communicator.session.liveliness().declare_token("strike")
-
-        def strike(_sample: object) -> None:
-            os.kill(os.getpid(), signal.SIGINT)
-            print("went on", flush=True)
-
-        # The history is told by this thread, inside of the call.
-        subscriber = communicator.session.liveliness().declare_subscriber(
-            "strike", Callback(unbroken(strike), indirect=False), history=True
-        )
-        try:
-            time.sleep(60)
-            print("never struck", flush=True)
-        finally:
-            subscriber.undeclare()
-            token.undeclare()
+    {body}
 
 run(app)
 """
 
-STRUCK_ANOTHER_THREAD = """
-import signal, threading, typer
-from zenoh_ice import initialize
-from zenoh_ice.command import run
-
-app = typer.Typer()
-
-def strike() -> None:
-    signal.pthread_kill(threading.get_ident(), signal.SIGINT)
-
-@app.command()
-def command() -> None:
-    with initialize(connect=[], clock="wall") as communicator:
-        threading.Timer(0.3, strike).start()
-        communicator.waitForShutdown()
-
-run(app)
+WAITING = """
+    with stop_on_signals() as stop, initialize(connect=[], clock="wall"):
+        threading.Timer(0.3, strike, [signal.{name}]).start()
+        assert stop.wait(60)
+        say(stop.signal)
+    say("not said")
 """
 
-STRUCK_IN_FOREIGN_CODE = """
-import os, signal, typer
-from zenoh_ice.command import run
+OTHER_THREAD = """
+    with stop_on_signals() as stop:
+        threading.Timer(0.3, lambda: signal.pthread_kill(threading.get_ident(), signal.SIGINT)).start()
+        stop.wait()
+        say("cleaned up")
+"""
 
-app = typer.Typer()
+IN_A_CALLBACK_OF_ZENOH = """
+    def on_sample(_sample):
+        strike()
+        say("went on")
 
-@app.command()
-def command() -> None:
+    with stop_on_signals() as stop, initialize(connect=[], clock="wall") as communicator:
+        liveliness = communicator.transport.session.liveliness()
+        token = liveliness.declare_token("strike")
+        # This thread reports the history, inside of the call.
+        handler = Callback(on_sample, indirect=False)
+        subscriber = liveliness.declare_subscriber("strike", handler, history=True)
+        stop.wait()
+        subscriber.undeclare()
+        token.undeclare()
+"""
+
+AGAIN = """
+    with stop_on_signals() as stop:
+        strike()
+        stop.wait()
+        strike(signal.SIGTERM)
+        time.sleep(0.2)
+        say("cleaned up")
+"""
+
+WHEREVER_IT_STRIKES = """
+    def trace(frame, event, arg):
+        code = frame.f_code
+        if code.co_filename == threading.__file__ and (code.co_name, event) == ("{function}", "{event}"):
+            sys.settrace(None)
+            strike()
+        return trace
+
+    waited_for = threading.Event()
+    with stop_on_signals() as stop:
+        sys.settrace(trace)
+        waited_for.wait(0.5)
+        sys.settrace(None)
+        stop.wait()
+        waited_for.set()  # hangs if the signal left it locked
+"""
+
+HANGING = """
+    zenoh_ice.command._CLEANUP_GRACE = 0.2
+    with stop_on_signals() as stop:
+        strike()
+        stop.wait()
+        time.sleep(0.4)
+        threading.Timer(0.2, strike, [signal.SIGTERM]).start()
+        time.sleep(60)
+"""
+
+FAILING = """
+    with stop_on_signals() as stop:
+        strike()
+        stop.wait()
+        raise zenoh_ice.ConfigurationException("nothing was saved")
+"""
+
+OUTSIDE = """
+    with stop_on_signals():
+        pass
+    threading.Timer(0.3, strike, [signal.{name}]).start()
     try:
-        os.kill(os.getpid(), signal.SIGTERM)
-    except SystemExit:
-        raise SystemError("error return without exception set")  # as it comes out of Zenoh
-
-run(app)
+        time.sleep(60)
+    finally:
+        say("not said")
 """
+
+HANGUP_FIRST = """
+    with stop_on_signals() as stop:
+        strike(signal.SIGHUP)
+        threading.Timer(0.3, strike, [signal.SIGTERM]).start()
+        stop.wait()
+        say(stop.signal)
+"""
+
+EACH_SIGNAL = pytest.mark.parametrize(("name", "code"), [("SIGHUP", 129), ("SIGINT", 130), ("SIGTERM", 143)])
+
+
+def command(body: str, **words: str) -> list[str]:
+    return [sys.executable, "-c", PROGRAM.format(body=body.format(**words).strip())]
+
+
+def end_of(body: str, **words: str) -> tuple[int, str, str]:
+    """Return how a command ended: its exit code, and what it wrote to stdout and stderr."""
+    ended = subprocess.run(command(body, **words), capture_output=True, text=True, timeout=LIMIT, check=False)
+    return ended.returncode, ended.stdout, ended.stderr
+
+
+@EACH_SIGNAL
+def test_a_signal_ends_a_wait_and_the_command_after_it(name: str, code: int) -> None:
+    assert end_of(WAITING, name=name) == (code, f"{code - 128}\n", "")
+
+
+def test_a_signal_that_strikes_another_thread_ends_a_wait() -> None:
+    assert end_of(OTHER_THREAD) == (130, "cleaned up\n", "")
 
 
 def test_a_signal_that_strikes_in_a_callback_of_zenoh_is_not_lost() -> None:
-    command = [sys.executable, "-c", STRUCK_IN_A_CALLBACK]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
-    assert (ended.returncode, ended.stdout) == (130, "went on\n"), ended.stderr
-    assert "Traceback" not in ended.stderr
+    assert end_of(IN_A_CALLBACK_OF_ZENOH) == (130, "went on\n", "")
 
 
-def test_a_signal_that_strikes_another_thread_ends_a_wait_for_shutdown() -> None:
-    command = [sys.executable, "-c", STRUCK_ANOTHER_THREAD]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
-    assert (ended.returncode, ended.stderr) == (130, "")
+@pytest.mark.parametrize(
+    ("function", "event"), [("__enter__", "return"), ("__exit__", "call"), ("_acquire_restore", "call")]
+)
+def test_a_signal_leaves_nothing_locked_wherever_it_strikes(function: str, event: str) -> None:
+    assert end_of(WHEREVER_IT_STRIKES, function=function, event=event) == (130, "", "")
 
 
-def test_a_signal_that_foreign_code_turned_into_another_error_still_ends_quietly() -> None:
-    command = [sys.executable, "-c", STRUCK_IN_FOREIGN_CODE]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
-    assert (ended.returncode, ended.stderr) == (143, "")
+def test_a_second_signal_does_not_break_off_the_cleaning_up() -> None:
+    assert end_of(AGAIN) == (130, "cleaned up\n", "")
+
+
+def test_a_signal_after_the_grace_ends_a_command_that_hangs() -> None:
+    assert end_of(HANGING) == (143, "", "")
+
+
+def test_an_error_after_a_signal_is_reported() -> None:
+    code, _, err = end_of(FAILING)
+    assert (code, err) == (1, "-c: error: nothing was saved\n")
+
+
+@EACH_SIGNAL
+def test_outside_of_a_block_a_signal_ends_a_command_at_once_and_quietly(name: str, code: int) -> None:
+    assert end_of(OUTSIDE, name=name) == (code, "", "")
+
+
+def test_the_end_of_the_terminal_ends_nothing_under_nohup() -> None:
+    with ComponentProcess(["nohup", *command(HANGUP_FIRST)]) as process:
+        assert process.wait(LIMIT) == 143
+        assert process.output.endswith("15\n")
+
+
+def test_a_block_leaves_the_handlers_as_they_were() -> None:
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    with stop_on_signals() as stop:
+        assert signal.getsignal(signal.SIGINT) is not before[0]
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+    assert not stop.is_set()

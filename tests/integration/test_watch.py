@@ -21,6 +21,7 @@ from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, eventually, served
+from tests.support.stranger import session_of
 from tests.support.terminal import read_until
 from visualhfsm.watch.telemetry import Telemetry
 from zenoh_ice import Current, initialize
@@ -131,7 +132,7 @@ def test_a_name_that_a_terminal_would_obey_is_not_shown(robot: ServedRobot) -> N
         component(robot.endpoint, robot.realm, "one"),
         initialize(realm=robot.realm, connect=[robot.endpoint], clock="wall") as stranger,
     ):
-        token = stranger.session.liveliness().declare_token(f"@servant/{robot.realm}/Hfsm.\x1b[2J/::A/-")
+        token = session_of(stranger).liveliness().declare_token(f"@servant/{robot.realm}/Hfsm.\x1b[2J/::A/-")
         code, output = run(watch(robot, "--seconds", "0.5", "--wait", "60"))
         token.undeclare()
     assert code == 0, output  # the only component of a name that can be shown is found

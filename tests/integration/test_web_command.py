@@ -130,7 +130,7 @@ def test_a_name_that_no_machine_has_is_refused(name: str) -> None:
 def test_a_missing_package_is_named_with_the_command_that_installs_it(package: str) -> None:
     code = (
         f"import sys; sys.modules['{package}'] = None\n"
-        "from visualhfsm.cli import main; sys.argv = ['visualhfsm', 'edit', '--no-browser']; main()"
+        "from visualhfsm.__main__ import main; sys.argv = ['visualhfsm', 'edit', '--no-browser']; main()"
     )
     with ComponentProcess([sys.executable, "-c", code]) as process:
         process.wait_for(rf"{package} is not installed; install it with: pip install 'visualhfsm\[web\]'")

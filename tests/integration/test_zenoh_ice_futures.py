@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from concurrent.futures import CancelledError, as_completed, wait
+from concurrent.futures import CancelledError, Future, as_completed, wait
 
 import pytest
 
@@ -13,8 +13,7 @@ from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.waiting import until
-from zenoh_ice import CommunicatorDestroyedException, InvocationFuture, TimeoutException
-from zenoh_ice.calls import receiver, unattended
+from zenoh_ice import CommunicatorDestroyedException, TimeoutException
 
 
 @pytest.fixture
@@ -30,11 +29,6 @@ def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI)
     proxy = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
     proxy.add(0.0, 0.0)  # whoever calls for the first time waits until the servant was found
     return proxy
-
-
-def receiving_threads() -> int:
-    """Return how many threads receive for futures which nobody waits for in person."""
-    return sum(" replies " in thread.name for thread in threading.enumerate())
 
 
 class TestWaiting:
@@ -57,7 +51,7 @@ class TestWaiting:
             future.result(0.01)
         with pytest.raises(TimeoutError):
             future.exception(0.01)
-        assert future.running()
+        assert not future.done()
         servant.leave.set()
         assert future.result(LIMIT) is None
 
@@ -94,32 +88,15 @@ class TestWaiting:
         pair.adapter.add(slow, "Slow")
         pair.adapter.add(quick, "Quick")
         proxies = [CalculatorPrx.checkedCast(pair.client.stringToProxy(name)) for name in ("Slow", "Quick")]
-        told: list[float] = []
+        ended: list[object] = []
         sleeping = [proxies[0].sleepAsync(LIMIT) for _ in range(12)]
         for future in sleeping:
-            future.add_done_callback(lambda _: told.append(-1.0))
+            future.add_done_callback(ended.append)
         results = [proxies[1].addAsync(float(number), 0.0) for number in range(30)]
         assert not wait(results, AT_ONCE).not_done
-        assert told == []
+        assert ended == []
         slow.leave.set()
         assert not wait(sleeping, LIMIT).not_done
-
-    def test_threads_that_slow_calls_needed_end_afterwards(
-        self, pair: Pair, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(receiver, "_SPARE_FOR", 0.05)
-        slow = CalculatorI()
-        slow.ice_concurrent = True
-        pair.adapter.add(slow, "Slow")
-        calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Slow"))
-        sleeping = [calculator.sleepAsync(LIMIT) for _ in range(12)]
-        for future in sleeping:
-            future.add_done_callback(lambda _: None)
-        until(lambda: receiving_threads() >= 4)
-        slow.leave.set()
-        assert not wait(sleeping, LIMIT).not_done
-        until(lambda: receiving_threads() <= 1)
-        assert calculator.addAsync(1.0, 2.0).result(LIMIT) == 3.0
 
     def test_exception_is_that_of_the_call(self, calculator: CalculatorPrx) -> None:
         future = calculator.divideAsync(1.0, 0.0)
@@ -186,14 +163,15 @@ class TestCancelling:
 class TestAsyncio:
     def test_calls_are_awaited(self, calculator: CalculatorPrx) -> None:
         async def calls() -> list[float]:
-            assert await calculator.addAsync(1.0, 1.0) == 2.0
-            return await asyncio.gather(*(calculator.addAsync(float(number), 0.0) for number in range(20)))
+            assert await asyncio.wrap_future(calculator.addAsync(1.0, 1.0)) == 2.0
+            futures = [calculator.addAsync(float(number), 0.0) for number in range(20)]
+            return await asyncio.gather(*map(asyncio.wrap_future, futures))
 
         assert asyncio.run(calls()) == [float(number) for number in range(20)]
 
     def test_exception_is_raised_where_it_is_awaited(self, calculator: CalculatorPrx) -> None:
         async def call() -> None:
-            await calculator.divideAsync(1.0, 0.0)
+            await asyncio.wrap_future(calculator.divideAsync(1.0, 0.0))
 
         with pytest.raises(DivisionByZero):
             asyncio.run(call())
@@ -201,11 +179,11 @@ class TestAsyncio:
     def test_timeout_of_asyncio_cancels_the_call(
         self, calculator: CalculatorPrx, servant: CalculatorI
     ) -> None:
-        futures: list[InvocationFuture[None]] = []
+        futures: list[Future[None]] = []
 
         async def call() -> None:
             futures.append(calculator.sleepAsync(LIMIT))
-            await asyncio.wait_for(futures[0], 0.05)
+            await asyncio.wait_for(asyncio.wrap_future(futures[0]), 0.05)
 
         with pytest.raises(TimeoutError):
             asyncio.run(call())
@@ -233,16 +211,16 @@ class TestTheEnd:
                 assert told.acquire(timeout=AT_ONCE)
         servant.leave.set()
 
-    def test_future_that_nobody_asks_costs_no_thread(
-        self, calculator: CalculatorPrx, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(unattended, "_PATIENCE", LIMIT)
-        futures = [calculator.addAsync(1.0, 2.0) for _ in range(50)]
-        assert [thread.name for thread in threading.enumerate() if "replies" in thread.name] == []
-        assert {future.result() for future in futures} == {3.0}
-
-    def test_reply_of_a_future_that_nobody_asks_is_received(self, calculator: CalculatorPrx) -> None:
-        """A servant that replies again and again must not fill its channel."""
+    def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:
         future = calculator.addAsync(1.0, 2.0)
-        until(lambda: future._state == "FINISHED")  # `done` would have it received
+        until(future.done)
         assert future.result(0.0) == 3.0
+
+    def test_calls_that_wait_cost_no_threads(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+        calculator.add(1.0, 2.0)
+        before = threading.active_count()
+        futures = [calculator.sleepAsync(LIMIT) for _ in range(50)]
+        assert servant.entered.wait(LIMIT)
+        assert threading.active_count() <= before + 4
+        servant.leave.set()
+        assert not wait(futures, LIMIT).not_done

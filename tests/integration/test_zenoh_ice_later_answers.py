@@ -23,7 +23,6 @@ from zenoh_ice import (
     UnknownException,
 )
 from zenoh_ice.generated import Dispatched
-from zenoh_ice.serving import upcalls
 
 
 class Later(GripperI):
@@ -124,7 +123,7 @@ class TestFutures:
     def test_too_many_that_are_not_answered_are_refused(
         self, pair: Pair, caller: Communicator, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(upcalls, "_MOST_UNANSWERED", 3)
+        monkeypatch.setattr("zenoh_ice.servant._MOST_UNANSWERED", 3)
         servant = Later()
         proxy = serve(pair, servant, caller)
         calls = [proxy.closeAsync(1.0) for _ in range(3)]

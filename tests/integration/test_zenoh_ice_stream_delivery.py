@@ -1,4 +1,4 @@
-"""Which samples of a stream its readers get: rates, queues, the past, and what is lost."""
+"""Which samples of a stream its readers get: rates, queues, and what is lost."""
 
 from __future__ import annotations
 
@@ -174,7 +174,6 @@ class TestRate:
             assert len(collector.samples) <= 20.0 * (time.monotonic() - began) + 1
 
     def test_loop_gets_no_more_than_its_rate(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
-        servant.getReadingPublisher.keep(1)
         with publishing(servant):
             began = time.monotonic()
             samples = calculator.getReading.samples(LIMIT, rate=50.0)
@@ -189,82 +188,12 @@ class TestRate:
         with pytest.raises(ConfigurationException, match="rate"):
             calculator.getReading.samples(rate=rate)
 
-    @pytest.mark.parametrize(
-        "options", [{"queue": 0}, {"queue": 1 << 20}, {"history": -1}, {"history": 1001}, {"queue": 2.5}]
-    )
+    @pytest.mark.parametrize("options", [{"queue": 0}, {"queue": 1 << 20}, {"queue": 2.5}])
     def test_numbers_out_of_range_are_refused(
         self, calculator: CalculatorPrx, options: dict[str, Any]
     ) -> None:
         with pytest.raises(ConfigurationException, match=f"{next(iter(options))} is from"):
             calculator.getReading.subscribe(print, **options)
-
-
-class TestHistory:
-    def test_late_joiner_gets_what_is_kept_then_what_comes(
-        self, calculator: CalculatorPrx, servant: CalculatorI
-    ) -> None:
-        servant.getReadingPublisher.keep(3)
-        publish(servant, *range(5))
-        collector = Collector()
-        with calculator.getReading.subscribe(collector, history=10) as subscription:
-            collector.wait_for(4)
-            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
-            publish(servant, 5)
-            collector.wait_for(5)
-            assert collector.counts == [2, 3, 4, 5]
-            assert [sample.sequence for sample in collector.samples] == [3, 4, 5, 6]
-            assert subscription.lost == 0
-
-    def test_samples_of_the_past_have_their_age(
-        self, calculator: CalculatorPrx, servant: CalculatorI
-    ) -> None:
-        servant.getReadingPublisher.keep(1)
-        servant.getReadingPublisher.publish(Reading(1, []), time=12.5)
-        time.sleep(0.1)
-        collector = Collector()
-        with calculator.getReading.subscribe(collector, history=1):
-            collector.wait_for(1)
-        assert collector.samples[0].age >= 0.1
-        assert collector.samples[0].time == 12.5
-
-    def test_less_may_be_asked_for_than_is_kept(
-        self, calculator: CalculatorPrx, servant: CalculatorI
-    ) -> None:
-        servant.getReadingPublisher.keep(10)
-        publish(servant, *range(10))
-        collector = Collector()
-        with calculator.getReading.subscribe(collector, history=2):
-            collector.wait_for(9)
-        assert collector.counts == [8, 9]
-
-    def test_without_a_keeper_there_is_no_past(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
-        publish(servant, 1)
-        collector = Collector()
-        with calculator.getReading.subscribe(collector, history=5):
-            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
-            publish(servant, 2)
-            collector.wait_for(2)
-        assert collector.counts == [2]
-
-    def test_an_absent_servant_has_no_past(self, pair: Pair) -> None:
-        absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
-        collector = Collector()
-        with absent.getReading.subscribe(collector, history=5):
-            servant = CalculatorI()
-            pair.adapter.add(servant, "Calculator")
-            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
-            publish(servant, 2)
-            collector.wait_for(2)
-
-    @pytest.mark.parametrize("count", [-1, 1001])
-    def test_no_more_than_so_many_are_kept(self, servant: CalculatorI, count: int) -> None:
-        with pytest.raises(ConfigurationException, match="a publisher keeps from 0 to 1000 samples"):
-            servant.getReadingPublisher.keep(count)
-
-    def test_the_call_beside_the_history_works(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
-        servant.getReadingPublisher.keep(2)
-        servant.counted = 7
-        assert calculator.getReading().count == 7
 
 
 class publishing:

@@ -18,6 +18,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import (
     CommunicatorDestroyedException,
@@ -26,8 +27,8 @@ from zenoh_ice import (
     ObjectNotExistException,
     Sample,
     TimeoutException,
+    streams,
 )
-from zenoh_ice.streams import stream_reader, subscription
 
 
 @pytest.fixture
@@ -182,7 +183,7 @@ def test_callback_runs_until_closed_and_survives_its_own_failure(
             with arrived:
                 assert arrived.wait_for(partial(seen.__contains__, count), LIMIT)
     assert "the callback's own fault" in caplog.text
-    assert names == {"subscription Calculator.getReading"}
+    assert names == {"stream nao/Calculator/getReading"}
     servant.getReadingPublisher.publish(Reading(3, []))
     latest(calculator, 3)
     assert 3 not in seen
@@ -265,7 +266,7 @@ def test_servant_stops_publishing_after_the_last_subscription(
 def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
     calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(stream_reader, "LINGER", 0.2)
+    monkeypatch.setattr(streams, "LINGER", 0.2)
     publisher = servant.getReadingPublisher
     for count in (1, 3):
         listen(calculator, servant)  # nothing stale is left of the last time
@@ -282,15 +283,15 @@ def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
 
 def test_streams_that_nobody_asks_for_are_forgotten(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
     """A program may follow a new stream every second."""
-    monkeypatch.setattr(stream_reader, "LINGER", 0.02)
+    monkeypatch.setattr(streams, "LINGER", 0.02)
     for number in range(20):
-        proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(f"shelf/Calculator{number}"))
+        proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(f"Calculator{number}"))
         assert proxy.getReading.latest() is None
     del proxy
 
     def forgotten() -> bool:
         gc.collect()
-        return not pair.client._readers._readers
+        return not pair.client.streams._readers
 
     until(forgotten)
 
@@ -308,7 +309,7 @@ def test_stream_is_shared_by_proxies_that_are_made_anew(pair: Pair, servant: Cal
 def test_stream_that_somebody_waits_for_is_not_let_go(
     calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(stream_reader, "LINGER", 0.02)
+    monkeypatch.setattr(streams, "LINGER", 0.02)
     with pytest.raises(TimeoutException):
         calculator.getReading.wait(timeout=0.3)
     seen = threading.Event()
@@ -326,7 +327,7 @@ def test_stream_that_somebody_waits_for_is_not_let_go(
 def test_subscription_closes_at_once_when_no_sample_arrives(
     pair: Pair, servant: CalculatorI, identity: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(subscription, "_JOIN_LIMIT", LIMIT)
+    monkeypatch.setattr(streams, "_JOIN_LIMIT", LIMIT)
     prx = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(identity)).ice_invocationTimeout(LIMIT * 1000)
     with prx.getReading.subscribe(lambda _: None) as followed:
         started = time.monotonic()
@@ -377,7 +378,7 @@ def test_sample_that_does_not_fit_is_told_once(
     servant.getReadingPublisher.publish(Reading(1, []))
     good = latest(calculator, 1)
     payload = msgspec.msgpack.encode({"returnValue": {"count": "one", "values": []}})
-    pair.server.session.put("nao/Calculator/getReading", payload)
+    session_of(pair.server).put("nao/Calculator/getReading", payload)
     with pytest.raises(MarshalException) as caught:  # noqa: PT012
         for _ in range(10_000):
             calculator.getReading.latest()
@@ -402,7 +403,7 @@ def test_subscription_logs_bad_samples_once_until_a_good_one(
         assert servant.getReadingPublisher.wait_for_listener(LIMIT)
         for count in (1, 2):
             for _ in range(20):
-                pair.server.session.put("nao/Calculator/getReading", bad)
+                session_of(pair.server).put("nao/Calculator/getReading", bad)
                 time.sleep(0.005)  # so that not all but the newest are skipped
             servant.getReadingPublisher.publish(Reading(count, []))
             with arrived:
@@ -413,7 +414,7 @@ def test_subscription_logs_bad_samples_once_until_a_good_one(
 
 def test_oversized_sample_is_told(pair: Pair, calculator: CalculatorPrx, servant: CalculatorI) -> None:
     listen(calculator, servant)
-    pair.server.session.put("nao/Calculator/getReading", bytes((1 << 20) + 1))
+    session_of(pair.server).put("nao/Calculator/getReading", bytes((1 << 20) + 1))
     with pytest.raises(MarshalException, match="1048577 bytes where at most"):  # noqa: PT012
         for _ in range(10_000):
             calculator.getReading.latest()
@@ -441,7 +442,7 @@ def test_subscription_waits_for_an_absent_servant_in_silence(
         caplog.at_level(logging.WARNING, "zenoh_ice"),
         absent.getReading.subscribe(lambda _: seen.set()),
     ):
-        (thread,) = (thread for thread in threading.enumerate() if thread.name.startswith("subscription"))
+        (thread,) = (thread for thread in threading.enumerate() if thread.name.startswith("stream "))
         before = _switches(thread)
         assert not seen.wait(0.5)
         assert _switches(thread) - before < 25  # it sleeps: asking every 20 ms would take more

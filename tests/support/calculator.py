@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from concurrent.futures import Future
 from typing import ClassVar, Final
 
 from zenoh_ice.generated import (
     Current,
     Int,
     Interface,
-    InvocationFuture,
     Object,
     ObjectPrx,
     Operation,
@@ -163,13 +163,13 @@ class CalculatorPrx(ObjectPrx):
     def add(self, a: float, b: float) -> float:
         return self.ice_invoke(_add, a, b)
 
-    def addAsync(self, a: float, b: float) -> InvocationFuture[float]:
+    def addAsync(self, a: float, b: float) -> Future[float]:
         return self.ice_invokeAsync(_add, a, b)
 
     def divide(self, a: float, b: float) -> tuple[float, float]:
         return self.ice_invoke(_divide, a, b)
 
-    def divideAsync(self, a: float, b: float) -> InvocationFuture[tuple[float, float]]:
+    def divideAsync(self, a: float, b: float) -> Future[tuple[float, float]]:
         return self.ice_invokeAsync(_divide, a, b)
 
     def split(self, values: list[float]) -> tuple[list[float], list[float]]:
@@ -181,13 +181,13 @@ class CalculatorPrx(ObjectPrx):
     def sleep(self, seconds: float) -> None:
         return self.ice_invoke(_sleep, seconds)
 
-    def sleepAsync(self, seconds: float) -> InvocationFuture[None]:
+    def sleepAsync(self, seconds: float) -> Future[None]:
         return self.ice_invokeAsync(_sleep, seconds)
 
     def count(self) -> int:
         return self.ice_invoke(_count)
 
-    def countAsync(self) -> InvocationFuture[int]:
+    def countAsync(self) -> Future[int]:
         return self.ice_invokeAsync(_count)
 
     def total(self, head: Node) -> int:
@@ -196,7 +196,7 @@ class CalculatorPrx(ObjectPrx):
     def echo(self, data: bytes) -> bytes:
         return self.ice_invoke(_echo, data)
 
-    def echoAsync(self, data: bytes) -> InvocationFuture[bytes]:
+    def echoAsync(self, data: bytes) -> Future[bytes]:
         return self.ice_invokeAsync(_echo, data)
 
     def who(self) -> str:
@@ -221,7 +221,7 @@ class NewerCalculatorPrx(ObjectPrx):
     def add(self, a: float, b: float) -> float:
         return self.ice_invoke(_add, a, b)
 
-    def addAsync(self, a: float, b: float) -> InvocationFuture[float]:
+    def addAsync(self, a: float, b: float) -> Future[float]:
         return self.ice_invokeAsync(_add, a, b)
 
 

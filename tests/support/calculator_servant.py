@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.calculator import CalculatorError, DivisionByZero, Node, OtherError, Reading, Scientific
 from zenoh_ice import Current
-from zenoh_ice.serving.incoming import Incoming
+from zenoh_ice.servant import ServedObject
 
 
 class Mute(Exception):
@@ -108,11 +108,11 @@ class CalculatorI(Scientific):
 def drains(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Note for how many s at most the calls of each servant that is withdrawn are waited for."""
     noted: list[float] = []
-    drain = Incoming.drain
+    drain = ServedObject.drain
 
-    def noting(incoming: Incoming, limit: float) -> None:
+    def noting(served: ServedObject, limit: float) -> bool:
         noted.append(limit)
-        drain(incoming, limit)
+        return drain(served, limit)
 
-    monkeypatch.setattr(Incoming, "drain", noting)
+    monkeypatch.setattr(ServedObject, "drain", noting)
     return noted

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from abc import abstractmethod
-from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import ClassVar, Final
 
@@ -134,7 +133,6 @@ class GripperI(Gripper):
         self.moved: list[float] = []
         self.texts = 0
         self.stopped = 0
-        self.ctx: Mapping[str, str] = {}
         self.currents: list[Current] = []
         self.entered = threading.Semaphore(0)
         self.leave = threading.Event()
@@ -160,8 +158,7 @@ class GripperI(Gripper):
 
     def who(self, current: Current) -> str:
         self.currents.append(current)
-        facet = f" -f {current.facet}" if current.facet else ""
-        return f"{self.name}:{current.identity}{facet}"
+        return f"{self.name}:{current.identity}"
 
     def stop(self, current: Current) -> None:
         self.stopped += 1

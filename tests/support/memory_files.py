@@ -1,12 +1,41 @@
-"""Count the memory files of zenoh_ice that this process has."""
+"""Shared memory between two ends in this process, and a count of the memory files that there are."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-__all__ = ["mapped", "open_memory_files", "shared_maps"]
+from zenoh_ice._tokens import client_token
+from zenoh_ice._zenoh.shared_memory import SharedMemory, memory_space
+from zenoh_ice.transport import Closing, Served
+
+__all__ = ["NEAR", "mapped", "open_memory_files", "shared_maps", "shared_memory"]
+
+NEAR = "c0ffee"
+"""Id of a client that can read the memory of this process."""
 
 _NAME = "/memfd:zenoh_ice-"
+
+
+def shared_memory(
+    *,
+    enabled: bool = True,
+    tokens: Callable[[Callable[[str, bool], object]], object] | None = None,
+    on_unreadable: Callable[[], object] = lambda: None,
+) -> SharedMemory:
+    """Return what a process of a realm shares in which `NEAR` is the only client.
+
+    `tokens` gets the function that takes the tokens of other clients instead.
+    """
+
+    def watch(changed: Callable[[str, bool], object]) -> Served:
+        if tokens is None:
+            changed(client_token("nao", NEAR, memory_space()), True)
+        else:
+            tokens(changed)
+        return Closing(lambda: None)
+
+    return SharedMemory(enabled=enabled, watch_clients=watch, on_unreadable=on_unreadable)
 
 
 def open_memory_files() -> int:

@@ -1,13 +1,13 @@
-"""A servant that tells what it was told: texts, contexts, under which name it was called."""
+"""A servant that keeps notes, and says under which name it was called."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from concurrent.futures import Future
 from typing import ClassVar, Final
 
 from tests.support.limits import LIMIT
-from zenoh_ice.generated import Current, Interface, InvocationFuture, Object, ObjectPrx, Operation, Struct
+from zenoh_ice.generated import Current, Interface, Object, ObjectPrx, Operation, Struct
 
 __all__ = ["Notebook", "NotebookPrx"]
 
@@ -47,20 +47,17 @@ NOTEBOOK: Final = Interface(
 class NotebookPrx(ObjectPrx):
     ice_interface: ClassVar[Interface] = NOTEBOOK
 
-    def note(self, text: str, context: Mapping[str, str] | None = None) -> None:
-        return (self if context is None else self.ice_context(context)).ice_invoke(_note, text)
+    def note(self, text: str) -> None:
+        return self.ice_invoke(_note, text)
 
-    def noteAsync(self, text: str) -> InvocationFuture[None]:
+    def noteAsync(self, text: str) -> Future[None]:
         return self.ice_invokeAsync(_note, text)
 
     def notes(self) -> list[str]:
         return self.ice_invoke(_notes)
 
-    def about(self, context: Mapping[str, str] | None = None) -> dict[str, str]:
-        return (self if context is None else self.ice_context(context)).ice_invoke(_about)
-
-    def aboutAsync(self, context: Mapping[str, str] | None = None) -> InvocationFuture[dict[str, str]]:
-        return (self if context is None else self.ice_context(context)).ice_invokeAsync(_about)
+    def about(self) -> dict[str, str]:
+        return self.ice_invoke(_about)
 
     def who(self) -> dict[str, str]:
         return self.ice_invoke(_who)
@@ -90,12 +87,7 @@ class Notebook(Object):
 
     def about(self, current: Current) -> dict[str, str]:
         self.called += 1
-        return {
-            "servant": self._name,
-            "identity": current.identity,
-            "facet": current.facet,
-            **current.ctx,
-        }
+        return {"servant": self._name, "identity": current.identity}
 
     def who(self, current: Current) -> dict[str, str]:
         return self.about(current)

@@ -15,7 +15,7 @@ from naoserver.server import RobotServer, serve
 from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectPrx, initialize
-from zenoh_ice.streams.stream import StreamedCall
+from zenoh_ice.proxy import StreamedCall
 
 P = TypeVar("P", bound=ObjectPrx)
 V = TypeVar("V")

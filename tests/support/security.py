@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
+import pickle
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 
 from deploy.security.folder import SecurityFolder
-from tests.support.processes import free_endpoint
+from tests.support.processes import ComponentProcess, free_endpoint
 from zenoh_ice.network.endpoints import host_and_port
 from zenoh_ice.settings import Settings, load_settings
 
-__all__ = ["Keys"]
+__all__ = ["Keys", "routing"]
+
+_ROUTER = """
+import pickle, sys
+from startup import end_at_ctrl_c
+end_at_ctrl_c()
+from deploy.router import serve
+serve(pickle.loads(bytes.fromhex(sys.argv[1])), lambda line: print("ready", flush=True))
+"""
+
+
+@contextmanager
+def routing(settings: Settings) -> Iterator[None]:
+    """Run a router in a process of its own: what it passes on must not wait for its senders' threads."""
+    with ComponentProcess([sys.executable, "-c", _ROUTER, pickle.dumps(settings).hex()]) as router:
+        router.wait_for("^ready")
+        yield
 
 
 class Keys:

@@ -11,10 +11,12 @@ from typing import Any
 import zenoh
 
 from tests.support.limits import CALL_LIMIT, LIMIT
-from zenoh_ice.identity import Target
-from zenoh_ice.network.servant_tokens import servant_token
+from zenoh_ice import Communicator
+from zenoh_ice._tokens import servant_token
+from zenoh_ice._zenoh.transport import ZenohTransport
+from zenoh_ice.transport import Target
 
-__all__ = ["Stranger", "stranger"]
+__all__ = ["Stranger", "session_of", "stranger"]
 
 
 class Stranger:
@@ -45,7 +47,7 @@ class Stranger:
         self, target: Target, type_id: str, fingerprint: str, answer: Callable[[zenoh.Query], Any]
     ) -> Iterator[None]:
         """Pretend to be a servant for as long as the block lasts."""
-        queryable: zenoh.Queryable[None] = self.session.declare_queryable(target.prefix + "*", answer)
+        queryable: zenoh.Queryable[None] = self.session.declare_queryable(target.key("*"), answer)
         token = self.session.liveliness().declare_token(
             servant_token(target, type_id, fingerprint, self.id, 1.0)
         )
@@ -54,6 +56,15 @@ class Stranger:
         finally:
             token.undeclare()
             queryable.undeclare()
+
+    @contextmanager
+    def declared(self, token: str) -> Iterator[None]:
+        """Declare a token for as long as the block lasts."""
+        declared = self.session.liveliness().declare_token(token)
+        try:
+            yield
+        finally:
+            declared.undeclare()
 
     def wait_for_reader(self, publisher: zenoh.Publisher) -> None:
         """Wait until somebody listens to a publisher."""
@@ -64,6 +75,13 @@ class Stranger:
         if not publisher.matching_status.matching:  # type: ignore[attr-defined]
             assert changed.wait(LIMIT)
         listener.undeclare()
+
+
+def session_of(communicator: Communicator) -> zenoh.Session:
+    """Return the session of a communicator, for what no rule of ours allows."""
+    transport = communicator.transport
+    assert isinstance(transport, ZenohTransport)
+    return transport.session
 
 
 @contextmanager

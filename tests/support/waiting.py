@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 from tests.support.calculator import CalculatorPrx
 from tests.support.limits import LIMIT
-from zenoh_ice import SystemException
+from zenoh_ice import Communicator, SystemException
+from zenoh_ice._zenoh.transport import ZenohTransport
 
-__all__ = ["call_until_it_works", "until"]
+__all__ = ["call_until_it_works", "links", "until"]
 
 
 def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
@@ -30,3 +31,10 @@ def call_until_it_works(calculator: CalculatorPrx) -> None:
             return False
 
     until(works)
+
+
+def links(communicator: Communicator) -> set[str]:
+    """Return the ids of the processes that a communicator is linked to."""
+    transport = communicator.transport
+    assert isinstance(transport, ZenohTransport)
+    return {str(link.zid) for link in transport.session.info.transports()}

@@ -11,7 +11,6 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Final
 from unittest.mock import patch
 
@@ -34,38 +33,46 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice.calls.mismatch import first_difference
-from zenoh_ice.clocks.estimated_clock import EstimatedClock
-from zenoh_ice.generated import Int, Long, Struct, Value
-from zenoh_ice.identity import Target
-from zenoh_ice.network.client_tokens import client_token, parse_client_token
-from zenoh_ice.network.neighbors import Neighbors
-from zenoh_ice.network.presence import Presence
-from zenoh_ice.network.process_status import ProcessStatus, ServantStatus, decode_process_status
-from zenoh_ice.network.servant_tokens import servant_token
-from zenoh_ice.network.session_config import session_config
-from zenoh_ice.reflection import parse_schema, schema_of
-from zenoh_ice.settings import load_settings
-from zenoh_ice.wire.attachment import (
+from zenoh_ice._attachment import (
     Attachment,
     decode_attachment,
     encode_call_attachment,
     encode_sample_attachment,
 )
-from zenoh_ice.wire.codec import Codec
-from zenoh_ice.wire.errors import decode_error, encode_error
-from zenoh_ice.wire.memory_file import HEADER, RETURNED, SLOTS, MemoryFile, memory_space
-from zenoh_ice.wire.memory_reference import MemoryReference, encode_reference
-from zenoh_ice.wire.pieces import LARGE
-from zenoh_ice.wire.shared_memory import SharedMemory
-from zenoh_ice.wire.text import LONGEST_TEXT
+from zenoh_ice._codec import Codec
+from zenoh_ice._errors import decode_error, encode_error
+from zenoh_ice._mismatch import first_difference
+from zenoh_ice._pieces import LARGE, Pieces
+from zenoh_ice._pool import Pool
+from zenoh_ice._presence import Presence
+from zenoh_ice._tokens import client_token, parse_client_token, servant_token
+from zenoh_ice._zenoh.shared_memory import (
+    HEADER,
+    RETURNED,
+    SLOTS,
+    MemoryFile,
+    MemoryReference,
+    encode_reference,
+    memory_space,
+)
+from zenoh_ice.clock import RobotClock
+from zenoh_ice.generated import Int, Long, Struct, Value
+from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.network.session_config import session_config
+from zenoh_ice.reflection import parse_schema, schema_of
+from zenoh_ice.settings import load_settings
+from zenoh_ice.status import ProcessStatus, ServantStatus, decode_status
+from zenoh_ice.text import LONGEST_TEXT
+from zenoh_ice.transport import Target
 
 from .calculator import CALCULATOR, CalculatorError, DivisionByZero
 from .generated_types import structs_of
+from .memory_files import shared_memory
 from .wire_values import Desk
 
-__all__ = ["DOORS", "Door", "SilentSession", "check_error", "tell"]
+__all__ = ["DOORS", "Door", "check_error"]
 
+_MEMORY = "zenoh_ice._zenoh.shared_memory"
 _LONGEST_ERROR = 2 * LONGEST_TEXT
 
 
@@ -149,10 +156,12 @@ def _payload() -> Door:
     codec = Codec(Menagerie)
 
     def take(data: bytes) -> None:
-        value = codec.unpack(data, "it", _DESK)
+        value = codec.unpack(data, "it", _DESK.stringToProxy)
         assert type(value) is Menagerie
         again = codec.pack(msgspec.structs.astuple(value), "it")
-        assert codec.pack(msgspec.structs.astuple(codec.unpack(again, "it", _DESK)), "it") == again
+        assert (
+            codec.pack(msgspec.structs.astuple(codec.unpack(again, "it", _DESK.stringToProxy)), "it") == again
+        )
 
     dog = Dog("Rex", Animal("Tom", None), tricks=3)
     values = (
@@ -170,7 +179,10 @@ def _payloads_of_interfaces() -> Door:
     structs = structs_of(interfaces)[::4]
     for operation in CALCULATOR.operations:
         structs += [operation.arguments.struct, operation.result.struct]
-    doors = [_refusable(partial(Codec(struct).unpack, what="it", communicator=_DESK)) for struct in structs]
+    doors = [
+        _refusable(partial(Codec(struct).unpack, what="it", resolve=_DESK.stringToProxy))
+        for struct in structs
+    ]
 
     def take(data: bytes) -> bool:
         taken = [door(data) for door in doors]
@@ -185,11 +197,9 @@ def _attachments() -> Door:
         about = decode_attachment(data)
         assert isinstance(about, Attachment)
         assert len(about.client) <= 128
-        assert len(about.context) <= 32
 
     sound = [
         encode_call_attachment("c0ffee", 7, "abc", 2.0),
-        encode_call_attachment("c0ffee", 7, "abc", 2.0, {"user": "nao", "language": "ñ"}),
         encode_sample_attachment("c0ffee", 7, 12.5),
     ]
     return Door("attachment", sound, _refusable(take))
@@ -197,7 +207,7 @@ def _attachments() -> Door:
 
 def _errors() -> Door:
     def take(data: bytes) -> bool:
-        error = decode_error(data, (CalculatorError, NoRoomError), "it", _DESK)
+        error = decode_error(data, (CalculatorError, NoRoomError), "it", _DESK.stringToProxy)
         if not isinstance(error, UserException):
             check_error(error)
         return True
@@ -251,7 +261,7 @@ def _references() -> Door:
     codec = Codec(_Photo)
 
     def take(data: bytes) -> bool:
-        with _memory_sent() as memory, closing(SharedMemory(enabled=True)) as reader:
+        with _memory_sent() as memory, closing(shared_memory()) as reader:
             size = os.fstat(memory.file).st_size
             before = os.pread(memory.file, size, 0)
             try:
@@ -275,69 +285,54 @@ def _references() -> Door:
 # What is known of others.
 
 
-class SilentSession:
-    """What stands for a session that nothing is asked of."""
-
-    def __init__(self) -> None:
-        self.info = self
-
-    def zid(self) -> str:
-        return "abcdef"
-
-    def declare_transport_events_listener(self, *_: object, **__: object) -> None:
-        return None
-
-    def liveliness(self) -> SilentSession:
-        return self
-
-    def declare_subscriber(self, *_: object, **__: object) -> None:
-        return None
-
-
-def tell(presence: Presence, kind: zenoh.SampleKind, key: str) -> None:
-    """Let a token come or go, as Zenoh would tell of it."""
-    presence._on_servant(SimpleNamespace(key_expr=key, kind=kind))  # type: ignore[arg-type]
-
-
 def _tokens() -> Door:
     def take(data: bytes) -> bool:
+        transport = InProcessTransport(Pool(0, "test"))
+        presence = Presence(transport, lambda _: None)
+        presence.watch("nao")
         key = data.decode("utf-8", "replace")
-        presence = Presence(SilentSession(), [], lambda _: None)  # type: ignore[arg-type]
         for _ in range(2):
-            tell(presence, zenoh.SampleKind.PUT, key)
+            announced = transport.announce(key)
             check_error(presence.explain_absence(Target("nao", "Hand")))
         taken = len(presence.servants("nao"))
-        tell(presence, zenoh.SampleKind.DELETE, key)
+        announced.close()
         assert not presence.servants("nao")
         assert not presence.identities("nao")
         return taken == 1
 
     head = Target("nao", "Head")
-    ball = Target("nao", "soccer/Ball", "debug")
+    ball = Target("nao", "soccer.Ball")
     sound = [
         servant_token(head, "::nao::PoseHead", "c0ffee", "abc", 1.7e9),
-        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, replicated=True),
+        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9),
     ]
     return Door("token", [key.encode() for key in sound], take)
 
 
 def _client_tokens() -> Door:
-    here, there = "0123456789abcdef", "fedcba9876543210"
+    here, there = memory_space(), "fedcba9876543210"
+    large = Pieces((b"", b""), (bytes(LARGE),), (0,))
 
     def take(data: bytes) -> bool:
         key = data.decode("utf-8", "replace")
-        neighbors = Neighbors(SilentSession(), "nao", here)  # type: ignore[arg-type]
-        told: Any = partial(SimpleNamespace, key_expr=key)
-        neighbors._on_token(told(kind=zenoh.SampleKind.PUT))
-        neighbors._on_token(told(kind=zenoh.SampleKind.PUT))
-        known = parse_client_token(key)
-        if known is not None:
-            client, space = known
-            assert client.isalnum()
-            assert neighbors.includes(client) == (space == here)
-        assert neighbors._near | neighbors._far == ({known[0]} if known else set())
-        neighbors._on_token(told(kind=zenoh.SampleKind.DELETE))
-        assert not neighbors._near | neighbors._far
+        tell: list[Callable[[str, bool], object]] = []
+        with closing(shared_memory(tokens=tell.append)) as memory, patch(f"{_MEMORY}._WORD_COMES", 0.0):
+            assert memory.readable_by_all()
+            for _ in range(2):
+                tell[0](key, True)
+            known = parse_client_token(key)
+            near = known is not None and known[1] == here
+            assert memory.readable_by_all() == (known is None or near)
+            if known is not None:
+                client, _ = known
+                assert client.isalnum()
+                reference = memory.lend(large, client)
+                assert (reference is not None) == near
+                if reference is not None:
+                    memory.read(zenoh.ZBytes(reference), 2 * LARGE, "it")  # gives it back
+            tell[0](key, False)
+            assert memory.readable_by_all()
+            assert known is None or memory.lend(large, known[0]) is None
         return known is not None
 
     sound = [client_token("nao", "c0ffee", space) for space in (here, there, "")]
@@ -355,7 +350,7 @@ def _clock_readings() -> Door:
 
     def take(data: bytes) -> None:
         reading = codec.unpack(data, "it")
-        clock = EstimatedClock(1.0, 1.0, simulated=True)
+        clock = RobotClock(1.0, 1.0, simulated=True)
         clock.update(reading.time, reading.rate, reading.simulated)
         clock.update(2.0, 1.0, simulated=True)
         assert 0.0 <= clock.now() <= 2e11
@@ -374,11 +369,11 @@ def _proxies() -> Door:
 
     def take(data: bytes) -> None:
         text = data.decode("utf-8", "replace")
-        proxy = codec.unpack(msgspec.msgpack.encode({"proxy": text}), "it", _DESK).proxy
-        assert zenoh.KeyExpr(proxy._target.prefix + "operation")
+        proxy = codec.unpack(msgspec.msgpack.encode({"proxy": text}), "it", _DESK.stringToProxy).proxy
+        assert zenoh.KeyExpr(proxy._target.key("operation"))
         assert proxy.ice_toString().isprintable()
 
-    sound = [b"Head", b"Head@nao", b"soccer/Ball -f debug -o@nao"]
+    sound = [b"Head", b"Head@nao", b"soccer.Ball -o@nao"]
     return Door("proxy", sound, _refusable(take))
 
 
@@ -440,14 +435,16 @@ def _schemas() -> Door:
                 None if each.optional else values.zero(each.type) for each in description.parameters
             )
             payload = operation.arguments.pack(zeros, "it")
-            json.dumps(to_json(operation.arguments.unpack(payload, "it", _DESK)))
+            json.dumps(to_json(operation.arguments.unpack(payload, "it", _DESK.stringToProxy)))
             for exception in operation.exceptions:
                 members = {
                     each.name: None if each.optional else values.zero(each.type)
                     for each in schema.members(exception.ice_type_id)
                 }
                 wire = msgspec.msgpack.encode({"exception": exception.ice_type_id, "members": members})
-                assert isinstance(decode_error(wire, operation.exceptions, "it", _DESK), ZenohIceError)
+                assert isinstance(
+                    decode_error(wire, operation.exceptions, "it", _DESK.stringToProxy), ZenohIceError
+                )
 
     sound = [schema_of(each.ice_interface).as_json() for each in (PoseHeadPrx, CameraPrx, JointsPrx)]
     return Door("schema", [text.encode() for text in (json.dumps(_ZOO), *sound)], _refusable(take))
@@ -455,11 +452,11 @@ def _schemas() -> Door:
 
 def _statuses() -> Door:
     def take(data: bytes) -> None:
-        status = decode_process_status(data, "abc")
+        status = decode_status(data, "abc")
         assert isinstance(status, ProcessStatus)
-        assert all(servant.busy_for >= 0.0 for servant in status.servants.values())
+        assert all(servant.waiting >= 0 for servant in status.servants.values())
 
-    servant = ServantStatus("::nao::PoseHead", 7, 1, 1, 0, 0.5)
+    servant = ServantStatus("::nao::PoseHead", 7, 1, 1, 0, 2, ("getPose",))
     status = ProcessStatus("nao", 1, "host", "3.11", "1.10", "0.1", 1.7e9, True, {"Head@nao": servant})
     return Door("process status", [msgspec.msgpack.encode(status)], _refusable(take))
 
@@ -484,7 +481,7 @@ def _settings() -> Door:
         b'shared_memory = true\nmax_message_size = 0x100000\nclock = "auto"\nmode = "client"\n',
         (
             b'[security]\nmutual = false\nuser = "a"\npassword = "b"\n[security.roles.student]\n'
-            b'call = ["Camera*.get*", "soccer/*+debug.get*"]\nread = ["**"]\nserve = ["Hfsm.*"]\n'
+            b'call = ["Camera*.get*", "Left*Motors.get*"]\nread = ["**"]\nserve = ["Hfsm.*"]\n'
             b'[security.users]\n"*" = "student"\n'
         ),
     ]
@@ -498,7 +495,7 @@ DOORS: tuple[Door, ...] = (
     _errors(),
     *((_references(),) if memory_space() else ()),
     _tokens(),
-    _client_tokens(),
+    *((_client_tokens(),) if memory_space() else ()),
     _clock_readings(),
     _proxies(),
     _schemas(),

@@ -12,8 +12,8 @@ import msgspec
 from hypothesis import strategies as st
 
 from zenoh_ice import ObjectPrx
-from zenoh_ice.identity import Target
-from zenoh_ice.wire.values import TYPE_FIELD, Value, derived_classes
+from zenoh_ice._values import TYPE_FIELD, Value, derived_classes
+from zenoh_ice.transport import Target
 
 _NAMES = ("Head", "Body@nao", "LeftArm.Motors@other-realm")
 

@@ -16,7 +16,7 @@ from ballmover.mover import PERIOD, Mover
 from ballmover.route import Route, Stop
 from ballmover.waypoints import Waypoint
 from tests.support.limits import LIMIT
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import ConnectionLostException
 
 LIMITS = AxisLimits(-math.pi, math.pi, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)
@@ -111,7 +111,8 @@ class Run:
         self.ball = Ball(self.clock, ball_speed)
         self.log = Log(self.clock)
         self.route = Route.plan(waypoints, LIMITS, speed=0.25, loop=loop)
-        self.mover = Mover(self.ball, self.clock, self.route, self.log, **options)
+        self.ending = threading.Event()
+        self.mover = Mover(self.ball, self.clock, self.route, self.log, ending=self.ending, **options)
         self.loop = loop
         self.error: BaseException | None = None
         self.thread = threading.Thread(target=self._run, daemon=True)
@@ -138,14 +139,9 @@ class Run:
         return self
 
     def end(self) -> None:
-        """Break a run off that goes round and round."""
-
-        def stop() -> None:
-            raise SystemExit
-
-        self.log.on_move = stop
-        with pytest.raises(SystemExit):
-            self.finish(10.0)
+        """End a run that goes round and round."""
+        self.log.on_move = self.ending.set
+        self.finish(10.0)
 
 
 A = Waypoint(Point(1.0, 0.0, 0.5), None, 0.0, "a")
@@ -231,6 +227,14 @@ def test_breaking_off_stops_the_ball_where_it_is() -> None:
     assert 0.1 < run.ball.here.point.y < 0.4
 
 
+def test_a_run_ends_while_the_server_is_lost() -> None:
+    run = Run([A, B]).start()
+    run.ball.present = False
+    run.log.lost = lambda reason: run.ending.set()  # type: ignore[method-assign]
+    run.finish()
+    assert run.log.names == ["depart 1.0"]
+
+
 def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back() -> None:
     run = Run([A, B]).start()
     run.clock.advance(1.5)
@@ -267,9 +271,6 @@ class RestartingClock(VirtualClock):
 
     def now(self) -> float:
         return super().now() - self.offset
-
-    def sleep_until(self, when: float) -> None:
-        super().sleep_until(when + self.offset)
 
 
 def test_a_simulation_that_begins_anew_does_not_stop_it() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 
 from codegen.hfsm.checks.operations import STREAM
-from zenoh_ice.streams.stream import StreamedCall
+from zenoh_ice.proxy import StreamedCall
 
 
 def test_streams_are_known_as_they_are() -> None:

@@ -25,8 +25,8 @@ from codegen.idl.payload_reader import PayloadError, PayloadReader
 from codegen.idl.wire_shape import Part, holds_bytes
 from tests.support.slice_compiler import imported
 from zenoh_ice import MarshalException
-from zenoh_ice.wire.codec import Codec
-from zenoh_ice.wire.errors import encode_error
+from zenoh_ice._codec import Codec
+from zenoh_ice._errors import encode_error
 
 TEXT = """\
 /** Things that travel. */

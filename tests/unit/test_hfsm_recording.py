@@ -34,7 +34,7 @@ from tests.support.documents import compile_to, document, state, sub
 from tests.support.examples import examples
 from tests.support.limits import LIMIT
 from tests.support.running import eventually
-from zenoh_ice.clocks.clock import VirtualClock, WallClock
+from zenoh_ice.clock import VirtualClock, WallClock
 
 STATE = {"name": "test", "start": "1000"}
 

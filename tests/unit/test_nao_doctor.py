@@ -19,8 +19,8 @@ from deploy.nao.doctor.installation import check_installation
 from deploy.nao.doctor.machine import check_machine
 from deploy.nao.doctor.network import check_network
 from deploy.nao.ports import holder_of, listens
+from zenoh_ice._zenoh.shared_memory import memory_space
 from zenoh_ice.settings import load_settings
-from zenoh_ice.wire.memory_file import memory_space
 
 SHARED_MEMORY = Path("/dev/shm")
 

@@ -24,11 +24,11 @@ from tests.support.generated_types import modules_of
 from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, plain, struct_values
 from zenoh_ice import MarshalException
+from zenoh_ice._codec import encode
+from zenoh_ice._errors import decode_error
+from zenoh_ice._values import TYPE_FIELD
 from zenoh_ice.operation import Interface
 from zenoh_ice.reflection import Schema, parse_schema, schema_of
-from zenoh_ice.wire.codec import encode
-from zenoh_ice.wire.errors import decode_error
-from zenoh_ice.wire.values import TYPE_FIELD
 
 EVERYTHING = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
 DESK: Any = Desk()

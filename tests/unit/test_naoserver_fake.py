@@ -12,7 +12,7 @@ from naoserver.fake import FakeRobot
 from naoserver.fake.camera import Ball, focal_length, project
 from naoserver.fake.robot import LAG
 from naoserver.robot import Robot
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 
 @pytest.fixture

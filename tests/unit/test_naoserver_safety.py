@@ -13,7 +13,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice
 from naoserver.options import SafetyOptions
 from naoserver.safety import JointSafety
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 LIMITS = {joint.name: joint for joint in H25.joints}
 TABLES = {table.dependent: table for table in H25.anticollision}

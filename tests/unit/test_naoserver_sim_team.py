@@ -1,6 +1,7 @@
 """The commands of several robots."""
 
 import sys
+import threading
 
 import pytest
 
@@ -62,5 +63,5 @@ while not pathlib.Path({str(up)!r}).exists():
 sys.exit(3)
 """
     with pytest.raises(RobotError, match="robot 2 ended with exit code 3"):
-        run_team([[sys.executable, "-c", stays], [sys.executable, "-c", ends]])
+        run_team([[sys.executable, "-c", stays], [sys.executable, "-c", ends]], threading.Event())
     assert ended.exists()

@@ -5,7 +5,7 @@ import pytest
 from naoserver.body import H25
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.senses.simulated import ELECTRONICS, ENERGY, VOLTAGE
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

@@ -7,7 +7,7 @@ import pytest
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.senses.simulated import FALLING_TILT, FallManager
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

@@ -9,7 +9,7 @@ import pytest
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.senses.record import Errors, SenseNoise
 from tests.support.physics import Lab
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

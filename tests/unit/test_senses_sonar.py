@@ -15,7 +15,7 @@ from naoserver_sim.senses.sonar import RANGE, Sonar
 from naoserver_sim.world import BALL_RADIUS
 from tests.support.examples import examples
 from tests.support.physics import rotation
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

@@ -10,7 +10,7 @@ from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.senses.record import SensorRecord
 from naoserver_sim.senses.simulated import BUMPERS
 from tests.support.physics import loose_parts
-from zenoh_ice.clocks.clock import VirtualClock
+from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from tests.support.wire_values import Desk
 from zenoh_ice import MarshalException, ObjectPrx
+from zenoh_ice._codec import Codec
 from zenoh_ice.generated import Int, Struct, Value
-from zenoh_ice.wire.codec import Codec
 
 DESK: Any = Desk()
 
@@ -161,8 +161,8 @@ def test_a_proxy_arrives_as_one_of_the_communicator() -> None:
     proxy = DESK.stringToProxy("Head")
     payload = codec.pack((proxy,), "x")
     assert msgpack.unpackb(payload) == {"proxy": "Head@nao"}
-    assert codec.unpack(payload, "x", DESK) == HoldsProxy(proxy)
-    assert codec.unpack(codec.pack((None,), "x"), "x", DESK) == HoldsProxy(None)
+    assert codec.unpack(payload, "x", DESK.stringToProxy) == HoldsProxy(proxy)
+    assert codec.unpack(codec.pack((None,), "x"), "x", DESK.stringToProxy) == HoldsProxy(None)
     with pytest.raises(MarshalException, match="needs a communicator"):
         codec.unpack(payload, "x")
 
@@ -172,7 +172,7 @@ def test_a_proxy_arrives_as_one_of_the_communicator() -> None:
 )
 def test_what_is_no_proxy_is_refused_with_its_place(text: object) -> None:
     with pytest.raises(MarshalException) as caught:
-        Codec(HoldsProxy).unpack(msgpack.packb({"proxy": text}), "x", DESK)
+        Codec(HoldsProxy).unpack(msgpack.packb({"proxy": text}), "x", DESK.stringToProxy)
     assert caught.value.path == "$.proxy"
 
 
@@ -203,7 +203,7 @@ def test_whatever_arrives_is_taken_or_refused_with_our_exception(value: Any, noi
             payload = bytes(msgpack.packb({member: inner}))
             for sent in (payload, payload[:at] + noise + payload[at + len(noise) :]):
                 with suppress(MarshalException):
-                    assert isinstance(codec.unpack(sent, "x", DESK), struct)
+                    assert isinstance(codec.unpack(sent, "x", DESK.stringToProxy), struct)
 
 
 def test_what_an_error_quotes_of_a_payload_is_cut_and_made_printable() -> None:

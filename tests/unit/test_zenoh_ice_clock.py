@@ -10,7 +10,7 @@ from functools import partial
 import pytest
 
 from tests.support.limits import LIMIT
-from zenoh_ice.clocks.clock import Clock, ClockStalledException, VirtualClock, WallClock
+from zenoh_ice.clock import Clock, ClockStalledException, VirtualClock, WallClock
 
 
 def start(function: Callable[[], object], name: str | None = None) -> threading.Thread:

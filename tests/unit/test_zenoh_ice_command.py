@@ -1,14 +1,12 @@
-"""What commands share: exit codes, signals, logging, and quick help."""
+"""What commands share: exit codes, logging, and quick help."""
 
 from __future__ import annotations
 
 import shlex
-import signal
 import subprocess
 import sys
 import textwrap
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -35,15 +33,10 @@ def finish(process: subprocess.Popen[str]) -> tuple[int, str, str]:
     return process.returncode, out, err
 
 
-def start(body: str, *arguments: str, **options: Any) -> subprocess.Popen[str]:
+def start(body: str, *arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [*script(body), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+        [*script(body), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-
-
-def next_line(process: subprocess.Popen[str]) -> str:
-    assert process.stdout is not None
-    return process.stdout.readline()
 
 
 OPTIONS = """
@@ -120,90 +113,6 @@ def test_wrong_usage_is_exit_code_2() -> None:
     code, _, err = finish(start(OPTIONS, "--reelm", "lab"))
     assert code == 2
     assert "--reelm" in err
-
-
-SERVE = """
-@app.command()
-def command() -> None:
-    try:
-        print("ready", flush=True)
-        time.sleep(60)
-    finally:
-        print("cleaning", flush=True)
-        time.sleep(0.3)
-        print("clean", flush=True)
-"""
-
-
-@pytest.mark.parametrize(
-    ("number", "expected"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
-)
-def test_signals_clean_up_and_set_the_exit_code(number: signal.Signals, expected: int) -> None:
-    process = start(SERVE)
-    assert next_line(process) == "ready\n"
-    process.send_signal(number)
-    code, out, err = finish(process)
-    assert (code, out, err) == (expected, "cleaning\nclean\n", "")
-
-
-def test_a_second_signal_does_not_break_off_the_cleaning_up() -> None:
-    process = start(SERVE)
-    assert next_line(process) == "ready\n"
-    process.send_signal(signal.SIGINT)
-    assert next_line(process) == "cleaning\n"
-    process.send_signal(signal.SIGINT)
-    process.send_signal(signal.SIGTERM)
-    code, out, err = finish(process)
-    assert (code, out, err) == (130, "clean\n", "")
-
-
-INTERRUPTED = """
-import os, signal, threading
-from zenoh_ice import initialize
-
-where, event_kind = PLACE
-
-def strike(frame, event, arg):
-    \"\"\"Send the signal when the main thread is at a certain place of its waiting.\"\"\"
-    code = frame.f_code
-    if code.co_filename == threading.__file__ and (code.co_name, event) == (where, event_kind):
-        sys.settrace(None)
-        os.kill(os.getpid(), signal.SIGINT)
-    return strike
-
-@app.command()
-def serve() -> None:
-    with initialize(connect=[], clock="wall") as communicator:
-        event = threading.Event()
-        sys.settrace(strike)
-        try:
-            WAIT
-        finally:
-            sys.settrace(None)
-            event.set()  # hangs if the signal left it locked
-"""
-
-
-@pytest.mark.parametrize(
-    "place", [("__enter__", "return"), ("__exit__", "call"), ("_acquire_restore", "call")]
-)
-@pytest.mark.parametrize("wait", ["event.wait(0.5), time.sleep(60)", "communicator.waitForShutdown(0.2)"])
-def test_signal_leaves_nothing_locked_wherever_it_strikes(place: tuple[str, str], wait: str) -> None:
-    """A wait for shutdown never comes to such a place, and ends by itself."""
-    body = INTERRUPTED.replace("PLACE", repr(place)).replace("WAIT", wait)
-    code, out, err = finish(start(body))
-    assert (code, out, err) == (130 if wait.startswith("event") else 0, "", "")
-
-
-def test_nohup_is_respected() -> None:
-    process = start(SERVE.replace("time.sleep(60)", "time.sleep(0.5)"), preexec_fn=ignore_hangup)
-    assert next_line(process) == "ready\n"
-    process.send_signal(signal.SIGHUP)
-    assert finish(process)[0] == 0
-
-
-def ignore_hangup() -> None:
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
 
 def test_help_loads_nothing_heavy() -> None:

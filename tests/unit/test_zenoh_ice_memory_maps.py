@@ -9,19 +9,30 @@ import msgspec
 import pytest
 import zenoh
 
-from tests.support.memory_files import open_memory_files
+from tests.support.memory_files import NEAR, open_memory_files, shared_memory
 from zenoh_ice import ConnectionLostException
-from zenoh_ice.wire import memory_maps
-from zenoh_ice.wire.memory_file import HEADER, MemoryFile, memory_space
-from zenoh_ice.wire.memory_maps import MemoryMaps
-from zenoh_ice.wire.memory_reference import decode_reference, encode_reference
-from zenoh_ice.wire.pieces import LARGE, Parted, Pieces
-from zenoh_ice.wire.shared_memory import Lender, SharedMemory
+from zenoh_ice._pieces import LARGE, Parted, Pieces
+from zenoh_ice._zenoh import shared_memory as module
+from zenoh_ice._zenoh.shared_memory import (
+    HEADER,
+    MemoryFile,
+    MemoryMaps,
+    SharedMemory,
+    decode_reference,
+    encode_reference,
+    memory_space,
+)
 
 pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
 
 # It looks like the header of a slot.
 PICTURE = HEADER.pack(1, 0) * (LARGE // HEADER.size)
+
+
+@pytest.fixture(autouse=True)
+def all_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait for no tokens: all are known at once."""
+    monkeypatch.setattr(module, "_WORD_COMES", 0.0)
 
 
 @pytest.fixture
@@ -30,7 +41,7 @@ def make_memory() -> Iterator[Callable[[], SharedMemory]]:
     made: list[SharedMemory] = []
 
     def make() -> SharedMemory:
-        made.append(SharedMemory(enabled=True))
+        made.append(shared_memory())
         return made[-1]
 
     yield make
@@ -61,7 +72,8 @@ def test_what_is_written_anew_cannot_be_read_before_it_is_whole(
         files.append(file)
         return file
 
-    reference = Lender(make_file).place(pieces())
+    monkeypatch.setattr(sender, "make_file", make_file)
+    reference = sender.ring().place(pieces())
     assert reference is not None
     files[0].begin(0)
     with pytest.raises(ConnectionLostException):
@@ -84,11 +96,11 @@ def test_a_reference_into_a_picture_writes_nothing_into_it(make_memory: Callable
 def test_more_than_a_process_needs_is_not_kept_mapped(
     make_memory: Callable[[], SharedMemory], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(memory_maps, "_MOST", 2)
+    monkeypatch.setattr(module, "_MOST_MAPS", 2)
     reader = make_memory()
     senders = [make_memory() for _ in range(4)]
     for sender in senders * 2:
-        reference = sender.lender.place(pieces())
+        reference = sender.lend(pieces(), NEAR)
         assert reference is not None
         assert read(reader, reference) == PICTURE
     assert open_memory_files() == 4 * 2 + 2  # each sender's file and its map, and the reader's maps
@@ -109,19 +121,19 @@ def test_memory_of_those_who_ended_is_let_go_when_somebody_says_so(
     make_memory: Callable[[], SharedMemory],
 ) -> None:
     sender, reader = make_memory(), make_memory()
-    reference = sender.lender.place(pieces())
+    reference = sender.lend(pieces(), NEAR)
     assert reference is not None
     assert read(reader, reference) == PICTURE
-    reader.forget_ended()
+    reader.close_ended()
     assert open_memory_files() == 3
     sender.close()
-    reader.forget_ended()
+    reader.close_ended()
     assert open_memory_files() == 0
 
 
 def test_who_ends_waits_for_those_who_have_not_read_yet(make_memory: Callable[[], SharedMemory]) -> None:
     sender, reader = make_memory(), make_memory()
-    reference = sender.lender.place(pieces())
+    reference = sender.lend(pieces(), NEAR)
     assert reference is not None
     came: list[bytes] = []
     reading = threading.Timer(0.05, lambda: came.append(read(reader, reference)))
@@ -141,11 +153,11 @@ def test_a_thread_that_stood_still_before_it_wrote_keeps_its_slot(
     def write_late(file: MemoryFile, slot: int, parts: object) -> int:
         monkeypatch.setattr(MemoryFile, "write", genuine)
         monkeypatch.setattr("time.monotonic", lambda: 1e9)  # long after it was taken
-        other.append(sender.lender.place(Pieces((b"", b""), (b"o" * LARGE,), (0,))))
+        other.append(sender.lend(Pieces((b"", b""), (b"o" * LARGE,), (0,)), NEAR))
         return genuine(file, slot, parts)  # type: ignore[arg-type]
 
     monkeypatch.setattr(MemoryFile, "write", write_late)
-    first = sender.lender.place(pieces())
+    first = sender.lend(pieces(), NEAR)
     assert first is not None
     assert other[0] is not None
     assert (read(reader, first), read(reader, other[0])) == (PICTURE, b"o" * LARGE)
@@ -157,8 +169,8 @@ def test_memory_that_may_not_be_read_is_told_once(monkeypatch: pytest.MonkeyPatc
 
     told: list[str] = []
     maps = MemoryMaps(lambda: told.append("told"))
-    sender = SharedMemory(enabled=True)
-    reference = sender.lender.place(pieces())
+    sender = shared_memory()
+    reference = sender.lend(pieces(), NEAR)
     assert reference is not None
     monkeypatch.setattr("os.open", refuse)
     with pytest.raises(ConnectionLostException, match=r"cannot be read from here \(not you\)"):

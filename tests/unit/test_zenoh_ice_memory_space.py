@@ -10,19 +10,19 @@ import sys
 import pytest
 
 from tests.support.limits import LIMIT
-from zenoh_ice.wire.memory_file import memory_space
+from zenoh_ice._zenoh.shared_memory import memory_space
 
 MAKER = """
 import os
 import sys
-from zenoh_ice.wire.memory_file import MemoryFile, memory_space
+from zenoh_ice._zenoh.shared_memory import MemoryFile, memory_space
 print(os.getpid(), MemoryFile(1 << 16).file, memory_space(), flush=True)
 sys.stdin.read()
 """
 READER = """
 import os
 import sys
-from zenoh_ice.wire.memory_file import memory_space
+from zenoh_ice._zenoh.shared_memory import memory_space
 process, file = sys.argv[1:]
 try:
     os.close(os.open(f"/proc/{process}/fd/{file}", os.O_RDWR))

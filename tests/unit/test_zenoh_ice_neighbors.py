@@ -1,69 +1,91 @@
-"""Who counts as one that can read the memory of a process, by what tokens tell."""
+"""Which clients of a realm can read the memory of this process, as their tokens show."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import pytest
-import zenoh
 
-from tests.support.wire_doors import SilentSession
-from zenoh_ice.network import neighbors as module
-from zenoh_ice.network.client_tokens import client_token
-from zenoh_ice.network.neighbors import Neighbors
+from tests.support.memory_files import shared_memory
+from zenoh_ice._pieces import LARGE, Pieces
+from zenoh_ice._tokens import client_token
+from zenoh_ice._zenoh import shared_memory as module
+from zenoh_ice._zenoh.shared_memory import SharedMemory, memory_space
 
-HERE, THERE = "0123456789abcdef", "fedcba9876543210"
+HERE, THERE = memory_space(), "fedcba9876543210"
+PAYLOAD = Pieces((b"", b""), (bytes(LARGE),), (0,))
+
+pytestmark = pytest.mark.skipif(not HERE, reason="no memory is shared here")
+
+Tell = Callable[..., None]
 
 
 @pytest.fixture
-def neighbors(monkeypatch: pytest.MonkeyPatch) -> Neighbors:
-    """Those of a process that knows at once who is there."""
+def realm(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[SharedMemory, Tell]]:
+    """A process that knows at once who is there, and what lets clients come and go."""
     monkeypatch.setattr(module, "_WORD_COMES", 0.0)
-    return Neighbors(SilentSession(), "nao", HERE)  # type: ignore[arg-type]
+    monkeypatch.setattr(module, "_LAST_READS", 0.0)
+    watchers: list[Callable[[str, bool], object]] = []
+    memory = shared_memory(tokens=watchers.append)
+    memory.readable_by_all()  # follows the clients from now on
+
+    def tell(client: str, space: str, *, gone: bool = False) -> None:
+        watchers[0](client_token("nao", client, space), not gone)
+
+    yield memory, tell
+    memory.close()
 
 
-def tell(neighbors: Neighbors, client: str, space: str, *, gone: bool = False) -> None:
-    told: Any = SimpleNamespace(
-        key_expr=client_token("nao", client, space),
-        kind=zenoh.SampleKind.DELETE if gone else zenoh.SampleKind.PUT,
-    )
-    neighbors._on_token(told)
+def includes(memory: SharedMemory, client: str) -> bool:
+    return memory.lend(PAYLOAD, client) is not None
 
 
-def test_clients_of_the_same_space_are_neighbors_while_they_are_there(neighbors: Neighbors) -> None:
-    assert not neighbors.includes("a")
-    tell(neighbors, "a", HERE)
-    tell(neighbors, "b", THERE)
-    tell(neighbors, "c", "")
-    assert [neighbors.includes(client) for client in "abc"] == [True, False, False]
-    tell(neighbors, "a", HERE, gone=True)
-    assert not neighbors.includes("a")
+def test_clients_of_the_same_space_are_neighbors_while_they_are_there(
+    realm: tuple[SharedMemory, Tell],
+) -> None:
+    memory, tell = realm
+    assert not includes(memory, "a")
+    tell("a", HERE)
+    tell("b", THERE)
+    tell("c", "")
+    assert [includes(memory, client) for client in "abc"] == [True, False, False]
+    tell("a", HERE, gone=True)
+    assert not includes(memory, "a")
 
 
 @pytest.mark.parametrize("space", [THERE, ""])
-def test_one_client_from_elsewhere_is_enough_for_not_all_to_be(neighbors: Neighbors, space: str) -> None:
-    tell(neighbors, "a", HERE)
-    assert neighbors.are_all()
-    tell(neighbors, "b", space)
-    assert not neighbors.are_all()
-    tell(neighbors, "b", space, gone=True)
-    assert neighbors.are_all()
+def test_one_client_from_elsewhere_is_enough_for_not_all_to_be(
+    realm: tuple[SharedMemory, Tell], space: str
+) -> None:
+    memory, tell = realm
+    tell("a", HERE)
+    assert memory.readable_by_all()
+    tell("b", space)
+    assert not memory.readable_by_all()
+    tell("b", space, gone=True)
+    assert memory.readable_by_all()
 
 
-def test_nobody_makes_a_neighbor_of_a_client_that_says_otherwise_itself(neighbors: Neighbors) -> None:
-    tell(neighbors, "a", "")
-    tell(neighbors, "a", HERE)  # somebody else says so
-    assert not neighbors.includes("a")
+def test_nobody_makes_a_neighbor_of_a_client_that_says_otherwise_itself(
+    realm: tuple[SharedMemory, Tell],
+) -> None:
+    memory, tell = realm
+    tell("a", "")
+    tell("a", HERE)  # somebody else says so
+    assert not includes(memory, "a")
 
 
 def test_not_all_are_before_word_of_them_can_have_come(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_WORD_COMES", 1000.0)
-    assert not Neighbors(SilentSession(), "nao", HERE).are_all()  # type: ignore[arg-type]
+    assert not shared_memory().readable_by_all()
 
 
 def test_without_a_space_nobody_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_WORD_COMES", 0.0)
-    alone = Neighbors(SilentSession(), "nao", "")  # type: ignore[arg-type]
-    tell(alone, "a", "")
-    assert not alone.are_all()
+    watchers: list[Callable[[str, bool], object]] = []
+    alone = shared_memory(enabled=False, tokens=watchers.append)
+    alone.readable_by_all()
+    for tell in watchers:
+        tell(client_token("nao", "a", ""), True)
+    assert not alone.readable_by_all()
+    assert not includes(alone, "a")

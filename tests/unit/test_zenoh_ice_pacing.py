@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from zenoh_ice.streams.pacing import Pacer
+from zenoh_ice.transport import Pacer
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenoh_ice.wire import pieces
-from zenoh_ice.wire.codec import Codec
-from zenoh_ice.wire.pieces import Parted, Pieces
-from zenoh_ice.wire.values import Struct
+from zenoh_ice import _pieces as pieces
+from zenoh_ice._codec import Codec
+from zenoh_ice._pieces import Parted, Pieces
+from zenoh_ice._values import Struct
 
 
 class Shape(Struct):

@@ -1,29 +1,34 @@
-"""What a process remembers of the servants of others, whoever tells it."""
+"""What a process remembers of the servants of others, whoever reports them."""
 
 from __future__ import annotations
 
-from collections import deque
+import time
 from collections.abc import Callable
 
 import pytest
-import zenoh
 
-from tests.support.wire_doors import SilentSession, tell
-from zenoh_ice.identity import Target
-from zenoh_ice.network.clients import ClientWatch
-from zenoh_ice.network.presence import Presence
-from zenoh_ice.network.servant_tokens import servant_token
+from tests.support.limits import AT_ONCE, LIMIT
+from zenoh_ice import ConnectionLostException, SystemException
+from zenoh_ice._pool import Pool
+from zenoh_ice._presence import Presence
+from zenoh_ice._tokens import servant_token
+from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.transport import Target
 
-PUT, DELETE = zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE
 HEAD = Target("nao", "Head")
 
 
-def make_presence(notify: Callable[[Callable[[], None]], None] = lambda _: None) -> Presence:
-    return Presence(SilentSession(), [], notify)  # type: ignore[arg-type]
+def make_presence(
+    submit: Callable[[Callable[[], object]], None] = lambda _: None,
+) -> tuple[Presence, InProcessTransport]:
+    transport = InProcessTransport(Pool(0, "test"))
+    presence = Presence(transport, submit)
+    presence.watch("nao")
+    return presence, transport
 
 
 def flood() -> list[str]:
-    """Tokens of more servants, servers and interfaces than are remembered."""
+    """Return tokens of more servants, servers and interfaces than are remembered."""
     return [
         servant_token(Target("nao", f"I{identity}"), f"::flood::T{kind}", "f", f"{server:x}", 1.0)
         for identity in range(120)
@@ -33,61 +38,57 @@ def flood() -> list[str]:
 
 
 def test_a_flood_of_tokens_is_bounded_and_forgotten() -> None:
-    presence = make_presence()
+    presence, transport = make_presence()
     tokens = flood()
-    for token in tokens:
-        tell(presence, PUT, token)
+    announced = [transport.announce(token) for token in tokens]
     known = [info for info in presence.servants("nao") for _ in info.interfaces]
     assert len(known) == 1 << 14 < len(tokens)
-    for token in tokens:
-        tell(presence, DELETE, token)
+    for token in announced:
+        token.close()
     assert not presence.servants("nao")
-    tell(presence, PUT, servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
+    transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
     assert presence.interfaces(HEAD) == {"::nao::PoseHead": "f"}
     assert presence.identities("nao") == ["Head"]
 
 
-def test_listeners_are_told_once_of_what_comes_before_they_are() -> None:
-    jobs: list[Callable[[], None]] = []
-    told: list[str] = []
-    presence = make_presence(jobs.append)
-    presence.add_listener(lambda: told.append("told"))
+def test_listeners_are_called_once_for_all_that_comes_before_they_are() -> None:
+    jobs: list[Callable[[], object]] = []
+    calls: list[str] = []
+    presence, transport = make_presence(jobs.append)
+    presence.add_listener(lambda: calls.append("called"))
     for token in flood()[:100]:
-        tell(presence, PUT, token)
+        transport.announce(token)
     assert len(jobs) == 1
     jobs.pop()()
-    assert told == ["told"]
-    tell(presence, PUT, servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
+    assert calls == ["called"]
+    transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
     assert len(jobs) == 1
 
 
-class TestClientWatch:
-    def test_clients_are_told_one_after_the_other_and_bounded(self) -> None:
-        jobs: deque[Callable[[], None]] = deque()
-        told: list[str] = []
-        watch = ClientWatch(told.append, jobs.append, lambda _: None)
-        lost = [f"{number:x}" for number in range(20_000)]
-        for client in lost:
-            watch.lost(client)
-        assert len(jobs) == 1
-        while jobs:
-            jobs.popleft()()
-        assert told == lost[: 1 << 14]
-        watch.lost("c0ffee")
-        assert len(jobs) == 1
+def explained(presence: Presence) -> SystemException:
+    """Return why a call of the head that begins now and ends at once has no answer."""
+    return presence.explain_no_answer(
+        HEAD, "Head.stop", time.monotonic(), timeout=None, is_served=lambda: False
+    )
 
-    def test_a_callback_that_fails_keeps_nobody_from_being_told(self) -> None:
-        jobs: deque[Callable[[], None]] = deque()
-        told: list[str] = []
 
-        def callback(client: str) -> None:
-            told.append(client)
-            raise RuntimeError(client)
+def test_a_call_of_a_servant_that_is_away_is_explained_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("zenoh_ice._presence._LOSS_NOTICE", LIMIT)
+    presence, transport = make_presence()
+    transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0)).close()
+    started = time.monotonic()
+    assert isinstance(explained(presence), ConnectionLostException)
+    assert time.monotonic() - started < AT_ONCE
 
-        watch = ClientWatch(callback, jobs.append, lambda _: None)
-        watch.lost("a")
-        watch.lost("b")
-        for _ in range(2):
-            with pytest.raises(RuntimeError):
-                jobs.popleft()()
-        assert told == ["a", "b"]
+
+def test_word_of_a_loss_that_comes_after_the_end_of_a_call_explains_it() -> None:
+    presence, transport = make_presence()
+    token = transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
+
+    def is_served() -> bool:
+        token.close()
+        return False
+
+    error = presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), timeout=None, is_served=is_served)
+    assert isinstance(error, ConnectionLostException)
+    assert "went away" in str(error)

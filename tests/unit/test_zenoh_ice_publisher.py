@@ -2,37 +2,40 @@
 
 from __future__ import annotations
 
-from typing import Final, cast
+from typing import Final
 
 import pytest
 
 from tests.support.calculator import Reading
 from tests.support.calculator_servant import CalculatorI
 from zenoh_ice import MarshalException
-from zenoh_ice.streams.publisher import Channel
-from zenoh_ice.wire.pieces import Pieces
+from zenoh_ice._attachment import decode_attachment
+from zenoh_ice._pieces import Pieces
+from zenoh_ice.streams import Channel
 
 
 class Echo:
-    """A channel whose listener publishes something else at the first sample, before it has taken that."""
+    """An outlet whose listener publishes something else at the first sample, before it has taken that."""
 
     listening: Final = True
 
-    def __init__(self, servant: CalculatorI, size_limit: int) -> None:
-        self.size_limit: Final = size_limit
+    def __init__(self, servant: CalculatorI) -> None:
         self.numbers: list[int] = []
         self._servant: Final = servant
 
-    def send(self, payload: bytes | Pieces, number: int, robot_time: float) -> None:
-        self.numbers.append(number)
-        if number == 1:
+    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
+        self.numbers.append(decode_attachment(attachment).sequence)
+        if len(self.numbers) == 1:
             self._servant.getReadingPublisher.publish(Reading(2, []))
 
+    def close(self) -> None:
+        pass
 
-def attached(size_limit: int) -> tuple[CalculatorI, Echo]:
+
+def attached(limit: int) -> tuple[CalculatorI, Echo]:
     servant = CalculatorI()
-    echo = Echo(servant, size_limit)
-    servant.getReadingPublisher.attach(cast("Channel", echo))
+    echo = Echo(servant)
+    servant.getReadingPublisher.attach(Channel(echo, "", limit))
     return servant, echo
 
 

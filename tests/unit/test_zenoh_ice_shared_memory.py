@@ -11,19 +11,25 @@ import msgspec
 import pytest
 import zenoh
 
-from tests.support.memory_files import shared_maps
+from tests.support.memory_files import NEAR, shared_maps, shared_memory
 from zenoh_ice import ConnectionLostException, MarshalException
-from zenoh_ice.wire import shared_memory
-from zenoh_ice.wire.codec import Codec
-from zenoh_ice.wire.memory_reference import MemoryReference, decode_reference, encode_reference
-from zenoh_ice.wire.pieces import LARGE, Parted, Pieces
-from zenoh_ice.wire.shared_memory import Lender, Ring, SharedMemory
-from zenoh_ice.wire.values import Struct
+from zenoh_ice._codec import Codec
+from zenoh_ice._pieces import LARGE, Parted, Pieces
+from zenoh_ice._values import Struct
+from zenoh_ice._zenoh import shared_memory as module
+from zenoh_ice._zenoh.shared_memory import (
+    MemoryReference,
+    Ring,
+    SharedMemory,
+    decode_reference,
+    encode_reference,
+    memory_space,
+)
 
 LIMIT = 64 << 20
 SLOTS = 8
 
-pytestmark = pytest.mark.skipif(not SharedMemory(enabled=True).space, reason="no memory is shared here")
+pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
 
 
 class Image(Struct):
@@ -37,21 +43,22 @@ CODEC = Codec(Image)
 
 
 @pytest.fixture(autouse=True)
-def no_last_reads(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Wait at the end for none of those who do not read."""
-    monkeypatch.setattr(shared_memory, "_LAST_READS", 0.0)
+def no_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait neither at the end for those who do not read, nor for tokens: all are known at once."""
+    monkeypatch.setattr(module, "_LAST_READS", 0.0)
+    monkeypatch.setattr(module, "_WORD_COMES", 0.0)
 
 
 @pytest.fixture
 def sender() -> Iterator[SharedMemory]:
-    memory = SharedMemory(enabled=True)
+    memory = shared_memory()
     yield memory
     memory.close()
 
 
 @pytest.fixture
 def reader() -> Iterator[SharedMemory]:
-    memory = SharedMemory(enabled=True)
+    memory = shared_memory()
     yield memory
     memory.close()
 
@@ -66,8 +73,14 @@ def pieces(fill: int, size: int = LARGE) -> Pieces:
     return gathered
 
 
-def place(way: Lender | Ring, fill: int, size: int = LARGE) -> bytes:
-    reference = way.place(pieces(fill, size))
+def place(ring: Ring, fill: int, size: int = LARGE) -> bytes:
+    reference = ring.place(pieces(fill, size))
+    assert reference is not None
+    return reference
+
+
+def lend(sender: SharedMemory, fill: int, size: int = LARGE) -> bytes:
+    reference = sender.lend(pieces(fill, size), NEAR)
     assert reference is not None
     return reference
 
@@ -82,14 +95,14 @@ def changed(reference: bytes, **members: Any) -> bytes:
 
 def test_what_is_lent_arrives_as_it_was(sender: SharedMemory, reader: SharedMemory) -> None:
     for fill in range(3 * SLOTS):  # each is given back
-        assert read(reader, place(sender.lender, fill)) == Image(*image(fill))
+        assert read(reader, lend(sender, fill)) == Image(*image(fill))
 
 
 def test_several_large_sequences_arrive_at_their_places(sender: SharedMemory, reader: SharedMemory) -> None:
     value = 3, b"p" * LARGE, b"m" * (2 * LARGE), "both"
     gathered = CODEC.gather(value, "it")
     assert isinstance(gathered, Pieces)
-    reference = sender.lender.place(gathered)
+    reference = sender.lend(gathered, NEAR)
     assert reference is not None
     assert len(reference) < 400  # it is all that travels
     assert read(reader, reference) == Image(*value)
@@ -100,19 +113,19 @@ def test_what_travelled_whole_is_taken_as_it_is(reader: SharedMemory) -> None:
 
 
 def test_lent_memory_is_used_again_when_it_was_given_back(sender: SharedMemory, reader: SharedMemory) -> None:
-    references = [place(sender.lender, fill) for fill in range(SLOTS)]
-    assert sender.lender.place(pieces(99)) is None  # all are lent
+    references = [lend(sender, fill) for fill in range(SLOTS)]
+    assert sender.lend(pieces(99), NEAR) is None  # all are lent
     assert read(reader, references[5]) == Image(*image(5))
-    assert read(reader, place(sender.lender, 100)) == Image(*image(100))
+    assert read(reader, lend(sender, 100)) == Image(*image(100))
     assert read(reader, references[6]) == Image(*image(6))
 
 
 def test_lent_memory_is_used_again_after_a_while(
     sender: SharedMemory, reader: SharedMemory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shared_memory, "LENT_FOR", -1.0)
-    late = place(sender.lender, 1)
-    assert read(reader, place(sender.lender, 2)) == Image(*image(2))
+    monkeypatch.setattr(module, "LENT_FOR", -1.0)
+    late = lend(sender, 1)
+    assert read(reader, lend(sender, 2)) == Image(*image(2))
     with pytest.raises(ConnectionLostException, match="not read in time"):
         read(reader, late)
 
@@ -120,13 +133,13 @@ def test_lent_memory_is_used_again_after_a_while(
 def test_who_reads_too_late_does_not_give_back_what_is_another_s(
     sender: SharedMemory, reader: SharedMemory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shared_memory, "LENT_FOR", -1.0)
-    late = place(sender.lender, 1)
-    monkeypatch.setattr(shared_memory, "LENT_FOR", 60.0)
-    references = [place(sender.lender, fill) for fill in range(SLOTS)]
+    monkeypatch.setattr(module, "LENT_FOR", -1.0)
+    late = lend(sender, 1)
+    monkeypatch.setattr(module, "LENT_FOR", 60.0)
+    references = [lend(sender, fill) for fill in range(SLOTS)]
     with pytest.raises(ConnectionLostException):
         read(reader, late)
-    assert sender.lender.place(pieces(99)) is None
+    assert sender.lend(pieces(99), NEAR) is None
     assert [read(reader, reference).width for reference in references] == list(range(SLOTS))
 
 
@@ -152,31 +165,30 @@ def test_a_stream_whose_images_grow_gets_larger_memory(sender: SharedMemory, rea
 def test_what_is_larger_than_all_memory_is_not_placed(
     sender: SharedMemory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shared_memory, "_LARGEST", LARGE)
-    assert sender.lender.place(pieces(1, LARGE + 1)) is None
+    monkeypatch.setattr(module, "_LARGEST", LARGE)
+    assert sender.lend(pieces(1, LARGE + 1), NEAR) is None
     assert sender.ring().place(pieces(1, LARGE + 1)) is None
     assert sender.ring().place(pieces(1)) is not None
 
 
 def test_without_shared_memory_nothing_is_placed() -> None:
-    memory = SharedMemory(enabled=False)
-    assert (memory.space, memory.lender.place(pieces(1)), memory.ring().place(pieces(1))) == ("", None, None)
-    assert not memory.used
+    memory = shared_memory(enabled=False)
+    assert (memory.space, memory.lend(pieces(1), NEAR), memory.ring().place(pieces(1))) == ("", None, None)
 
 
 def test_who_is_closed_places_nothing(sender: SharedMemory) -> None:
     ring = sender.ring()
     place(ring, 1)
-    place(sender.lender, 1)
+    lend(sender, 1)
     sender.close()
-    assert sender.lender.place(pieces(1)) is None
+    assert sender.lend(pieces(1), NEAR) is None
     assert ring.place(pieces(1)) is None
 
 
 def test_who_is_closed_reads_nothing(sender: SharedMemory, reader: SharedMemory) -> None:
     reader.close()
     with pytest.raises(ConnectionLostException):
-        read(reader, place(sender.lender, 1))
+        read(reader, lend(sender, 1))
     assert shared_maps() == 1  # the sender's own
 
 
@@ -188,23 +200,23 @@ def test_a_system_without_room_is_told_of_once(
 
     monkeypatch.setattr(os, "ftruncate", full)
     files = len(list(Path("/proc/self/fd").iterdir()))
-    assert [sender.lender.place(pieces(1)) for _ in range(3)] == [None] * 3
+    assert [sender.lend(pieces(1), NEAR) for _ in range(3)] == [None] * 3
     assert caplog.text.count("no shared memory") == 1
     assert len(list(Path("/proc/self/fd").iterdir())) == files
 
 
 def test_what_was_mapped_is_let_go_when_its_maker_has_ended(reader: SharedMemory) -> None:
     for fill in range(5):
-        sender = SharedMemory(enabled=True)
-        before = place(sender.lender, fill)
+        sender = shared_memory()
+        before = lend(sender, fill)
         assert read(reader, before) == Image(*image(fill))
         unread = place(sender.ring(), fill)
         sender.close()
         with pytest.raises(ConnectionLostException, match="its sender ended"):
             read(reader, unread)
     assert shared_maps() == 0
-    sender = SharedMemory(enabled=True)
-    assert read(reader, place(sender.lender, 1)).width == 1
+    sender = shared_memory()
+    assert read(reader, lend(sender, 1)).width == 1
     assert shared_maps() == 2  # the sender's own, too
     sender.close()
     reader.close()
@@ -214,7 +226,7 @@ def test_what_was_mapped_is_let_go_when_its_maker_has_ended(reader: SharedMemory
 def test_a_process_that_ended_is_named_as_the_reason(sender: SharedMemory, reader: SharedMemory) -> None:
     ended = (1 << 31) - 1
     with pytest.raises(ConnectionLostException, match="its sender ended"):
-        read(reader, changed(place(sender.lender, 1), process=ended))
+        read(reader, changed(lend(sender, 1), process=ended))
 
 
 class TestForgedReferences:
@@ -289,7 +301,7 @@ class TestForgedReferences:
 
     def test_more_than_the_limit_is_refused_before_it_is_copied(self, sender: SharedMemory) -> None:
         reference = place(sender.ring(), 1)
-        maps_nothing = SharedMemory(enabled=True)
+        maps_nothing = shared_memory()
         with pytest.raises(MarshalException, match=f"at most {LARGE} are taken"):
             maps_nothing.read(zenoh.ZBytes(reference), LARGE, "it")
         with pytest.raises(MarshalException, match="at most 10 are taken"):

@@ -32,7 +32,7 @@ _HEADER: Final = (
     "from __future__ import annotations",
     "from collections.abc import Iterator",
     "from hfsm_runtime import Component, Event",
-    "from zenoh_ice.streams.stream import StreamedCall",
+    "from zenoh_ice.proxy import StreamedCall",
 )
 _TYPES: Final = frozenset({"int", "float", "bool", "str", "object"})
 

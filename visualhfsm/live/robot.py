@@ -17,7 +17,7 @@ from visualhfsm.watch.fact import Fact
 from visualhfsm.watch.scene import STALE, STALE_HEALTH
 from visualhfsm.watch.streams import Newest
 from zenoh_ice import Communicator, ZenohIceError
-from zenoh_ice.identity import Target
+from zenoh_ice.transport import Target
 
 from .values import RobotState
 

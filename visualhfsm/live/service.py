@@ -21,7 +21,7 @@ from visualhfsm.watch.discovery import components
 from visualhfsm.web.protocol import Snapshot, Stale, Structure
 from visualhfsm.web.services import Components, Publish, ServiceError
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
-from zenoh_ice.identity import Target
+from zenoh_ice.transport import Target
 
 from .cameras import Cameras
 from .control import control, decode_action

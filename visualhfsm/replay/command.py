@@ -17,7 +17,7 @@ from codegen.commands.reporting import ErrorFormat, show
 from codegen.diagnostics import Diagnostics
 from hfsm_recording.outcome import Begin, Line, Outcome, Progress
 from visualhfsm.errors import VisualHfsmError
-from zenoh_ice.command import finite
+from zenoh_ice.command import finite, stop_on_signals
 
 from .process import replay_in_process
 from .sources import RecordedSources, open_file, sources_of
@@ -85,7 +85,7 @@ def replay(
     sources = sources_of(open_file(recording))
     if not as_json:
         _announce(sources, recording)
-    with tempfile.TemporaryDirectory(prefix="visualhfsm-replay-") as folder:
+    with stop_on_signals() as stop, tempfile.TemporaryDirectory(prefix="visualhfsm-replay-") as folder:
         given = None if document is None else _generate(document, Path(folder, "given"), directories)
         arguments = [str(recording)]
         if given is None or since is not None:
@@ -96,7 +96,9 @@ def replay(
             arguments.append(str(given))
         if until is not None:
             arguments += ["--until", str(until)]
-        outcome = replay_in_process(arguments, directories, _Teller(as_json=as_json), shows_output=output)
+        teller = _Teller(as_json=as_json)
+        outcome = replay_in_process(arguments, directories, teller, stop, shows_output=output)
+    assert outcome is not None  # a signal would have ended the command with the block
     if not as_json:
         for line in outcome_lines(outcome):
             typer.echo(line)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, Final
@@ -22,15 +23,21 @@ __all__ = ["replay_in_process"]
 
 _SILENCE: Final = 90.0
 """Seconds without a word after which the process is given up: it tells each second how far it is."""
+_LOOK: Final = 0.2  # s after which it is looked whether a signal came
 _LONGEST_LINE: Final = 64 << 20
 _END: Final = 5.0
 _TAIL: Final = 2000
 
 
 def replay_in_process(
-    arguments: Sequence[str], include: Sequence[Path], told: Callable[[Line], None], *, shows_output: bool
-) -> Outcome:
-    """Run `hfsm_runtime.replay` with these arguments; return how it ended.
+    arguments: Sequence[str],
+    include: Sequence[Path],
+    told: Callable[[Line], None],
+    stop: threading.Event,
+    *,
+    shows_output: bool,
+) -> Outcome | None:
+    """Run `hfsm_runtime.replay` with these arguments; return how it ended, or None when `stop` was set.
 
     `told` gets each line. `include` are directories in which the component finds packages. Raises
     VisualHfsmError.
@@ -46,25 +53,31 @@ def replay_in_process(
             start_new_session=True,  # Ctrl-C is ours; the child is ended below
         )
         try:
-            outcome = _listen(child, told)
-            if outcome is None:
+            outcome = _listen(child, told, stop)
+            if outcome is None and not stop.is_set():
                 raise VisualHfsmError(_failure(child, errors))
             return outcome
         finally:
             _end(child)
 
 
-def _listen(child: subprocess.Popen[bytes], told: Callable[[Line], None]) -> Outcome | None:
+def _listen(
+    child: subprocess.Popen[bytes], told: Callable[[Line], None], stop: threading.Event
+) -> Outcome | None:
     assert child.stdout is not None
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     reader = threading.Thread(target=_read, args=(child.stdout, lines), name="replay", daemon=True)
     reader.start()
     decoder = msgspec.json.Decoder(Line)
-    while True:
+    heard = time.monotonic()
+    while not stop.is_set():
         try:
-            text = lines.get(timeout=_SILENCE)
+            text = lines.get(timeout=_LOOK)
         except queue.Empty:
+            if time.monotonic() - heard < _SILENCE:
+                continue
             raise VisualHfsmError(f"the replay has said nothing for {_SILENCE:g} s and was ended") from None
+        heard = time.monotonic()
         if not text:
             return None
         try:
@@ -74,6 +87,7 @@ def _listen(child: subprocess.Popen[bytes], told: Callable[[Line], None]) -> Out
         told(line)
         if isinstance(line, Outcome):
             return line
+    return None
 
 
 def _read(stream: IO[bytes], lines: queue.SimpleQueue[bytes]) -> None:

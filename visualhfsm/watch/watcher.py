@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
 import tempfile
 import threading
@@ -27,13 +28,13 @@ from visualhfsm.watch.summary_view import summary_table
 from visualhfsm.watch.telemetry import Telemetry
 from visualhfsm.watch.view import View, status_line
 from zenoh_ice import Communicator
+from zenoh_ice.command import stop_on_signals
 
 __all__ = ["WatchOptions", "watch"]
 
 _PERIOD: Final = 0.1
 _PLAIN_PERIOD: Final = 1.0
 _MOST_STDERR: Final = 65_536
-_INTERRUPTED: Final = 130
 _PICTURES_IN_REPORT: Final = 8
 
 
@@ -65,25 +66,25 @@ def watch(communicator: Communicator, options: WatchOptions, console: Console) -
     began = datetime.now().astimezone()
     live = console.is_terminal and not options.plain
     telemetry = Telemetry(communicator, options.component, pictures=options.report is not None)
-    try:
+    with stop_on_signals() as stop:
         # Listening ends first, so that what is summed up stands still.
         with telemetry, _live_display(console) if live else _plain_display(console) as display:
-            _follow(communicator, telemetry, options, display)
-    except SystemExit as stop:
-        if stop.code == _INTERRUPTED:
+            _follow(communicator, telemetry, options, display, stop)
+        if stop.signal in (0, signal.SIGINT):
             _conclude(telemetry, options, began, console)
-        raise
-    _conclude(telemetry, options, began, console)
 
 
 def _follow(
-    communicator: Communicator, telemetry: Telemetry, options: WatchOptions, display: _Display
+    communicator: Communicator,
+    telemetry: Telemetry,
+    options: WatchOptions,
+    display: _Display,
+    stop: threading.Event,
 ) -> None:
     """Show what is there ten times a second; the seconds count from the component's first word."""
     beginning = time.monotonic()
     first: float | None = None
-    tick = threading.Event()
-    while True:
+    while not stop.is_set():
         now = time.monotonic()
         scene = telemetry.update(now - first if first is not None else 0.0, options.seconds)
         display.show(scene)
@@ -93,7 +94,7 @@ def _follow(
             _explain_absence(communicator, options)
         if first is not None and options.seconds and now - first >= options.seconds:
             return
-        tick.wait(_PERIOD - (time.monotonic() - beginning) % _PERIOD)
+        stop.wait(_PERIOD - (time.monotonic() - beginning) % _PERIOD)
 
 
 def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:

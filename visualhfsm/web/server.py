@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import logging
 import os
-import signal
 import socket
 import sys
 import threading
@@ -21,6 +20,7 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from visualhfsm.errors import VisualHfsmError
+from zenoh_ice.command import stop_on_signals
 
 from .app import make_app
 from .documents import Documents
@@ -37,11 +37,7 @@ LOOPBACK: Final = "127.0.0.1"
 
 _GOODBYE: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
-_CLEANUP_GRACE: Final = (
-    10.0  # s after a signal in which further ones are ignored, so that cleaning up can end
-)
 _DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # variables that tell of a browser
-_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _logger = logging.getLogger(__name__)
 
@@ -76,13 +72,13 @@ class Options:
 class Server:
     """A server of the editor, listening from the start; `serve` it in an event loop, then `close` it."""
 
-    def __init__(self, options: Options) -> None:
-        """Raises PortInUseError."""
+    def __init__(self, options: Options, stopping: threading.Event | None = None) -> None:
+        """Listen; the server ends when `stopping` is set. Raises PortInUseError."""
         self._options = options
         self._listener = _listen(options.port)
         self.port: int = self._listener.getsockname()[1]
         self.credentials = Credentials(self.port)
-        self._stopping = threading.Event()
+        self._stopping = stopping or threading.Event()
 
     def address(self, token: str) -> str:
         """Return the address of the page with a token."""
@@ -116,23 +112,20 @@ class Server:
 def serve(
     options: Options, tell_address: Callable[[str], None], *, launch: Callable[[str], object] | None = None
 ) -> None:
-    """Serve the editor until a signal ends it, which comes out as SystemExit.
+    """Serve the editor until a signal comes, then exit.
 
     `tell_address` gets the address with the token as soon as the page can be opened; `launch`, such as
     `launch_browser`, gets one that is good for once. Raises VisualHfsmError when a file cannot be opened or
     the port is not free.
     """
-    with contextlib.closing(Server(options)) as server:
+    with stop_on_signals() as stop, contextlib.closing(Server(options, stop)) as server:
 
         def started() -> None:
             tell_address(server.address(server.credentials.token))
             if launch is not None:
                 launch(server.address(server.credentials.launch_token()))
 
-        with asyncio.Runner() as runner, _stop_at_signals(runner.get_loop(), server) as received:
-            runner.run(server.serve(started))
-    if received:
-        raise SystemExit(128 + received[0])
+        asyncio.run(server.serve(started))
 
 
 def launch_browser(address: str) -> None:
@@ -195,37 +188,6 @@ class _Uvicorn(uvicorn.Server):
     async def on_tick(self, counter: int) -> bool:
         """Tell whether to end; asked ten times a second."""
         return self._stopping.is_set() or await super().on_tick(counter)
-
-
-@contextlib.contextmanager
-def _stop_at_signals(loop: asyncio.AbstractEventLoop, server: Server) -> Iterator[list[int]]:
-    """Let signals stop a server; yields the list of those that came.
-
-    When it does not end for long, as on a disk that does not answer, the next signal ends the process at
-    once; what it has started ends with it.
-    """
-    received: list[int] = []
-    first_at = 0.0
-
-    def stop(number: int) -> None:
-        nonlocal first_at
-        if not received:
-            first_at = loop.time()
-        elif loop.time() - first_at > _CLEANUP_GRACE:
-            os._exit(128 + number)
-        received.append(number)
-        server.stop()
-
-    former = {number: signal.getsignal(number) for number in _SIGNALS}
-    caught = [number for number in _SIGNALS if former[number] is not signal.SIG_IGN]
-    for number in caught:
-        loop.add_signal_handler(number, stop, number)
-    try:
-        yield received
-    finally:
-        for number in caught:
-            loop.remove_signal_handler(number)
-            signal.signal(number, former[number])
 
 
 def _listen(port: int) -> socket.socket:

@@ -1,7 +1,7 @@
 """Who may do what: Zenoh's access control, made of the roles of the settings.
 
-A role grants operations as `IDENTITY.OPERATION`, the identity being `[category/]name`. In a name, a category
-and an operation `*` stands for any characters; `**` alone is everything in the realm.
+A role grants operations as `IDENTITY.OPERATION`. In both `*` stands for any characters; `**` alone is
+everything in the realm.
 """
 
 from __future__ import annotations
@@ -70,9 +70,7 @@ def _rules(role: Role, realms: Sequence[str]) -> Iterable[dict[str, Any]]:
     called = _keys(realms, role.call)
     readable = _unique([*called, *_keys(realms, role.read)])
     about = _unique(
-        _about_key(_glob(realm), pattern)
-        for realm in realms
-        for pattern in (*role.call, *role.read, *role.oneway)
+        _about_key(_glob(realm), pattern) for realm in realms for pattern in (*role.call, *role.read)
     )
     processes = [f"@process/{_glob(realm)}/*/status" for realm in realms]
     servants = [f"@servant/{_glob(realm)}/**" for realm in realms]
@@ -94,9 +92,6 @@ def _rules(role: Role, realms: Sequence[str]) -> Iterable[dict[str, Any]]:
     if readable:
         yield _rule(["declare_subscriber"], ["ingress"], readable)
         yield _rule(["put"], ["egress"], readable)
-    if oneway := _keys(realms, role.oneway):
-        yield _rule(["put"], ["ingress"], oneway)
-        yield _rule(["declare_subscriber"], ["egress"], oneway)
     if identities:
         served = [key if key.endswith("/**") else f"{key}/*" for key in identities]
         tokens = [f"@servant/{key.removesuffix('/**')}/**" for key in identities]
@@ -126,8 +121,7 @@ def _about_key(realm: str, pattern: str) -> str:
 
 
 def _identity_key(realm: str, identity: str) -> str:
-    chunks = [identity] if identity == _EVERYTHING else map(_glob, identity.split("/"))
-    return "/".join([realm, *chunks])
+    return f"{realm}/{identity if identity == _EVERYTHING else _glob(identity)}"
 
 
 def _glob(text: str) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from ..settings import Security
-from ..wire.text import printable
+from ..text import printable
 from .endpoints import host_and_port, protocol
 
 __all__ = ["explain_endpoint", "explain_endpoints"]

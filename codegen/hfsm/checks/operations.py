@@ -16,7 +16,6 @@ __all__ = ["STREAM", "Operation", "operations_of"]
 _BASE: Final = "ObjectPrx"
 """The proxy class that all others extend; its own methods begin with `ice_`."""
 _MAX_BASES: Final = 100
-_CONTEXT: Final = ("context", "context_")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +34,7 @@ STREAM: Final = {
     "latest": Operation("latest", (), 0),
     "wait": Operation("wait", ("after", "timeout"), 0),
     "samples": Operation("samples", ("timeout",), 0, by_name=frozenset({"rate"})),
-    "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "history", "queue"})),
+    "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "queue"})),
 }
 """What a streamed operation offers beside its call."""
 
@@ -107,14 +106,11 @@ def _methods(proxy: ast.ClassDef) -> list[Operation]:
             continue
         names = [argument.arg for argument in node.args.args[1:]]
         required = len(names) - len(node.args.defaults)
-        # The context comes last, with a default. By position it would be an argument too many, nearly always.
-        has_context = required < len(names) and names[-1] in _CONTEXT
-        context = frozenset({names.pop()} if has_context else ())
         streamed = any(
             isinstance(decorator, ast.Call)
             and isinstance(decorator.func, ast.Name)
             and decorator.func.id == "streamed"
             for decorator in node.decorator_list
         )
-        found.append(Operation(node.name, tuple(names), required, streamed, context))
+        found.append(Operation(node.name, tuple(names), required, streamed))
     return found

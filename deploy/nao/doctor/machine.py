@@ -14,9 +14,8 @@ from typing import Final
 
 from deploy.nao.doctor import Finding, fail, note, ok, warn
 from deploy.nao.quantities import bytes_text, count_text
-from zenoh_ice.wire.memory_file import memory_space
-from zenoh_ice.wire.pieces import Pieces
-from zenoh_ice.wire.shared_memory import SharedMemory
+from zenoh_ice._pieces import Pieces
+from zenoh_ice._zenoh.shared_memory import SharedMemory, memory_space
 
 __all__ = ["check_machine"]
 
@@ -40,7 +39,7 @@ _READER_PROGRAM: Final = """\
 import sys
 import zenoh
 from zenoh_ice import ZenohIceError
-from zenoh_ice.wire.shared_memory import SharedMemory
+from zenoh_ice._zenoh.shared_memory import SharedMemory
 memory = SharedMemory(enabled=True)
 try:
     came = memory.read(zenoh.ZBytes(sys.stdin.buffer.read()), 1 << 30, "an image")

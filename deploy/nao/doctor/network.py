@@ -13,13 +13,12 @@ from typing import Final
 from deploy.nao.connection import ask_processes, find_servant, nobody, process_name, proxy_of, servants
 from deploy.nao.doctor import Finding, fail, note, ok, warn
 from deploy.nao.doctor.installation import installed_version
-from deploy.nao.listing import servant_name
 from deploy.nao.ports import holder_of, listens
 from deploy.nao.quantities import count_text, duration_text
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.network.process_status import ProcessStatus
 from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+from zenoh_ice.status import ProcessStatus
 
 __all__ = ["check_network"]
 
@@ -106,8 +105,7 @@ def _check_identities(found: list[ServantInfo], processes: _Processes) -> Iterat
     """Yield which processes serve the same names."""
     servers: dict[str, set[str]] = {}
     for info in found:
-        if not info.replicated:
-            servers.setdefault(servant_name(info), set()).add(info.server)
+        servers.setdefault(info.identity, set()).add(info.server)
     shared: dict[tuple[str, ...], list[str]] = {}
     for name, who in servers.items():
         if len(who) > 1:

@@ -1,0 +1,117 @@
+"""The clients of a realm: each is reported as lost by the end of the token it appeared with, and once."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+import pytest
+
+from zenoh_ice._clients import Clients
+from zenoh_ice._pool import Pool
+from zenoh_ice._tokens import client_token
+from zenoh_ice.in_process import InProcessTransport
+
+SPACE = "0123456789abcdef"
+Jobs = deque[Callable[[], object]]
+
+
+@pytest.fixture
+def transport() -> InProcessTransport:
+    return InProcessTransport(Pool(0, "test"))
+
+
+@pytest.fixture
+def jobs() -> Jobs:
+    """What is to run on other threads."""
+    return deque()
+
+
+@pytest.fixture
+def clients(transport: InProcessTransport, jobs: Jobs) -> Clients:
+    return Clients(transport, "nao", jobs.append)
+
+
+def run(jobs: Jobs) -> None:
+    while jobs:
+        jobs.popleft()()
+
+
+def test_clients_are_reported_one_after_the_other_and_bounded(
+    transport: InProcessTransport, clients: Clients, jobs: Jobs
+) -> None:
+    lost: list[str] = []
+    clients.watch(lost.append)
+    ids = [f"{number:x}" for number in range(20_000)]
+    tokens = [transport.announce(client_token("nao", client)) for client in ids]
+    for token in tokens:
+        token.close()
+    assert len(jobs) == 1
+    run(jobs)
+    assert lost == ids[: 1 << 14]
+    transport.announce(client_token("nao", "c0ffee")).close()
+    assert len(jobs) == 1
+
+
+def test_a_callback_that_fails_keeps_no_client_from_being_reported(
+    transport: InProcessTransport, clients: Clients, jobs: Jobs
+) -> None:
+    lost: list[str] = []
+
+    def callback(client: str) -> None:
+        lost.append(client)
+        raise RuntimeError(client)
+
+    clients.watch(callback)
+    for client in "ab":
+        transport.announce(client_token("nao", client)).close()
+    for _ in range(2):
+        with pytest.raises(RuntimeError):
+            jobs.popleft()()
+    assert lost == ["a", "b"]
+
+
+@pytest.mark.parametrize("space", ["", SPACE])
+def test_the_end_of_a_token_that_another_declared_is_not_the_end_of_a_client(
+    transport: InProcessTransport, clients: Clients, jobs: Jobs, space: str
+) -> None:
+    lost: list[str] = []
+    clients.watch(lost.append)
+    first = client_token("nao", "a", SPACE if space == "" else "")
+    genuine = transport.announce(first)
+    transport.announce(client_token("nao", "a", space)).close()
+    run(jobs)
+    assert lost == []
+    genuine.close()
+    run(jobs)
+    assert lost == ["a"]
+
+
+def test_clients_that_were_there_before_are_followed(
+    transport: InProcessTransport, clients: Clients, jobs: Jobs
+) -> None:
+    genuine = transport.announce(client_token("nao", "a"))
+    lost: list[str] = []
+    clients.watch(lost.append)
+    genuine.close()
+    run(jobs)
+    assert lost == ["a"]
+
+
+def test_clients_of_another_realm_are_not_reported(
+    transport: InProcessTransport, clients: Clients, jobs: Jobs
+) -> None:
+    clients.watch(lambda client: pytest.fail(client))
+    transport.announce(client_token("other", "a")).close()
+    run(jobs)
+
+
+def test_a_closed_watch_is_called_no_more(
+    transport: InProcessTransport, clients: Clients, jobs: Jobs
+) -> None:
+    lost: list[str] = []
+    with clients.watch(lost.append):
+        transport.announce(client_token("nao", "a")).close()
+    transport.announce(client_token("nao", "b")).close()
+    run(jobs)
+    assert lost == []

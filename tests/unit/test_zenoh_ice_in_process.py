@@ -1,0 +1,156 @@
+"""What the transport within a process has of its own: without threads all happens at once, and nothing is copied."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.support.calculator import CALCULATOR, CalculatorPrx, Reading
+from tests.support.calculator_servant import CalculatorI
+from tests.support.limits import AT_ONCE, LIMIT
+from zenoh_ice import (
+    Communicator,
+    CommunicatorDestroyedException,
+    ObjectNotExistException,
+    Settings,
+    TimeoutException,
+)
+from zenoh_ice._pieces import LARGE, Parted
+from zenoh_ice._pool import Pool
+from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.transport import Buffer, Reply, Target
+
+TARGET = Target("nao", "Calculator")
+ECHO = CALCULATOR.all_operations["echo"]
+
+
+class Servant:
+    """Answers with what it gets, or with something else, and notes the threads of its calls."""
+
+    runs_here = False
+
+    def __init__(self, answer: Any = b"") -> None:
+        self.threads: list[threading.Thread] = []
+        self._answer = answer
+
+    def admit(
+        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
+    ) -> Callable[[], object]:
+        def execute() -> None:
+            self.threads.append(threading.current_thread())
+            reply(True, self._answer)
+
+        return execute
+
+
+@pytest.fixture
+def transport() -> InProcessTransport:
+    return InProcessTransport(Pool(0, "test"))
+
+
+def test_without_threads_a_call_is_executed_by_who_calls(transport: InProcessTransport) -> None:
+    servant = Servant(b"x")
+    transport.serve(TARGET, servant)
+    caller = transport.caller(TARGET, ECHO, timeout=1.0)
+    outcomes: list[object] = []
+    outcomes.append(caller.call(b"", b""))
+    caller.begin(b"", b"", outcomes.append)
+    caller.send(b"", b"")
+    assert outcomes == [(True, b"x")] * 2
+    assert servant.threads == [threading.current_thread()] * 3
+
+
+def test_without_threads_a_sample_is_delivered_by_who_publishes(transport: InProcessTransport) -> None:
+    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    inlet = transport.subscribe(TARGET, ECHO)
+    delivered: list[object] = []
+    inlet.deliver(lambda sample: delivered.append((inlet.open(sample).payload, threading.current_thread())))
+    outlet.put(b"x", b"")
+    assert delivered == [(b"x", threading.current_thread())]
+
+
+def test_samples_that_wait_are_delivered_first(transport: InProcessTransport) -> None:
+    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    inlet = transport.subscribe(TARGET, ECHO, 2)
+    for payload in (b"a", b"b"):
+        outlet.put(payload, b"")
+    delivered: list[object] = []
+    inlet.deliver(lambda sample: delivered.append(sample.payload))
+    outlet.put(b"c", b"")
+    assert delivered == [b"a", b"b", b"c"]
+
+
+def test_a_callback_may_publish_in_turn(transport: InProcessTransport) -> None:
+    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    inlet = transport.subscribe(TARGET, ECHO)
+    delivered: list[bytes] = []
+
+    def take(sample: Any) -> None:
+        delivered.append(sample.payload)
+        if len(delivered) < 3:
+            outlet.put(sample.payload + b"!", b"")
+
+    inlet.deliver(take)
+    outlet.put(b"x", b"")
+    assert delivered == [b"x", b"x!", b"x!!"]
+
+
+def test_large_byte_sequences_are_not_copied(transport: InProcessTransport) -> None:
+    data = bytes(2 * LARGE)
+    transport.serve(TARGET, Servant(ECHO.result.gather_result(data, "it")))
+    _, payload = transport.caller(TARGET, ECHO, timeout=1.0).call(b"", b"")
+    assert isinstance(payload, Parted)
+    assert payload.large[0] is data
+
+
+@pytest.fixture
+def communicator() -> Communicator:
+    return Communicator(
+        Settings(clock="wall", timeout=LIMIT), pool=Pool(2, "test"), transport=InProcessTransport
+    )
+
+
+def calculator(communicator: Communicator, servant: CalculatorI) -> CalculatorPrx:
+    adapter = communicator.createObjectAdapter("Test")
+    adapter.add(servant, "Calculator")
+    adapter.activate()
+    return CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
+
+
+def test_a_communicator_stands_on_it_alone(communicator: Communicator) -> None:
+    with communicator:
+        servant = CalculatorI()
+        proxy = calculator(communicator, servant)
+        assert proxy.add(1.0, 2.0) == 3.0
+        assert proxy.addAsync(1.0, 2.0).result(LIMIT) == 3.0
+        assert proxy.getReading.latest() is None
+        servant.getReadingPublisher.publish(Reading(7, []))
+        assert proxy.getReading.wait(timeout=LIMIT).value == Reading(7, [])
+        with pytest.raises(ObjectNotExistException, match="there is Calculator"):
+            communicator.stringToProxy("Absent").ice_ping()
+        with pytest.raises(TimeoutException, match=r"Calculator\.sleep did not answer within 0\.05 s"):
+            proxy.ice_invocationTimeout(50).sleep(LIMIT)
+        servant.leave.set()
+
+
+def test_the_end_of_its_communicator_ends_a_call_that_runs(communicator: Communicator) -> None:
+    servant = CalculatorI()
+    proxy = calculator(communicator, servant)
+    outcomes: list[object] = []
+
+    def call() -> None:
+        try:
+            proxy.sleep(LIMIT)
+        except CommunicatorDestroyedException as error:
+            outcomes.append(error)
+
+    calling = threading.Thread(target=call)
+    calling.start()
+    assert servant.entered.wait(LIMIT)
+    communicator.destroy()
+    calling.join(AT_ONCE)
+    servant.leave.set()
+    assert len(outcomes) == 1

@@ -1,0 +1,212 @@
+"""The pool of threads, and the lines in it."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from tests.support.limits import LIMIT
+from tests.support.waiting import until
+from zenoh_ice import BusyException
+from zenoh_ice._pool import Pool
+
+
+@pytest.fixture
+def pool() -> Iterator[Pool]:
+    pool = Pool(4, "pool")
+    yield pool
+    assert pool.close(LIMIT)
+
+
+def test_jobs_run_at_once_up_to_the_limit(pool: Pool) -> None:
+    together = threading.Barrier(5)
+    for _ in range(4):
+        pool.submit(lambda: together.wait(LIMIT))
+    together.wait(LIMIT)
+    assert pool_threads() <= 4
+
+
+def test_pool_grows_while_its_threads_wait_for_each_other(pool: Pool) -> None:
+    done = threading.Event()
+
+    def nest(depth: int) -> None:
+        if depth == 0:
+            done.set()
+            return
+        inner = threading.Event()
+        pool.submit(lambda: (nest(depth - 1), inner.set()))  # type: ignore[func-returns-value]
+        with pool.blocked():
+            inner.wait(LIMIT)
+
+    pool.submit(lambda: nest(10))
+    assert done.wait(LIMIT)
+
+
+@pytest.mark.parametrize("error", [RuntimeError("job"), SystemExit(1)])
+def test_failing_job_is_logged_and_ends_no_thread(
+    pool: Pool, caplog: pytest.LogCaptureFixture, error: BaseException
+) -> None:
+    def fail() -> None:
+        raise error
+
+    done = threading.Event()
+    with caplog.at_level(logging.ERROR, "zenoh_ice"):
+        for _ in range(10):
+            pool.submit(fail)
+        pool.submit(done.set)
+        assert done.wait(LIMIT)
+    assert type(error).__name__ in caplog.text
+
+
+def test_close_runs_what_was_submitted_and_may_come_from_a_job() -> None:
+    pool = Pool(2, "pool")
+    closed = threading.Event()
+    order: list[int] = []
+
+    def close() -> None:
+        order.append(1)
+        pool.close(LIMIT)
+        closed.set()
+
+    pool.submit(close)
+    pool.submit(lambda: order.append(2))
+    assert closed.wait(LIMIT)
+    assert order == [1, 2]
+
+
+def test_close_reports_threads_that_stay(caplog: pytest.LogCaptureFixture) -> None:
+    pool = Pool(1, "pool")
+    entered, leave = threading.Event(), threading.Event()
+    pool.submit(lambda: (entered.set(), leave.wait(LIMIT)))  # type: ignore[func-returns-value]
+    assert entered.wait(LIMIT)
+    assert not pool.close(0.01)
+    assert "pool-1 still busy" in caplog.text
+    leave.set()
+
+
+def test_a_line_keeps_the_order_one_at_a_time(pool: Pool) -> None:
+    order: list[int] = []
+    done = threading.Event()
+    for number in range(100):
+        pool.submit_in_line("servant", lambda number=number: order.append(number))  # type: ignore[misc]
+    pool.submit_in_line("servant", done.set)
+    assert done.wait(LIMIT)
+    assert order == list(range(100))
+
+
+def test_a_line_is_held_until_its_last_job_has_ended(pool: Pool) -> None:
+    entered, leave = threading.Event(), threading.Event()
+    pool.submit_in_line("servant", lambda: (entered.set(), leave.wait(LIMIT)))  # type: ignore[func-returns-value]
+    assert entered.wait(LIMIT)
+    assert pool.holds_line("servant")
+    assert not pool.holds_line("other")
+    leave.set()
+    until(lambda: not pool.holds_line("servant"))
+
+
+def test_a_busy_line_leaves_the_pool_to_others(pool: Pool) -> None:
+    leave, done = threading.Event(), threading.Event()
+    for _ in range(20):
+        pool.submit_in_line("busy", lambda: leave.wait(LIMIT))
+    pool.submit_in_line("other", done.set)
+    assert done.wait(LIMIT)
+    leave.set()
+
+
+def test_a_line_goes_on_after_a_job_that_failed(pool: Pool, caplog: pytest.LogCaptureFixture) -> None:
+    done = threading.Event()
+
+    def fail() -> None:
+        raise RuntimeError("job")
+
+    pool.submit_in_line("servant", fail)
+    pool.submit_in_line("servant", done.set)
+    assert done.wait(LIMIT)
+    until(lambda: "RuntimeError" in caplog.text)
+
+
+def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("zenoh_ice._pool._MOST_QUEUED", 2)
+    leave = threading.Event()
+    for _ in range(3):
+        pool.submit_in_line("servant", lambda: leave.wait(LIMIT))
+    with pytest.raises(BusyException, match="servant: 2 calls wait already"):
+        pool.submit_in_line("servant", leave.set)
+    leave.set()
+
+
+def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("zenoh_ice._pool._MOST_LINES", 2)
+    leave = threading.Event()
+    for line in "ab":
+        pool.submit_in_line(line, lambda: leave.wait(LIMIT))
+    with pytest.raises(BusyException, match="c: 2 others wait already"):
+        pool.submit_in_line("c", leave.set)
+    leave.set()
+
+
+def test_threads_that_have_nothing_to_do_end_but_one(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("zenoh_ice._pool._IDLE_LIMIT", 0.01)
+    together = threading.Barrier(4)
+    for _ in range(3):
+        pool.submit(lambda: together.wait(LIMIT))
+    together.wait(LIMIT)
+    until(lambda: pool_threads() == 1)
+    done = threading.Event()
+    pool.submit(done.set)
+    assert done.wait(LIMIT)
+
+
+def test_a_reservation_lets_the_pool_grow(pool: Pool) -> None:
+    pool.reserve(2)
+    together = threading.Barrier(7)
+    for _ in range(6):
+        pool.submit(lambda: together.wait(LIMIT))
+    together.wait(LIMIT)
+    pool.reserve(-2)
+
+
+class Query:
+    """Something that becomes a job."""
+
+
+def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: Pool) -> None:
+    placed: list[Query] = []
+    executed = threading.Semaphore(0)
+
+    def execute() -> None:
+        time.sleep(0.001)  # so that several threads take jobs
+        executed.release()
+
+    def place(query: Query) -> Callable[[], object] | None:
+        time.sleep(0.0002)  # lets others take theirs meanwhile
+        placed.append(query)
+        return None if len(placed) % 10 == 0 else execute
+
+    pool.place(Query, place)
+    queries = [Query() for _ in range(200)]
+    for query in queries:
+        pool.jobs.put(query)
+        pool.submit(execute)
+    for _ in range(180 + 200):
+        assert executed.acquire(timeout=LIMIT)
+    until(lambda: len(placed) == 200)
+    assert placed == queries
+
+
+def test_a_pool_of_no_threads_runs_jobs_at_once() -> None:
+    pool = Pool(0, "pool")
+    threads: list[threading.Thread] = []
+    pool.submit(lambda: threads.append(threading.current_thread()))
+    pool.submit_in_line("servant", lambda: threads.append(threading.current_thread()))
+    assert threads == [threading.current_thread()] * 2
+    assert not pool.has_threads
+    assert pool.close(0)
+
+
+def pool_threads() -> int:
+    return sum(thread.name.startswith("pool") for thread in threading.enumerate())

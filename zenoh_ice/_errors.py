@@ -1,0 +1,159 @@
+"""Exceptions as they travel: declared ones whole, all others by type and text, never with a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+import msgspec
+
+from ._codec import Codec, encode
+from ._values import Resolve
+from .exceptions import (
+    AccessDeniedException,
+    BusyException,
+    ConnectionLostException,
+    InterfaceMismatchException,
+    MarshalException,
+    ObjectNotExistException,
+    OperationNotExistException,
+    SystemException,
+    TimeoutException,
+    UnknownException,
+    UserException,
+    ZenohIceError,
+)
+from .text import cut, encodable, printable
+from .transport import Buffer
+
+__all__ = ["ERROR_ENCODING", "decode_error", "encode_error", "unknown_exception"]
+
+ERROR_ENCODING: Final = "application/msgpack;zenoh_ice.error"
+"""Tells our errors from those that Zenoh itself makes, such as its timeout."""
+
+_PREFIX: Final = "::zenoh_ice::"
+_LONGEST_NAME: Final = 256  # of a type id or a fingerprint in a text
+_LIMIT: Final = 1 << 20
+
+# What a server may report; the rest is the client's own to find out.
+_REMOTE: Final[dict[str, type[SystemException]]] = {
+    _PREFIX + cls.__name__: cls
+    for cls in (
+        AccessDeniedException,
+        ConnectionLostException,
+        ObjectNotExistException,
+        OperationNotExistException,
+        BusyException,
+        TimeoutException,
+        UnknownException,
+    )
+}
+_MARSHAL: Final = _PREFIX + MarshalException.__name__
+_MISMATCH: Final = _PREFIX + InterfaceMismatchException.__name__
+
+
+class _WireError(msgspec.Struct, omit_defaults=True):
+    """An exception on the wire."""
+
+    exception: str
+    """Type id of the exception."""
+    bases: list[str] = []
+    """Type ids of the declared exceptions that it extends, nearest first."""
+    members: msgspec.Raw = msgspec.Raw(b"\x80")
+    message: str = ""
+    path: str = ""
+    expected: str = ""
+    found: str = ""
+    member: str = ""
+
+
+_encoder: Final = msgspec.msgpack.Encoder()
+_decoder: Final = msgspec.msgpack.Decoder(_WireError)
+
+
+def unknown_exception(error: BaseException) -> UnknownException:
+    """Return what a client is told of an exception that the operation does not declare."""
+    try:
+        text = str(error)
+    except Exception as problem:  # noqa: BLE001 - __str__ is the user's own code, too
+        text = f"its text failed with {type(problem).__name__}"
+    name = error.ice_type_id if isinstance(error, UserException) else type(error).__name__
+    return UnknownException(cut(f"{name}: {text}" if text else name))
+
+
+def encode_error(error: ZenohIceError) -> bytes:
+    """Return an exception as it travels."""
+    if isinstance(error, UserException):
+        type_id, *bases = error.ice_type_ids()
+        try:
+            members = msgspec.Raw(encode(error.ice_members(), type_id))
+        except Exception as problem:  # noqa: BLE001 - its members are the user's own code
+            return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
+        return _encoder.encode(_WireError(type_id, bases, members))
+    wire = _WireError(_PREFIX + type(error).__name__, message=encodable(cut(str(error))))
+    if isinstance(error, MarshalException):
+        wire.path = encodable(cut(error.path))
+    elif isinstance(error, InterfaceMismatchException):
+        texts = (error.expected, error.found, error.member)
+        wire.expected, wire.found, wire.member = (encodable(cut(text)) for text in texts)
+    elif wire.exception not in _REMOTE:
+        return encode_error(unknown_exception(error))
+    return _encoder.encode(wire)
+
+
+def decode_error(
+    payload: bytes | Buffer,
+    declared: Sequence[type[UserException]],
+    what: str,
+    resolve: Resolve | None = None,
+) -> ZenohIceError:
+    """Return the exception that arrived as the nearest one that the operation may raise.
+
+    `what` names the call in the text of a malformed error; proxies are made by `resolve`. Texts of the
+    other side are cut, and made printable unless they are members of a declared exception.
+    """
+    if len(payload) > _LIMIT:  # before it is so much as copied
+        return MarshalException(f"{what}: an error of {len(payload)} bytes where at most {_LIMIT} are taken")
+    try:
+        wire = _decoder.decode(bytes(payload))
+    except (ValueError, RecursionError, OverflowError) as problem:
+        return MarshalException(printable(f"{what}: malformed error: {problem}"))
+    message = printable(wire.message) or f"{what} failed, and the servant gives no reason"
+    if wire.exception == _MARSHAL:
+        return MarshalException(message, printable(wire.path))
+    if wire.exception == _MISMATCH:
+        expected, found = (printable(text, _LONGEST_NAME) for text in (wire.expected, wire.found))
+        return InterfaceMismatchException(message, expected, found, printable(wire.member))
+    if (system := _REMOTE.get(wire.exception)) is not None:
+        return system(message)
+    return _decode_user_exception(wire, declared, what, resolve)
+
+
+def _decode_user_exception(
+    wire: _WireError,
+    declared: Iterable[type[UserException]],
+    what: str,
+    resolve: Resolve | None,
+) -> ZenohIceError:
+    known: dict[str, type[UserException]] = {}
+    for root in declared:
+        for subclass in root.ice_subclasses():
+            known.setdefault(subclass.ice_type_id, subclass)
+    for type_id in (wire.exception, *wire.bases):
+        if (nearest := known.get(type_id)) is not None:
+            try:
+                members = _codec(nearest).unpack(bytes(wire.members), f"{what}: {type_id}", resolve)
+                return nearest.ice_from_members(members)
+            except MarshalException as problem:
+                return problem
+    name = printable(wire.exception, _LONGEST_NAME)
+    return UnknownException(f"{what} raised {name}, which the operation does not declare")
+
+
+def _codec(exception: type[UserException]) -> Codec[Any]:
+    """Return the codec of an exception's members; making it takes a millisecond or more."""
+    codec: Codec[Any] | None = vars(exception).get("_ice_codec")
+    if codec is None:
+        codec = Codec(exception.Members)
+        exception._ice_codec = codec  # type: ignore[attr-defined] # with the class it goes
+    return codec

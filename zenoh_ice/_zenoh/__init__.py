@@ -1,0 +1,1 @@
+"""The transport over Zenoh: sessions, calls, streams, presence, and images through shared memory."""

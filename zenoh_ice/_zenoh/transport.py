@@ -1,0 +1,631 @@
+"""Carry calls, samples and tokens over Zenoh."""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import partial
+from typing import Any, Final
+
+import zenoh
+from zenoh.handlers import Callback, RingChannel
+
+from .._attachment import decode_attachment
+from .._errors import ERROR_ENCODING, encode_error, unknown_exception
+from .._pieces import Parted, Pieces
+from .._pool import Pool, mark_thread
+from .._tokens import any_client, client_token
+from ..exceptions import (
+    CommunicatorDestroyedException,
+    ConnectionLostException,
+    MarshalException,
+    ObjectNotExistException,
+    SystemException,
+)
+from ..in_process import LocalCalls
+from ..network.link_check import explain_endpoints
+from ..operation import Operation
+from ..settings import Settings
+from ..text import without_source
+from ..transport import (
+    Arrived,
+    Buffer,
+    Caller,
+    Closing,
+    Inlet,
+    NoAnswer,
+    Outcome,
+    Outlet,
+    Pacer,
+    Receiver,
+    Reply,
+    Served,
+    Target,
+)
+from .session import close_session, connect_endpoints, open_session, send_limit
+from .shared_memory import Ring, SharedMemory
+
+__all__ = ["ZenohTransport"]
+
+# Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One pool of two
+# does the same work: docs/decisions/0012-zenoh-threads.md has the figures, and why a router keeps the five.
+_THREADS: Final = (
+    "(rx: (worker_threads: 2), tx: (handover: rx), net: (handover: rx), acc: (handover: rx), "
+    "app: (handover: rx))"
+)
+
+# Memory that one of Zenoh's threads takes and another one gives back scatters over glibc's arenas, of which
+# there are eight for each processor: a client that calls grew by 0.8 MB a minute, and not at all with two.
+_M_ARENA_MAX: Final = -8
+_ARENAS: Final = 2
+
+_MOST_TOKENS: Final = 1 << 15  # that are remembered of one pattern
+_TIMEOUT: Final = b"Timeout"  # Zenoh's own error at the end of a query
+
+# What takes the answers of oneway calls: C code, the cheapest that Zenoh's thread can run.
+_DISCARD: Final[Callable[[object], None]] = deque[object](maxlen=0).append
+
+_logger = logging.getLogger(__name__)
+
+
+@contextmanager
+def _prepared_process() -> Iterator[None]:
+    """Choose threads and memory for Zenoh while it starts: both are of the whole process."""
+    ours = "ZENOH_RUNTIME" not in os.environ
+    os.environ.setdefault("ZENOH_RUNTIME", _THREADS)
+    if "MALLOC_ARENA_MAX" not in os.environ:
+        with suppress(OSError, AttributeError):  # no glibc
+            ctypes.CDLL(None).mallopt(_M_ARENA_MAX, _ARENAS)
+    try:
+        yield
+    finally:
+        if ours:  # not for child processes: a router among them needs all its threads
+            os.environ.pop("ZENOH_RUNTIME", None)
+
+
+class ZenohTransport:
+    """A Zenoh session, usually that of a peer that talks to every other peer directly.
+
+    Calls that arrive are put into the queue of the pool, by C code on Zenoh's thread; threads of the pool
+    hand them to their receivers, in that order.
+    """
+
+    # Over a link they come within milliseconds, and gossip makes the links to others within tens of them.
+    token_delay: Final = 0.5
+
+    def __init__(self, settings: Settings, pool: Pool) -> None:
+        """Open the session; raises as `open_session` does."""
+        self._settings: Final = settings
+        self._pool: Final = pool
+        self.local_calls: Final = LocalCalls(pool)
+        self._lock: Final = threading.Lock()
+        self._receivers: Final[dict[str, Receiver]] = {}
+        """By what the keys of their operations begin with."""
+        self._followers: Final[dict[str, _Follower]] = {}
+        self._tokens: Final[dict[str, list[object]]] = {}
+        self._closed = False
+        pool.place(zenoh.Query, self._place)
+        with _prepared_process():
+            self.session: Final = open_session(settings)
+        try:
+            self.id: Final = str(self.session.zid())
+            self.endpoints: Final[Sequence[str]] = tuple(connect_endpoints(settings))
+            self._shared_memory: Final = SharedMemory(
+                enabled=settings.shared_memory,
+                watch_clients=partial(self.watch, any_client(settings.realm)),
+                on_unreadable=self._ask_for_the_network,
+            )
+            self._appear(settings.realm)
+        except BaseException:
+            self.session.close()
+            raise
+
+    def explain_unreachable(self) -> str:
+        """Return why nothing answers at the endpoints."""
+        return explain_endpoints(self.endpoints, self._settings.security)
+
+    @property
+    def shares_memory(self) -> bool:
+        """Whether images may travel through shared memory."""
+        return bool(self._shared_memory.space)
+
+    # Calls.
+
+    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+        """Return what calls an operation."""
+        self._appear(target.realm)
+        prefix = f"{target.realm}/{target.identity}"
+        bulk = operation.arguments.holds_bytes or operation.result.holds_bytes
+        try:
+            querier = self.session.declare_querier(
+                f"{prefix}/{operation.name}",
+                timeout=timeout,
+                # One that answers is enough; replies are not compared with one another.
+                consolidation=zenoh.ConsolidationMode.NONE,
+                # The reply travels as the request does. No express: it halves the calls in flight. A link
+                # that takes nothing may block the sender for the longest limit, after which Zenoh closes it;
+                # a call with a shorter one is dropped instead, and ends by its limit.
+                congestion_control=(
+                    zenoh.CongestionControl.DROP
+                    if timeout < send_limit(self._settings)
+                    else zenoh.CongestionControl.BLOCK
+                ),
+                priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
+            )
+        except zenoh.ZError as error:
+            raise self._failure(error, operation.name) from error
+        limit = self._settings.size_limit(holds_bytes=operation.result.holds_bytes)
+        return _Caller(self, querier, prefix, operation.name, timeout=timeout, limit=limit)
+
+    def serve(self, target: Target, receiver: Receiver) -> Served:
+        """Give the calls of a target to a receiver, on threads of the pool."""
+        return self._serve(f"{target.realm}/{target.identity}", receiver)
+
+    def receiver(self, prefix: str) -> Receiver | None:
+        """Return what takes the calls here whose keys begin so."""
+        return self._receivers.get(prefix)
+
+    def _serve(self, prefix: str, receiver: Receiver, operations: str = "*") -> Served:
+        self._receivers[prefix] = receiver
+        # Complete: where several serve the same, one gets the call, not all.
+        queryable = self.session.declare_queryable(
+            f"{prefix}/{operations}", Callback(self._pool.jobs.put, indirect=False), complete=True
+        )
+
+        def close() -> None:
+            if self._receivers.get(prefix) is receiver:
+                del self._receivers[prefix]
+            _undeclare(queryable)
+
+        return Closing(close)
+
+    def _place(self, query: zenoh.Query) -> Callable[[], object] | None:
+        """Give a call its place among those of its servant; return what executes or refuses it."""
+        key = query.key_expr
+        prefix, _, name = str(key).rpartition("/")
+        reply = partial(self._reply, query, key)
+        try:
+            receiver = self._receivers.get(prefix)
+            if receiver is None:
+                error = ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
+                return partial(reply, False, encode_error(error))
+            return receiver.admit(name, query.payload, query.attachment, reply)
+        except BaseException as failure:
+            _logger.exception("internal error at %s", key)
+            return partial(reply, False, encode_error(unknown_exception(failure)))
+
+    def _reply(self, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces) -> None:
+        """Answer a query and let it go: its client would hang until the limit."""
+        try:
+            try:  # not `with query`: the sooner it is dropped, the more often both travel in one message
+                if not ok:
+                    query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
+                elif isinstance(answer, bytes):
+                    query.reply(key, answer)
+                else:
+                    query.reply(key, self._shared_memory.lend(answer, _client_of(query)) or bytes(answer))
+            finally:
+                query.drop()
+        except zenoh.ZError as error:  # the session was closed meanwhile
+            _logger.debug("answer at %s dropped: %s", key, error)
+
+    def read(self, payload: zenoh.ZBytes, limit: int, what: str) -> bytes | Parted:
+        """Return a payload that came, with what it refers to; see `SharedMemory.read`."""
+        return self._shared_memory.read(payload, limit, what)
+
+    def _failure(self, error: zenoh.ZError, what: str) -> SystemException:
+        """Return the exception of what Zenoh refuses to do."""
+        if self._closed:
+            return CommunicatorDestroyedException(f"{what}: the communicator was destroyed")
+        return ConnectionLostException(f"{what} could not be sent: {without_source(error)}")
+
+    # Streams.
+
+    def publish(
+        self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
+    ) -> Outlet:
+        """Return the publishing end of a stream."""
+        ring = self._shared_memory.ring() if operation.result.holds_bytes else None
+        return _Outlet(self.session, target.key(operation.name), ring, changed)
+
+    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
+        """Return a listening end of a stream."""
+        self._appear(target.realm)
+        key = target.key(operation.name)
+        limit = self._settings.size_limit(holds_bytes=operation.result.holds_bytes)
+        try:
+            # A ring: a queue that is full and keeps what it has would hold up the whole session.
+            subscriber = self.session.declare_subscriber(key, RingChannel(queue))
+        except zenoh.ZError as error:
+            raise self._failure(error, key) from error
+        return _Inlet(self, subscriber, limit, key)
+
+    # Presence.
+
+    def announce(self, token: str) -> Served:
+        """Show a token to everybody until it is closed, or until this process is gone."""
+        return Closing(partial(_undeclare, self.session.liveliness().declare_token(token)))
+
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+        """Call a function with each token that comes or goes, those that are there first."""
+        with self._lock:
+            follower = self._followers.get(pattern)
+            if follower is None:
+                follower = self._followers[pattern] = _Follower()
+                new = True
+            else:
+                new = False
+        watch = follower.add(changed)
+        if new:
+            follower.open(self.session, pattern)
+        return watch
+
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
+        """Call a function with the id of each process to which a link is made or lost."""
+
+        def on_event(event: zenoh.TransportEvent) -> None:
+            changed(str(event.transport.zid), event.kind == zenoh.SampleKind.PUT)
+
+        listener = self.session.info.declare_transport_events_listener(
+            Callback(on_event, indirect=False), history=True
+        )
+        return Closing(partial(_undeclare, listener))
+
+    def _appear(self, realm: str) -> None:
+        """Let the servants of a realm know that this process is there, and whose memory it can read."""
+        with self._lock:
+            if realm not in self._tokens:
+                self._tokens[realm] = [self._client_token(realm)]
+
+    def _ask_for_the_network(self) -> None:
+        """Let servants know that this process cannot read their memory after all."""
+        with self._lock:
+            if not self._closed:
+                # Beside the first token, the end of which would be the end of this client.
+                for realm, tokens in self._tokens.items():
+                    tokens.append(self._client_token(realm))
+
+    def _client_token(self, realm: str) -> object:
+        token = client_token(realm, self.id, self._shared_memory.readable_space)
+        return self.session.liveliness().declare_token(token)
+
+    # Status.
+
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+        """Answer those who ask for the status of this process."""
+        self._pool.reserve(1)  # so that it answers while all servants are busy
+        return self._serve(f"@process/{realm}/{self.id}", _StatusReceiver(status), "status")
+
+    def ask_status(self, realm: str, process: str, timeout: float, limit: int) -> bytes:
+        """Return the status of a process; raises as the interface says."""
+        try:
+            reply = self.session.get(
+                f"@process/{realm}/{process}/status",
+                timeout=timeout,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+                # Not behind the calls that are about to be explained by it.
+                priority=zenoh.Priority.INTERACTIVE_HIGH,
+            ).recv()
+        except zenoh.ZError:  # no answer
+            reply = None
+        answer = None if reply is None else reply.ok
+        if answer is None:
+            raise ConnectionLostException(
+                f"the process {process} of realm {realm} did not report its status within {timeout:g} s: it "
+                "is gone, or hangs, or access control denies it"
+            )
+        size = len(answer.payload)
+        if size > limit:
+            raise MarshalException(f"status of {process}: {size} bytes where at most {limit} are taken")
+        return answer.payload.to_bytes()
+
+    def close(self) -> None:
+        """End everything; calls that wait raise NoAnswer."""
+        with self._lock:
+            self._closed = True
+            followers = list(self._followers.values())
+        for follower in followers:
+            follower.close()
+        self.local_calls.close()
+        close_session(self.session)
+        self._shared_memory.close()
+
+
+class _Caller:
+    """Call one operation of one servant."""
+
+    def __init__(
+        self,
+        transport: ZenohTransport,
+        querier: zenoh.Querier,
+        prefix: str,
+        operation: str,
+        *,
+        timeout: float,
+        limit: int,
+    ) -> None:
+        self._transport: Final = transport
+        self._get: Final = querier.get
+        self._read: Final = transport.read
+        self._receiver: Final = transport.receiver
+        self._prefix: Final = prefix
+        self._operation: Final = operation
+        self._timeout: Final = timeout
+        self._limit: Final = limit
+        self._what: Final = f"reply of {prefix.rpartition('/')[2]}.{operation}"
+
+    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+        """Call and wait for the answer."""
+        receiver = self._receiver(self._prefix)
+        if receiver is not None:
+            calls = self._transport.local_calls
+            return calls.call(receiver, self._operation, payload, attachment, self._timeout)
+        try:
+            replies = self._get(payload=payload, attachment=attachment)
+        except zenoh.ZError as error:
+            raise self._transport._failure(error, self._what) from error
+        try:
+            reply = replies.recv()
+        except zenoh.ZError:  # the end without an answer
+            raise NoAnswer(timed_out=False) from None
+        finally:
+            # A channel that is kept, by the frames of an exception, say, and that a servant fills with more
+            # replies holds up all that comes by the same link.
+            del replies
+        return self._interpret(reply)
+
+    def begin(
+        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
+        """Call without waiting, a servant of this process by way of the session, too: it keeps the limit."""
+        pending = _Pending(self, done)
+        cancellation = zenoh.CancellationToken()
+        # C code alone on Zenoh's thread: it keeps the reply, and at the end tells the pool.
+        end = partial(self._transport._pool.jobs.put, pending)
+        handler = Callback(pending.replies.append, end, indirect=False)
+        try:
+            self._get(handler, payload=payload, attachment=attachment, cancellation_token=cancellation)
+        except zenoh.ZError as error:
+            raise self._transport._failure(error, self._what) from error
+        return cancellation.cancel
+
+    def send(self, payload: bytes, attachment: bytes) -> None:
+        """Call without an answer."""
+        try:
+            self._get(Callback(_DISCARD, indirect=False), payload=payload, attachment=attachment)
+        except zenoh.ZError as error:
+            raise self._transport._failure(error, self._what) from error
+
+    def _interpret(self, reply: zenoh.Reply) -> Outcome:
+        """Return what a reply brings; raises NoAnswer for Zenoh's own error at the limit."""
+        answer = reply.ok
+        if answer is not None:
+            return True, self._read(answer.payload, self._limit, self._what)
+        error = reply.err
+        assert error is not None  # a reply is either
+        if str(error.encoding) == ERROR_ENCODING:
+            size = len(error.payload)
+            if size > self._transport._settings.max_message_size:
+                raise MarshalException(f"{self._what}: an error of {size} bytes")
+            return False, error.payload.to_bytes()
+        raise NoAnswer(timed_out=error.payload.to_bytes() == _TIMEOUT)
+
+
+class _Pending:
+    """A call whose outcome somebody is given when it has ended."""
+
+    __slots__ = ("_caller", "_done", "replies")
+
+    def __init__(self, caller: _Caller, done: Callable[[Outcome | SystemException], object]) -> None:
+        # A servant may send more than one.
+        self.replies: Final[deque[zenoh.Reply]] = deque(maxlen=1)
+        self._caller: Final = caller
+        self._done: Final = done
+
+    def __call__(self) -> None:
+        """Hand over the outcome, on a thread of the pool."""
+        outcome: Outcome | SystemException
+        try:
+            reply = self.replies.popleft()
+        except IndexError:
+            self._done(NoAnswer(timed_out=False))
+            return
+        try:
+            outcome = self._caller._interpret(reply)
+        except SystemException as error:
+            outcome = error
+        self._done(outcome)
+
+
+class _Outlet:
+    """The publishing end of a stream."""
+
+    def __init__(
+        self, session: zenoh.Session, key: str, ring: Ring | None, changed: Callable[[], object]
+    ) -> None:
+        self._ring: Final = ring
+        # A publisher that another thread is using cannot be undeclared: "Already borrowed".
+        self._lock: Final = threading.Lock()
+        self._closed = False
+        bulk = ring is not None
+        self._publisher: Final = session.declare_publisher(
+            key,
+            congestion_control=zenoh.CongestionControl.DROP,
+            # Images must not delay states, and neither must delay calls.
+            priority=zenoh.Priority.DATA_LOW if bulk else zenoh.Priority.DATA,
+            # One by one: of images that travel together all but the last would come for nothing.
+            express=bulk,
+        )
+
+        def on_change(_: zenoh.MatchingStatus) -> None:  # on Zenoh's thread
+            changed()
+
+        self._listener: Final = self._publisher.declare_matching_listener(Callback(on_change, indirect=False))
+
+    @property
+    def listening(self) -> bool:
+        """Whether anybody listens."""
+        with self._lock:
+            if self._closed:
+                return False
+            return self._publisher.matching_status.matching  # type: ignore[attr-defined,no-any-return]
+
+    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
+        """Send a sample, what is large in it through shared memory if all listeners can read that."""
+        with self._lock:
+            if self._closed:
+                return
+            if isinstance(payload, Pieces):
+                placed = None if self._ring is None else self._ring.place(payload)
+                payload = placed or bytes(payload)
+            try:
+                self._publisher.put(payload, attachment=attachment)
+            except zenoh.ZError as error:  # the session was closed meanwhile
+                _logger.debug("sample dropped: %s", error)
+
+    def close(self) -> None:
+        """Give the key back."""
+        self._listener.undeclare()  # first: it goes with the publisher
+        with self._lock:
+            self._closed = True
+            self._publisher.undeclare()
+            if self._ring is not None:
+                self._ring.close()
+
+
+class _Inlet:
+    """The listening end of a stream."""
+
+    def __init__(
+        self, transport: ZenohTransport, subscriber: zenoh.Subscriber[Any], limit: int, key: str
+    ) -> None:
+        self._transport: Final = transport
+        self._subscriber: Final = subscriber
+        # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
+        self._handler: Final = subscriber.handler
+        self._limit: Final = limit
+        self._key: Final = key
+        self._closed: Final = threading.Event()
+        self._thread: threading.Thread | None = None
+        self.poll: Final[Callable[[], Any]] = subscriber.handler.try_recv
+
+    def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
+        """Call a function with each sample as it came, on a thread that ends with `close`."""
+        self._thread = threading.Thread(
+            target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._key}", daemon=True
+        )
+        self._thread.start()
+
+    def open(self, sample: zenoh.Sample) -> Arrived:
+        """Return what a sample holds."""
+        payload = self._transport.read(sample.payload, self._limit, f"sample of {self._key}")
+        attachment = sample.attachment
+        return Arrived(payload, None if attachment is None else attachment.to_bytes())
+
+    def close(self, timeout: float = 0.0) -> bool:
+        """Stop listening; return whether a function that runs ended within `timeout` s."""
+        if not self._closed.is_set():
+            self._closed.set()
+            try:
+                self._subscriber.undeclare()  # ends the thread: its channel is closed
+            except zenoh.ZError as error:  # the session was closed meanwhile
+                _logger.debug("%s: %s", self._key, error)
+        thread = self._thread
+        if thread is None or thread is threading.current_thread():
+            return True
+        thread.join(timeout)
+        return not thread.is_alive()
+
+    def _run(self, callback: Callable[[Any], object], pacer: Pacer) -> None:
+        mark_thread()
+        while not (self._closed.wait(delay) if (delay := pacer.delay()) else self._closed.is_set()):
+            try:
+                sample = self._handler.recv()
+            except zenoh.ZError:  # undeclared
+                return
+            pacer.count()
+            callback(sample)
+            del sample  # it may be large, and the next may be long in coming
+
+
+class _Follower:
+    """Follow the tokens of one pattern, once for all who want to know."""
+
+    def __init__(self) -> None:
+        self._lock: Final = threading.RLock()
+        self._present: Final[dict[str, None]] = {}
+        self._watchers: tuple[Callable[[str, bool], object], ...] = ()
+        self._subscriber: zenoh.Subscriber[Any] | None = None
+
+    def open(self, session: zenoh.Session, pattern: str) -> None:
+        """Begin to follow."""
+        self._subscriber = session.liveliness().declare_subscriber(
+            pattern, Callback(self._on_token, indirect=False), history=True
+        )
+
+    def add(self, watcher: Callable[[str, bool], object]) -> Served:
+        """Call a function with the tokens that are there, and with what comes and goes."""
+        with self._lock:
+            self._watchers += (watcher,)
+            for key in self._present:
+                watcher(key, True)
+        return Closing(partial(self._remove, watcher))
+
+    def close(self) -> None:
+        """Stop following."""
+        subscriber, self._subscriber = self._subscriber, None
+        self._watchers = ()
+        if subscriber is not None:
+            subscriber.undeclare()
+
+    def _remove(self, watcher: Callable[[str, bool], object]) -> None:
+        with self._lock:
+            self._watchers = tuple(other for other in self._watchers if other is not watcher)
+
+    def _on_token(self, sample: zenoh.Sample) -> None:  # on Zenoh's thread
+        key, came = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+        with self._lock:
+            if not came:
+                self._present.pop(key, None)
+            elif len(self._present) < _MOST_TOKENS:  # no robot has so many: somebody floods the realm
+                self._present[key] = None
+            for watcher in self._watchers:
+                watcher(key, came)
+
+
+class _StatusReceiver:
+    """Answer who asks for the status of the process."""
+
+    runs_here: Final = False
+
+    def __init__(self, status: Callable[[], bytes]) -> None:
+        self._status: Final = status
+
+    def admit(
+        self,
+        name: str,  # noqa: ARG002
+        payload: Buffer | None,  # noqa: ARG002
+        attachment: Buffer | None,  # noqa: ARG002
+        reply: Reply,
+    ) -> Callable[[], object]:
+        """Answer with the status, whatever is asked."""
+        return lambda: reply(True, self._status())
+
+
+def _undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener
+    """Undeclare what was declared, unless the session was closed meanwhile."""
+    try:
+        declared.undeclare()
+    except zenoh.ZError as error:
+        _logger.debug("not undeclared: %s", error)
+
+
+def _client_of(query: zenoh.Query) -> str:
+    """Return the id of the client that a query says it is from."""
+    attachment = query.attachment
+    return "" if attachment is None else decode_attachment(attachment.to_bytes()).client

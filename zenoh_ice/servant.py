@@ -1,0 +1,634 @@
+"""Servants: how calls reach them, whose turn it is, and the adapters that make them reachable."""
+
+from __future__ import annotations
+
+import inspect
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import msgspec
+
+from ._attachment import NO_ATTACHMENT, Attachment, decode_attachment
+from ._codec import DECODE_ERRORS, misfit
+from ._errors import encode_error, unknown_exception
+from ._tokens import servant_token
+from .exceptions import (
+    AlreadyRegisteredException,
+    BusyException,
+    CommunicatorDestroyedException,
+    ConnectionLostException,
+    InterfaceMismatchException,
+    MarshalException,
+    ObjectNotExistException,
+    OperationNotExistException,
+    TimeoutException,
+    UserException,
+    ZenohIceError,
+)
+from .object import OBJECT_INTERFACE, Current, Object
+from .operation import Operation
+from .status import ServantStatus
+from .streams import Channel, Publisher
+from .transport import Answer, Buffer, Reply, Served, Target, check_name
+
+if TYPE_CHECKING:
+    from .communicator import Communicator
+    from .proxy import ObjectPrx
+
+__all__ = ["Current", "Object", "ObjectAdapter", "ServedObject"]
+
+_MOST_WAITING: Final = 64  # calls of a servant
+_MOST_ONEWAY: Final = 1024  # the same, where nobody waits for the answer
+_MOST_UNANSWERED: Final = 1024  # calls that a servant answers later
+_CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
+_DRAIN_LIMIT: Final = 1.0  # s for which calls that run are waited for
+_TOKEN_LIMIT: Final = 1.0  # s for which word of our own tokens' end is waited for
+_COMPLAINT_PERIOD: Final = 1.0  # s
+
+_NO_ARGUMENTS: Final = b"\x80"  # an empty map
+_TURN: Final = "_ice_turn"
+
+# What a servant may raise itself, as in Ice.
+_OF_SERVANTS: Final = (ObjectNotExistException, OperationNotExistException)
+
+_logger = logging.getLogger(__name__)
+
+
+class _Here(threading.local):
+    """What the current thread is doing."""
+
+    def __init__(self) -> None:
+        self.turns: list[_Turn] = []
+        """Of the servants whose calls it runs, the innermost last."""
+
+
+_here: Final = _Here()
+
+
+class _Turn:
+    """Whose call of a servant runs: so many at a time, the others wait in order.
+
+    It belongs to the servant, which may be served under several identities.
+    """
+
+    def __init__(self, width: int) -> None:
+        self.width: Final = width
+        self.changed: Final = threading.Condition()
+        self.running = 0
+        self.waiting: deque[_Waiting] = deque()
+        self.waiting_bytes = 0
+
+
+class _Waiting(NamedTuple):
+    """A call that waits for its turn."""
+
+    served: ServedObject
+    method: _Method
+    payload: bytes
+    about: Attachment
+    reply: Reply
+    since: float
+    """The moment of the monotonic clock at which it came."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Method:
+    """An operation of a servant, with what a call of it needs."""
+
+    operation: Operation[..., Any]
+    what: str
+    function: Callable[..., Any]
+    """The servant's method."""
+    limit: int
+    """How many bytes the arguments may have."""
+    decode: Callable[[bytes], msgspec.Struct]
+    """Returns arguments that came; raises one of DECODE_ERRORS."""
+    fingerprints: frozenset[str] | None
+    """Of the interfaces from which callers may be generated; None for what every servant has."""
+
+
+class ServedObject:
+    """A servant under one identity: takes its calls from the transport, and answers each of them."""
+
+    def __init__(
+        self, communicator: Communicator, adapter: ObjectAdapter | None, target: Target, servant: Object
+    ) -> None:
+        interface = servant.ice_interface
+        self.target: Final = target
+        self.servant: Final = servant
+        self.fingerprints: Final = {known.type_id: known.fingerprint for known in interface.lineage}
+        self._communicator: Final = communicator
+        self._adapter: Final = adapter
+        self._interface: Final = interface
+        self._accepted: Final = frozenset((*self.fingerprints.values(), ""))
+        self._methods: Final[dict[str, _Method]] = {}  # those that were called
+        width = _CONCURRENT_CALLS if servant.ice_concurrent else 1
+        self._turn: Final[_Turn] = servant.__dict__.setdefault(_TURN, _Turn(width))
+        self._most_bytes: Final = communicator.settings.max_bulk_size
+        self._taken = 0
+        self._failed = 0
+        self._refused = 0
+        self._refused_in_turn = 0
+        self._running = 0
+        self._unanswered = 0
+        self._unanswered_bytes = 0
+        self._withdrawn = False
+        self._complained_at = -_COMPLAINT_PERIOD
+        self._complaints = 0
+        self._served: Served | None = None
+        self._tokens: Final[list[Served]] = []
+        self._channels: Final[dict[str, tuple[Publisher[Any], Channel]]] = {}
+
+    # The way of a call.
+
+    def admit(
+        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
+    ) -> Callable[[], object] | None:
+        """Give a call its turn, and return what executes or refuses it; None where it waits."""
+        about, turn = NO_ATTACHMENT, self._turn
+        try:
+            method = self._methods.get(name) or self._prepare(name)
+            size = 0 if payload is None else len(payload)
+            if size > method.limit:  # before it is so much as copied
+                raise MarshalException(
+                    f"{method.what}: a request of {size} bytes where at most {method.limit} are taken"
+                )
+            data = _NO_ARGUMENTS if payload is None else bytes(payload)
+            if attachment is not None:
+                about = decode_attachment(bytes(attachment))
+            with turn.changed:
+                if self._withdrawn:
+                    raise ObjectNotExistException(f"{self.target.identity} is no longer served")
+                # A servant that calls itself must not wait for its own turn.
+                if turn.running >= turn.width and turn not in _here.turns:
+                    self._enqueue(_Waiting(self, method, data, about, reply, time.monotonic()))
+                    return None
+                turn.running += 1
+                self._running += 1
+                self._taken += 1
+        except ZenohIceError as error:
+            return partial(reply, *self._refuse(error, about))
+        return partial(self._run, method, data, about, reply)
+
+    def _run(self, method: _Method, payload: bytes, about: Attachment, reply: Reply) -> None:
+        """Execute a call whose turn it is, then those that wait for the turn."""
+        served, turn, waited = self, self._turn, 0.0
+        while True:
+            try:
+                served._execute(method, payload, about, reply, waited)
+            except BaseException as error:
+                _logger.exception("internal error in %s", method.what)
+                reply(False, encode_error(unknown_exception(error)))
+            with turn.changed:
+                turn.running -= 1
+                served._running -= 1
+                if served._withdrawn:
+                    turn.changed.notify_all()  # `drain` waits for the end of calls
+                following = self._take_turn()
+            if following is None:
+                return
+            served, method, payload, about, reply, since = following
+            waited = time.monotonic() - since
+
+    def _enqueue(self, call: _Waiting) -> None:
+        """Let a call wait for its turn; raises BusyException when too many do. Holds the turn's lock."""
+        turn, size = self._turn, len(call.payload)
+        most = _MOST_WAITING if call.about.timeout > 0 else _MOST_ONEWAY
+        too_large = turn.waiting_bytes + size > self._most_bytes
+        if len(turn.waiting) >= most or (turn.waiting and too_large):
+            raise BusyException(
+                f"{call.method.what}: {len(turn.waiting)} calls wait already; this one was not executed"
+            )
+        turn.waiting.append(call)
+        turn.waiting_bytes += size
+
+    def _take_turn(self) -> _Waiting | None:
+        """Return the call that waits first, if it is its turn now. Holds the turn's lock."""
+        turn = self._turn
+        if not turn.waiting or turn.running >= turn.width:
+            return None
+        following = turn.waiting.popleft()
+        turn.waiting_bytes -= len(following.payload)
+        turn.running += 1
+        following.served._running += 1
+        following.served._taken += 1
+        return following
+
+    def _execute(
+        self, method: _Method, payload: bytes, about: Attachment, reply: Reply, waited: float
+    ) -> None:
+        """Execute a call whose turn it is, and answer it, unless its servant does so later."""
+        # One flat way: each step into another function costs a small call more than what is done there.
+        operation, timeout = method.operation, about.timeout
+        try:
+            if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
+                raise self._mismatch(about.fingerprint, method)
+            if timeout > 0:
+                running_since = self._communicator.pulse.running_since
+                if waited >= timeout or running_since <= time.monotonic() - timeout:
+                    _check_patience(about, method, waited)
+            arguments = msgspec.structs.astuple(method.decode(payload))
+            if operation.amd:
+                self._check_unanswered(len(payload), method.what)
+        except DECODE_ERRORS as error:
+            reply(*self._refuse_in_turn(misfit(error, method.what), about))
+            return
+        except ZenohIceError as error:
+            reply(*self._refuse_in_turn(error, about))
+            return
+        current = Current(
+            self.target.identity,
+            operation.name,
+            about.call_id,
+            timeout,
+            self._communicator,
+            self._adapter,
+        )
+        turns = _here.turns
+        turns.append(self._turn)
+        try:
+            result = method.function(*arguments, current)
+        except BaseException as error:  # noqa: BLE001 - logged; not even CancelledError may end the thread
+            reply(*self._failure(error, method, about.client))
+            return
+        finally:
+            turns.pop()
+        if operation.amd and (future := self._future_of(result)) is not None:
+            self._answer_later(method, future, reply, len(payload), about)
+            return
+        try:
+            answer = operation.result.gather_result(result, method.what)
+        except MarshalException as error:
+            reply(*self._unfit(result, error, method))
+            return
+        reply(True, answer)
+
+    # Answers that come later.
+
+    def _check_unanswered(self, size: int, what: str) -> None:
+        """Raise BusyException when there is no room for one more call that is answered later."""
+        too_large = self._unanswered_bytes + size > self._most_bytes
+        if self._unanswered >= _MOST_UNANSWERED or (self._unanswered and too_large):
+            raise BusyException(
+                f"{what}: {self._unanswered} calls are not answered yet; this one was not executed"
+            )
+
+    def _future_of(self, result: object) -> Future[Any] | None:
+        if isinstance(result, Future):
+            return result
+        if inspect.iscoroutine(result):
+            return self._communicator.coroutines.run(result)
+        return None
+
+    def _answer_later(
+        self, method: _Method, future: Future[Any], reply: Reply, size: int, about: Attachment
+    ) -> None:
+        with self._turn.changed:
+            self._unanswered += 1
+            self._unanswered_bytes += size
+        future.add_done_callback(partial(self._answer_with, method, reply, size, about.client))
+
+    def _answer_with(
+        self, method: _Method, reply: Reply, size: int, client: str, future: Future[Any]
+    ) -> None:
+        """Answer with the outcome of a future, on the thread that gave it that."""
+        try:
+            if future.cancelled():
+                error = ConnectionLostException(f"{method.what}: its server gave it up without an answer")
+                answer: Answer = False, encode_error(error)
+            elif (failure := future.exception()) is not None:
+                answer = self._failure(failure, method, client)
+            else:
+                result = future.result()
+                try:
+                    answer = True, method.operation.result.gather_result(result, method.what)
+                except MarshalException as problem:
+                    answer = self._unfit(result, problem, method)
+            reply(*answer)
+        finally:
+            turn = self._turn
+            with turn.changed:
+                self._unanswered -= 1
+                self._unanswered_bytes -= size
+                turn.changed.notify_all()
+
+    # What goes wrong.
+
+    def _refuse(self, error: ZenohIceError, about: Attachment) -> Answer:
+        """Count a call that is not executed, and return the answer that says why."""
+        now = time.monotonic()
+        with self._turn.changed:
+            self._refused += 1
+            self._complaints += about.timeout == 0
+            # Of a oneway call nobody hears why; but a flood of them must not fill the log.
+            complain = self._complaints and now - self._complained_at >= _COMPLAINT_PERIOD
+            if complain:
+                count, self._complaints, self._complained_at = self._complaints, 0, now
+        if complain:
+            _logger.warning(
+                "%d oneway calls of %s were dropped, the last: %s", count, self.target.identity, error
+            )
+        return False, encode_error(error)
+
+    def _refuse_in_turn(self, error: ZenohIceError, about: Attachment) -> Answer:
+        with self._turn.changed:
+            self._refused_in_turn += 1
+        return self._refuse(error, about)
+
+    def _mismatch(self, fingerprint: str, method: _Method) -> InterfaceMismatchException:
+        own = self._interface
+        return InterfaceMismatchException(
+            f"{method.what}: the caller was generated from {fingerprint}, the servant {own.type_id} from "
+            f"{own.fingerprint}; generate both from the same IDL",
+            expected=fingerprint,
+            found=own.fingerprint,
+        )
+
+    def _unfit(self, result: object, error: MarshalException, method: _Method) -> Answer:
+        refusal = f"result of {error}"
+        if inspect.iscoroutine(result):
+            result.close()  # or Python warns that nobody waited for it
+            refusal = f'result of {method.what}: only an operation marked ["amd"] may be a coroutine'
+        with self._turn.changed:
+            self._failed += 1
+        _logger.error("%s", refusal)
+        return False, encode_error(MarshalException(refusal, error.path))
+
+    def _failure(self, error: BaseException, method: _Method, client: str) -> Answer:
+        if isinstance(error, UserException) and isinstance(error, method.operation.exceptions):
+            return False, encode_error(error)
+        if isinstance(error, _OF_SERVANTS):
+            return False, encode_error(error)
+        with self._turn.changed:
+            self._failed += 1
+        _logger.error("%s failed, called by %r", method.what, client or "a stranger", exc_info=error)
+        return False, encode_error(unknown_exception(error))
+
+    def _prepare(self, name: str) -> _Method:
+        """Return an operation by name; raises OperationNotExistException."""
+        identity = self.target.identity
+        of_every_servant = OBJECT_INTERFACE.all_operations.get(name)
+        operation = of_every_servant or self._interface.all_operations.get(name)
+        if operation is None:
+            raise OperationNotExistException(
+                f"{identity}, a {self._interface.type_id}, has no operation {name!r}"
+            )
+        communicator, arguments = self._communicator, operation.arguments
+        method = self._methods[name] = _Method(
+            operation,
+            f"{identity}.{name}",
+            getattr(self.servant, operation.method),
+            communicator.settings.size_limit(holds_bytes=arguments.holds_bytes),
+            arguments.decoder(communicator.stringToProxy),
+            self._accepted if of_every_servant is None else None,
+        )
+        return method
+
+    # Its life.
+
+    @property
+    def runs_here(self) -> bool:
+        """Whether the current thread runs a call of the servant."""
+        return self._turn in _here.turns
+
+    def open(self) -> None:
+        """Take calls from now on; nobody knows of it before `announce`."""
+        transport = self._communicator.transport
+        for operation in self._interface.all_operations.values():
+            if operation.streamed:
+                publisher = self.servant.ice_publisher(operation)
+                limit = self._communicator.settings.size_limit(holds_bytes=operation.result.holds_bytes)
+                outlet = transport.publish(self.target, operation, publisher.wake)
+                channel = Channel(outlet, self._interface.fingerprint, limit)
+                self._channels[operation.name] = publisher, channel
+                publisher.attach(channel)
+        self._communicator.pool.reserve(self._turn.width)
+        self._served = transport.serve(self.target, self)
+
+    def announce(self) -> None:
+        """Let everybody know."""
+        since, communicator = time.time(), self._communicator
+        # Its own last: a client that waits for the servant's own interface finds the others, too.
+        for known in reversed(self._interface.lineage):
+            token = servant_token(
+                self.target, known.type_id, known.fingerprint, communicator.client_id, since
+            )
+            self._tokens.append(communicator.transport.announce(token))
+
+    def close(self) -> None:
+        """Take no more calls, then let everybody know."""
+        if self._served is not None:
+            self._served.close()
+            self._served = None
+            self._communicator.pool.reserve(-self._turn.width)
+        while self._tokens:
+            self._tokens.pop().close()
+        while self._channels:
+            _, (publisher, channel) = self._channels.popitem()
+            publisher.detach(channel)
+            channel.close()
+
+    def drain(self, timeout: float) -> bool:
+        """Wait for at most `timeout` s for the calls that run, except one of the current thread.
+
+        Return whether they ended, those that are answered later included. Calls that still wait for their
+        turn then are not executed.
+        """
+        turn = self._turn
+        expected = sum(each is turn for each in _here.turns)
+
+        def ended() -> bool:
+            waits = any(call.served is self for call in turn.waiting)
+            return self._running <= expected and self._unanswered == 0 and not waits
+
+        with turn.changed:
+            self._withdrawn = True
+            done = turn.changed.wait_for(ended, timeout)
+            dropped = [call for call in turn.waiting if call.served is self]
+            for call in dropped:
+                turn.waiting.remove(call)
+                turn.waiting_bytes -= len(call.payload)
+        for call in dropped:
+            error = ObjectNotExistException(f"{self.target.identity} is no longer served")
+            call.reply(*self._refuse(error, call.about))
+        if not done:
+            _logger.error("a call of %s still runs", self.target)
+        return done
+
+    def status(self) -> ServantStatus:
+        """Return what it does, and did since it is served."""
+        with self._turn.changed:
+            return ServantStatus(
+                type_id=self._interface.type_id,
+                calls=self._taken - self._refused_in_turn,
+                failed=self._failed,
+                refused=self._refused,
+                running=self._running + self._unanswered,
+                waiting=sum(call.served is self for call in self._turn.waiting),
+                listened=tuple(
+                    name for name, (_, channel) in list(self._channels.items()) if channel.listening
+                ),
+            )
+
+
+def _check_patience(about: Attachment, method: _Method, waited: float) -> None:
+    """Refuse a call whose caller gave up while it waited: what it commands is no longer wanted.
+
+    Of one that came while the process stood still nobody knows when that was. Only there the caller's wall
+    clock is believed, which may be wrong on another machine.
+    """
+    waited = waited if waited >= about.timeout else time.time() - about.wall_time
+    if waited >= about.timeout:
+        raise TimeoutException(f"{method.what} waited {waited:.3g} s for its turn and was not executed")
+
+
+class ObjectAdapter:
+    """Serve servants.
+
+    Life cycle: `add` and `activate` in any order, `deactivate` and `activate` again at will. Servants that
+    are added to an active adapter are served at once. A servant that is withdrawn gets no more calls; those
+    that run, and those that it answers later, may go on for a second.
+    """
+
+    def __init__(self, communicator: Communicator, name: str) -> None:
+        self._communicator: Final = communicator
+        self._name: Final = name
+        self._lock: Final = threading.RLock()
+        self._servants: Final[dict[str, Object]] = {}
+        self._active: dict[str, ServedObject] | None = None
+
+    def getName(self) -> str:
+        """Return the name, which only serves people."""
+        return self._name
+
+    def getCommunicator(self) -> Communicator:
+        """Return the communicator that made the adapter."""
+        return self._communicator
+
+    def add(self, servant: Object, identity: str) -> ObjectPrx:
+        """Serve a servant under an identity; return a proxy to it.
+
+        Raises AlreadyRegisteredException when this process or, as far as it knows, another one of the realm
+        serves the identity, ConfigurationException when it is no valid identity.
+        """
+        check_name(identity, "identity")
+        with self._lock:
+            if identity in self._servants:
+                raise AlreadyRegisteredException(f"adapter {self._name} serves {identity!r} already")
+            if self._active is not None:
+                self._active |= self._open({identity: servant})
+            self._servants[identity] = servant
+        return self._communicator.stringToProxy(identity)
+
+    def remove(self, identity: str) -> Object:
+        """Withdraw a servant and return it.
+
+        Raises ObjectNotExistException when the adapter has no such servant.
+        """
+        removed = self.removeAll([identity])
+        if not removed:
+            raise ObjectNotExistException(f"adapter {self._name} has no servant {identity!r}")
+        return removed[identity]
+
+    def removeAll(self, identities: Iterable[str] | None = None) -> dict[str, Object]:
+        """Withdraw several servants at once, all by default, and return those that there were by identity.
+
+        Calls of them that run may go on for a second altogether.
+        """
+        with self._lock:
+            names = list(self._servants) if identities is None else list(identities)
+            removed = {name: self._servants.pop(name) for name in names if name in self._servants}
+            active = self._active or {}
+            withdrawn = [active.pop(name) for name in removed if name in active]
+        self._withdraw(withdrawn)
+        return removed
+
+    def find(self, identity: str) -> Object | None:
+        """Return the servant of an identity, or None."""
+        return self._servants.get(identity)
+
+    def activate(self) -> None:
+        """Serve the servants from now on.
+
+        Raises AlreadyRegisteredException, as `add` does; nothing is served then.
+        """
+        with self._lock:
+            if self._active is None:
+                self._active = self._open(self._servants)
+
+    def deactivate(self) -> None:
+        """Withdraw the servants; calls that run may go on for a second. Does nothing when not active."""
+        with self._lock:
+            active, self._active = self._active or {}, None
+        self._withdraw(list(active.values()))
+
+    def destroy(self) -> None:
+        """Withdraw the servants and forget them."""
+        self.deactivate()
+        with self._lock:
+            self._servants.clear()
+
+    def _open(self, wanted: dict[str, Object]) -> dict[str, ServedObject]:
+        """Serve some servants, all or none."""
+        communicator = self._communicator
+        communicator.serve_status()
+        begun: dict[str, ServedObject] = {}
+        try:
+            for identity, servant in wanted.items():
+                begun[identity] = self._begin(Target(communicator.realm, identity), servant)
+                begun[identity].open()
+            # After all take calls, and at once: a client that hears of one of them finds the others.
+            for served in begun.values():
+                served.announce()
+        except BaseException:
+            self._withdraw(list(begun.values()))
+            raise
+        return begun
+
+    def _begin(self, target: Target, servant: Object) -> ServedObject:
+        communicator = self._communicator
+        if communicator.destroyed:
+            raise CommunicatorDestroyedException(f"adapter {self._name}: the communicator was destroyed")
+        if communicator.presence.servers(target):
+            raise AlreadyRegisteredException(
+                f"another process of realm {target.realm!r} serves {target.identity!r} already, and two "
+                "would share what is meant for one: stop one, or give it another --realm"
+            )
+        served = ServedObject(communicator, self, target, servant)
+        if communicator.served.setdefault(target, served) is not served:
+            raise AlreadyRegisteredException(
+                f"another adapter of this process serves {target.identity!r} already"
+            )
+        return served
+
+    def _withdraw(self, withdrawn: list[ServedObject]) -> None:
+        communicator = self._communicator
+        deadline = time.monotonic() + _DRAIN_LIMIT
+        # Run from the last to the first, each whatever the others raise: first nobody is called any longer,
+        # then those that run are waited for, all at once.
+        with ExitStack() as steps:
+            for served in withdrawn:
+                steps.callback(self._wait_for, served, deadline)
+            for served in withdrawn:
+                steps.callback(served.close)
+                steps.callback(communicator.served.pop, served.target, None)
+
+    def _wait_for(self, served: ServedObject, deadline: float) -> None:
+        served.drain(_left(deadline))
+        # Our own token must not look like another process's when the identity is added again.
+        communicator = self._communicator
+        communicator.presence.wait_until_gone(
+            served.target, _left(deadline + _TOKEN_LIMIT), communicator.client_id
+        )
+
+
+def _left(deadline: float) -> float:
+    return max(0.0, deadline - time.monotonic())

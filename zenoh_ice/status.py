@@ -1,0 +1,108 @@
+"""The status of a process that serves, for anybody who asks: its versions, and how busy its servants are."""
+
+from __future__ import annotations
+
+import os
+import platform
+import socket
+import sys
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Final
+
+import msgspec
+
+from .exceptions import MarshalException
+from .text import LONGEST_TEXT
+
+__all__ = ["STATUS_LIMIT", "ProcessStatus", "ServantStatus", "decode_status", "encode_status", "program_name"]
+
+STATUS_LIMIT: Final = 1 << 20
+"""Bytes of a status that are taken."""
+
+_DISTRIBUTION: Final = "visualhfsm"
+
+_Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
+_Count = Annotated[int, msgspec.Meta(ge=0)]
+_Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e11)]  # and a number
+
+
+class ServantStatus(msgspec.Struct, frozen=True):
+    """What a servant does, and did since it is served."""
+
+    type_id: _Text
+    calls: _Count
+    """How many calls were executed, those that run included."""
+    failed: _Count
+    """How many of them raised what their operation does not declare, or returned what does not fit it."""
+    refused: _Count
+    """How many were not executed: malformed, of another interface, too late, or too many."""
+    running: _Count
+    """How many are executed now, those that will be answered later included."""
+    waiting: _Count
+    """How many wait for their turn."""
+    listened: tuple[_Text, ...]
+    """Its streams to which somebody listens."""
+
+
+class ProcessStatus(msgspec.Struct, frozen=True):
+    """A process that serves, and its servants."""
+
+    program: _Text
+    pid: _Count
+    host: _Text
+    python: _Text
+    zenoh: _Text
+    version: _Text
+    """Version of the distribution."""
+    since: _Seconds
+    """Wall time in s since the epoch at which it began to serve."""
+    shared_memory: bool
+    servants: dict[_Text, ServantStatus]
+    """The servants by `identity@realm`."""
+
+
+_encoder: Final = msgspec.msgpack.Encoder()
+_decoder: Final = msgspec.msgpack.Decoder(ProcessStatus)
+
+
+def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, ServantStatus]) -> bytes:
+    """Return the status of this process as it travels."""
+    return _encoder.encode(
+        ProcessStatus(
+            program=program_name(),
+            pid=os.getpid(),
+            host=socket.gethostname(),
+            python=platform.python_version(),
+            zenoh=_version("eclipse-zenoh"),
+            version=_version(_DISTRIBUTION),
+            since=since,
+            shared_memory=shared_memory,
+            servants=dict(servants),
+        )
+    )
+
+
+def decode_status(data: bytes, process: str) -> ProcessStatus:
+    """Return the status that arrived; raises MarshalException, which names the process, for what is none."""
+    try:
+        return _decoder.decode(data)
+    except (ValueError, RecursionError, OverflowError) as error:
+        raise MarshalException(f"status of {process}: {error}") from error
+
+
+def program_name() -> str:
+    """Return the name of this program: of its script, or of the module that `python -m` runs."""
+    program = Path(sys.argv[0])
+    return (program.parent.name if program.name == "__main__.py" else program.name) or "python"
+
+
+@cache
+def _version(distribution: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # here: it takes long to load
+
+    try:
+        return version(distribution)
+    except PackageNotFoundError:  # run from a copy of the sources
+        return "unknown"

@@ -1,1 +1,0 @@
-"""Streams: publishers at the servant, readers and subscriptions at its clients."""

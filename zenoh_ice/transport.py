@@ -1,0 +1,287 @@
+"""The interface that proxies, servants and streams stand on: a few verbs on encoded payloads.
+
+Four transports implement it: over Zenoh (`zenoh_ice._zenoh`), within the process (`zenoh_ice.in_process`),
+one that records what another carries, and one that replays a recording (both in `hfsm_runtime`). Nothing else
+knows Zenoh.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+
+from .exceptions import ConfigurationException, SystemException
+
+if TYPE_CHECKING:
+    from ._pieces import Parted, Pieces
+    from .operation import Operation
+
+__all__ = [
+    "NAME",
+    "PROXY_TEXT",
+    "Answer",
+    "Arrived",
+    "Buffer",
+    "Caller",
+    "Closing",
+    "Inlet",
+    "NoAnswer",
+    "Outcome",
+    "Outlet",
+    "Pacer",
+    "Receiver",
+    "Reply",
+    "Served",
+    "Target",
+    "Transport",
+    "check_name",
+]
+
+NAME: Final = r"[A-Za-z0-9_.\-]{1,128}"
+"""Pattern of a realm and of an identity: one chunk of a key, without marks."""
+
+PROXY_TEXT: Final = rf"\A({NAME})(?: -([to]))?(?:@({NAME}))?\Z"
+"""Pattern of a proxy as text: identity, mode (twoway or oneway) and realm."""
+
+_NAME: Final = re.compile(NAME)
+
+
+class Target(NamedTuple):
+    """What a call is addressed to; as text `identity@realm`."""
+
+    realm: str
+    identity: str
+
+    def __str__(self) -> str:
+        return f"{self.identity}@{self.realm}"
+
+    def key(self, operation: str) -> str:
+        """Return the key of an operation."""
+        return f"{self.realm}/{self.identity}/{operation}"
+
+
+def check_name(name: str, what: str) -> str:
+    """Return the name of a realm or an identity; raises ConfigurationException for a text that is none."""
+    if not _NAME.fullmatch(name):
+        raise ConfigurationException(
+            f"{name!r} is no {what}: write at most 128 letters, digits, '_', '-' and '.'"
+        )
+    return name
+
+
+class Buffer(Protocol):
+    """Bytes that arrived, of which the size is known before they are copied."""
+
+    def __len__(self) -> int: ...
+
+    def __bytes__(self) -> bytes: ...
+
+
+class Arrived(NamedTuple):
+    """A sample that arrived, encoded; its large byte sequences may stand apart."""
+
+    payload: bytes | Parted
+    attachment: bytes | None
+
+
+Answer = tuple[bool, "bytes | Pieces"]
+"""Whether a call succeeded, and its result or its exception, encoded, as a servant gives it."""
+
+Outcome = tuple[bool, "bytes | Parted"]
+"""The same as it arrived at the caller."""
+
+Reply = Callable[[bool, "bytes | Pieces"], object]
+"""Takes the answer of a call; it is called once."""
+
+
+class Receiver(Protocol):
+    """The servant's side of calls, as a transport sees it."""
+
+    @property
+    def runs_here(self) -> bool:
+        """Whether the current thread runs a call of the servant: it must not wait for another one's end."""
+
+    def admit(
+        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
+    ) -> Callable[[], object] | None:
+        """Take a call of an operation; return what executes or refuses it, None where it waits for its turn.
+
+        Calls are executed in the order in which they are admitted; other calls wait meanwhile, so it takes
+        microseconds. What it returns raises nothing: it gives `reply` the answer, whatever happens.
+        """
+
+
+class NoAnswer(SystemException):
+    """A call ended without an answer; `timed_out` says whether its limit had passed."""
+
+    def __init__(self, *, timed_out: bool) -> None:
+        super().__init__("no answer")
+        self.timed_out = timed_out
+
+
+class Caller(Protocol):
+    """Call one operation of one servant, within one limit of time; for any thread."""
+
+    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+        """Call and wait for the answer.
+
+        Raises NoAnswer, and SystemException where the call cannot be sent.
+        """
+
+    def begin(
+        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
+        """Call without waiting; `done` gets the outcome, once, on another thread.
+
+        Return a function that forgets the call. Raises SystemException where the call cannot be sent.
+        """
+
+    def send(self, payload: bytes, attachment: bytes) -> None:
+        """Call without an answer; raises SystemException where the call cannot be sent."""
+
+
+class Pacer:
+    """Compute when the next sample may come, so that on average there are not more than `rate` a second."""
+
+    def __init__(self, rate: float | None) -> None:
+        self._period: Final = 0.0 if rate is None else 1.0 / rate
+        self._due = -math.inf
+
+    def delay(self) -> float:
+        """Return the wall seconds to wait before the next."""
+        return max(0.0, self._due - time.monotonic()) if self._period else 0.0
+
+    def count(self) -> None:
+        """Count one that happens now."""
+        if self._period:
+            # From when it was due, so that late ones do not lower the rate; but a pause is not made up for.
+            now = time.monotonic()
+            late = now - self._due
+            self._due = (self._due if late < self._period else now) + self._period
+
+
+class Served(Protocol):
+    """Something that takes calls or samples, or is announced, until it is closed."""
+
+    def close(self) -> None:
+        """End it."""
+
+
+class Closing:
+    """What is closed by calling a function, once."""
+
+    def __init__(self, close: Callable[[], object]) -> None:
+        self._close: Callable[[], object] | None = close
+
+    def close(self) -> None:
+        """Call the function."""
+        close, self._close = self._close, None
+        if close is not None:
+            close()
+
+
+class Outlet(Protocol):
+    """The publishing end of a stream; for any thread."""
+
+    @property
+    def listening(self) -> bool:
+        """Whether anybody listens; takes a microsecond."""
+
+    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
+        """Send a sample; it is dropped where the listener or the network is slower."""
+
+    def close(self) -> None:
+        """Give the key back."""
+
+
+class Inlet(Protocol):
+    """The listening end of a stream: a queue that the oldest samples fall out of."""
+
+    @property
+    def poll(self) -> Callable[[], Any]:
+        """Returns the next sample as it came, None while there is none."""
+
+    def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
+        """Call a function with each sample as it came, one after the other, until `close`.
+
+        With a rate, with so many a second at most, the newest. Nothing is left to poll then.
+        """
+
+    def open(self, sample: Any) -> Arrived:  # noqa: ANN401 - what `poll` and `deliver` give
+        """Return what a sample holds.
+
+        Raises MarshalException for one that is too large, ConnectionLostException for one that was lost with
+        its sender's memory.
+        """
+
+    def close(self, timeout: float = 0.0) -> bool:
+        """Stop listening; return whether a function that runs ended within `timeout` s."""
+
+
+class Transport(Protocol):
+    """Carry encoded calls, samples and tokens between processes, or within one."""
+
+    @property
+    def id(self) -> str:
+        """The id of this end: `Current.client` at those whom it calls."""
+
+    @property
+    def endpoints(self) -> Sequence[str]:
+        """The endpoints that it connects to; none for one that connects to nobody."""
+
+    @property
+    def token_delay(self) -> float:
+        """Seconds within which tokens that are there arrive, once a link is made."""
+
+    def explain_unreachable(self) -> str:
+        """Return why nothing answers at the endpoints."""
+
+    # Calls.
+
+    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+        """Return what calls an operation; `timeout` is the limit of a call in s."""
+
+    def serve(self, target: Target, receiver: Receiver) -> Served:
+        """Give the calls of a target to a receiver, on threads that may run user code."""
+
+    # Streams.
+
+    def publish(
+        self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
+    ) -> Outlet:
+        """Return the publishing end of a stream; `changed` is called when listeners come or go."""
+
+    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
+        """Return a listening end of a stream, with room for `queue` samples."""
+
+    # Presence.
+
+    def announce(self, token: str) -> Served:
+        """Show a token to everybody until it is closed, or until this process is gone."""
+
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+        """Call a function with each token that comes (True) or goes (False), those that are there first.
+
+        It must not wait: it may run on a thread that receives for all.
+        """
+
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
+        """Call a function with the id of each process to which a link is made (True) or lost (False)."""
+
+    # Status.
+
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+        """Answer those who ask for the status of this process, also while all servants are busy."""
+
+    def ask_status(self, realm: str, process: str, timeout: float, limit: int) -> bytes:
+        """Return the status of a process by its id.
+
+        Raises ConnectionLostException when it does not answer in time, MarshalException for more than `limit`
+        bytes.
+        """
+
+    def close(self) -> None:
+        """End everything; calls that wait raise NoAnswer."""

@@ -1,1 +1,0 @@
-"""What travels: payloads, attachments and errors as bytes, checked as they arrive."""
