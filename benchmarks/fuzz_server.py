@@ -27,9 +27,8 @@ from tests.support.hostile_bytes import BOMBS, HostileBytes
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from zenoh_ice import BusyException, Communicator, initialize
-from zenoh_ice._attachment import encode_call_attachment
-from zenoh_ice._errors import ERROR_ENCODING, decode_error
 from zenoh_ice._tokens import servant_token
+from zenoh_ice._wire import ERROR_ENCODING, decode_error, encode_call_attachment
 from zenoh_ice.transport import Target
 
 _ROWS = 12

@@ -13,10 +13,9 @@ from typing import Self
 import zenoh
 from zenoh.handlers import Callback
 
-from zenoh_ice._tokens import client_token
-from zenoh_ice._zenoh.session import close_session, open_session
 from zenoh_ice.command import stop_on_signals
 from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.session import client_token, close_session, open_session
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 from zenoh_ice.text import printable
 
@@ -33,7 +32,7 @@ class Router:
     """A router, until closed.
 
     Raises ConfigurationException for settings that are not of a router, and what
-    `zenoh_ice.network.session.open_session` does.
+    `zenoh_ice.session.open_session` does.
     """
 
     def __init__(self, settings: Settings) -> None:

@@ -22,13 +22,22 @@ from zenoh_ice import (
     Settings,
     SystemException,
 )
-from zenoh_ice._attachment import decode_attachment, encode_sample_attachment
-from zenoh_ice._errors import decode_error
-from zenoh_ice._pieces import Pieces
-from zenoh_ice._pool import Pool
-from zenoh_ice.in_process import InProcessTransport
-from zenoh_ice.operation import Operation
-from zenoh_ice.transport import Arrived, Caller, Closing, Inlet, Outcome, Outlet, Served, Target
+from zenoh_ice.in_process import InProcessTransport, Pool
+from zenoh_ice.interface import Operation
+from zenoh_ice.transport import (
+    Arrived,
+    Caller,
+    Closing,
+    Inlet,
+    Outcome,
+    Outlet,
+    Pieces,
+    Served,
+    Target,
+    decode_attachment,
+    decode_error,
+    encode_sample_attachment,
+)
 
 from .calls import CallLog
 from .clock import TaskClock

@@ -8,7 +8,7 @@ from typing import Any, Final
 import msgspec
 
 from zenoh_ice import Object
-from zenoh_ice.operation import Interface, Operation
+from zenoh_ice.interface import Interface, Operation
 
 from .errors import UnknownName
 

@@ -24,9 +24,8 @@ from .exceptions import (
     UserException,
     ZenohIceError,
 )
-from .object import Current, Object
 from .proxy import ObjectPrx
-from .servant import ObjectAdapter
+from .servant import Current, Object, ObjectAdapter
 from .settings import Settings, load_settings
 from .status import ProcessStatus, ServantStatus
 from .streams import Publisher, Sample, Samples, Subscription

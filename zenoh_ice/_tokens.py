@@ -11,7 +11,8 @@ import time
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from .transport import NAME, Target
+from ._values import NAME
+from .transport import Target
 
 __all__ = [
     "ABSENT",

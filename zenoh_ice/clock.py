@@ -21,7 +21,7 @@ _NANOSECONDS: Final = 1_000_000_000
 
 # Of a robot's clock.
 _SILENCE: Final = 1.0  # s of wall time without a sample after which the estimate is worth a warning
-_RESTART: Final = 0.1  # s: a smaller step back is a correction, a larger one a simulation that began anew
+_RESTART: Final = 0.1  # s: a smaller step back is a correction, a larger one a simulation that restarted
 _LONGEST_WAIT: Final = 0.5  # s of wall time after which a sleeper looks at the clock anyway
 _EVENT_POLL: Final = 0.05  # s of wall time; an event cannot tell us that the rate has changed
 _NOTABLE_ERROR: Final = 0.0005  # s of wall time by which a correction must change a sleep to be told at once
@@ -48,7 +48,7 @@ class Clock(Protocol):
         """Return whether the time is that of a simulation."""
 
     def now(self) -> float:
-        """Return the time in s; it never runs backwards, except when a simulation starts anew."""
+        """Return the time in s; it never runs backwards, except when a simulation restarts."""
 
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s; a negative one is none."""
@@ -234,8 +234,8 @@ class RobotClock:
 
     Between samples the time runs on at the rate of the last one, and so it does when samples stop: that is
     logged after 1 s. It never runs backwards: where an estimate was ahead it stands still until the other
-    clock has caught up. Only when that clock begins anew, more than 0.1 s behind its last sample, the time
-    jumps with it and whoever sleeps wakes at once.
+    clock has caught up. Only when that clock restarts, more than 0.1 s behind its last sample, the time jumps
+    with it and all sleepers wake at once.
 
     Raises MarshalException when it is to begin with a time or a rate that no clock has.
     """
@@ -275,7 +275,7 @@ class RobotClock:
         self.sleep_until(self.now() + seconds)
 
     def sleep_until(self, when: float) -> None:
-        """Wait until a time in s, or until the followed clock begins anew.
+        """Wait until a time in s, or until the followed clock restarts.
 
         Raises CommunicatorDestroyedException after `close`.
         """
@@ -286,7 +286,7 @@ class RobotClock:
                 self._changed.wait(self._wall_time(left, _LONGEST_WAIT))
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
-        """Wait for an event, for at most `timeout` s of this clock, or until the followed clock begins anew.
+        """Wait for an event, for at most `timeout` s of this clock, or until the followed clock restarts.
 
         Returns whether the event is set. Raises CommunicatorDestroyedException after `close`.
         """
@@ -321,7 +321,7 @@ class RobotClock:
                 self._silence_told = False
                 _logger.warning("the robot's clock is heard again")
             if time_ < last.time - _RESTART:
-                _logger.info("the robot's clock began anew: from %.3f s back to %.3f s", self._newest, time_)
+                _logger.info("the robot's clock restarted: from %.3f s back to %.3f s", self._newest, time_)
                 self._newest = time_
                 self._beginnings += 1
             elif rate == last.rate and abs(time_ - last.at(arrival)) < _NOTABLE_ERROR * rate:

@@ -35,7 +35,7 @@ from typing import Annotated, Any, Final, NoReturn
 import typer
 
 from .exceptions import ZenohIceError
-from .network.security import exposure
+from .security import exposure
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
 from .status import program_name
 

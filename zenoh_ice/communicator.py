@@ -17,12 +17,10 @@ from functools import partial
 from typing import Any, ClassVar, Final, Self
 
 from ._clients import Clients, ClientWatch
-from ._coroutines import Coroutines
-from ._pool import Pool, is_marked_thread
 from ._presence import Presence
-from ._pulse import Pulse
+from ._threads import Coroutines, Pool, Pulse, is_marked_thread
 from ._tokens import ServantInfo
-from ._values import Struct
+from ._values import PROXY_TEXT, Struct
 from .clock import Clock, RobotClock, WallClock
 from .exceptions import (
     CommunicatorDestroyedException,
@@ -33,14 +31,14 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .operation import Interface, Operation
+from .interface import Interface, Operation
 from .proxy import ObjectPrx, _Call, fail, streamed
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
 from .status import STATUS_LIMIT, ProcessStatus, decode_status, encode_status
 from .streams import Sample, Streams, Timing, WallTiming
 from .text import printable
-from .transport import PROXY_TEXT, NoAnswer, Served, Target, Transport, check_name
+from .transport import NoAnswer, Served, Target, Transport, check_name
 
 __all__ = ["Communicator", "initialize"]
 

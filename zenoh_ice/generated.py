@@ -10,9 +10,9 @@ from msgspec import Meta
 
 from ._values import Struct, Value
 from .exceptions import UserException
-from .object import Current, Object
-from .operation import Interface, Operation
+from .interface import Interface, Operation
 from .proxy import ObjectPrx, streamed
+from .servant import Current, Object
 from .streams import Publisher
 
 __all__ = [

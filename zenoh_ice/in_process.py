@@ -12,11 +12,11 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, Final
 
-from ._errors import encode_error, unknown_exception
-from ._pieces import Parted, Pieces
-from ._pool import Pool
+from ._codec import Parted, Pieces
+from ._threads import Pool
+from ._wire import encode_error, unknown_exception
 from .exceptions import ConnectionLostException, MarshalException, SystemException
-from .operation import Operation
+from .interface import Operation
 from .transport import (
     Answer,
     Arrived,
@@ -31,7 +31,7 @@ from .transport import (
     Target,
 )
 
-__all__ = ["InProcessTransport", "LocalCalls"]
+__all__ = ["InProcessTransport", "LocalCalls", "Pool"]
 
 _numbers: Final = itertools.count(1)
 

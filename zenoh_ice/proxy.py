@@ -22,11 +22,9 @@ from typing import (
     overload,
 )
 
-from ._attachment import encode_call_attachment
 from ._codec import DECODE_ERRORS, misfit
-from ._errors import decode_error
-from ._mismatch import describe_difference
 from ._values import Reference, Resolve
+from ._wire import decode_error, encode_call_attachment
 from .exceptions import (
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -36,9 +34,9 @@ from .exceptions import (
     TwowayOnlyException,
     ZenohIceError,
 )
-from .object import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
-from .operation import Interface, Operation
-from .reflection import Schema, parse_schema
+from .interface import Interface, Operation
+from .reflection import Schema, describe_difference, parse_schema
+from .servant import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
 from .streams import Delivery, Sample, Samples, StreamReader, Subscription
 from .transport import NoAnswer, Outcome, Target
 
@@ -296,7 +294,7 @@ class ObjectPrx(Reference):
                 expected=wanted.fingerprint,
             )
         if wanted.fingerprint and fingerprint != wanted.fingerprint:
-            difference = describe_difference(ObjectPrx.uncheckedCast(self.ice_twoway()), wanted)
+            difference = _difference(ObjectPrx.uncheckedCast(self.ice_twoway()), wanted)
             raise InterfaceMismatchException(
                 f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "
                 f"{wanted.fingerprint}, the servant from {fingerprint}; {difference}; generate both from "
@@ -368,7 +366,7 @@ class _Call:
         # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
         if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
             proxy = ObjectPrx(self._communicator, self._target, self._timeout)
-            difference = describe_difference(proxy, self._interface)
+            difference = _difference(proxy, self._interface)
             raise InterfaceMismatchException(
                 f"{failure}; {difference}", failure.expected, failure.found, difference
             )
@@ -434,6 +432,14 @@ class _Call:
         else:
             with suppress(InvalidStateError):  # cancelled meanwhile
                 future.set_result(result)
+
+
+def _difference(proxy: ObjectPrx, wanted: Interface) -> str:
+    """Return in what an interface differs from the one that the servant of a proxy has; asks the servant."""
+    try:
+        return describe_difference(proxy.ice_describe(), wanted)
+    except ZenohIceError as error:
+        return f"the servant could not be asked for its definition ({error})"
 
 
 def fail(future: Future[Any], error: BaseException) -> None:

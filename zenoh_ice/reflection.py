@@ -22,8 +22,8 @@ from typing import Annotated, Any, Final, Literal
 
 import msgspec
 
-from .exceptions import ConfigurationException, MarshalException
-from .operation import OBJECT_TYPE_ID, Interface
+from .exceptions import ConfigurationException, MarshalException, ZenohIceError
+from .interface import OBJECT_TYPE_ID, Interface
 from .text import cut, printable
 
 __all__ = [
@@ -34,8 +34,11 @@ __all__ = [
     "Member",
     "OperationDescription",
     "Schema",
+    "canonical_lines",
     "describe",
+    "describe_difference",
     "describe_package",
+    "first_difference",
     "parse_schema",
     "schema_of",
     "unscoped",
@@ -60,6 +63,8 @@ _DEEPEST: Final = 32
 """Types within types, or types that extend each other."""
 _WIDEST: Final = 64
 """Types that a sequence or a dictionary is written with, all in all."""
+
+_LONGEST_DIFFERENCE: Final = 1024  # characters; one side of it is what the other process says
 
 
 class Member(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -404,3 +409,73 @@ def _malformed(problem: str, name: str | None = None) -> MarshalException:
 
 def _shown(name: str) -> str:
     return repr(cut(name, _LONGEST_SHOWN))
+
+
+def describe_difference(found: Schema, wanted: Interface) -> str:
+    """Return in what an interface differs from the one that a servant describes."""
+    if wanted.type_id not in found.lineage(found.interface):
+        return printable(f"the servant has no {wanted.type_id}")
+    try:
+        expected = schema_of(wanted)
+    except ZenohIceError as error:
+        return f"the difference is not known ({error})"
+    return printable(first_difference(expected, found.part(wanted.type_id)), _LONGEST_DIFFERENCE)
+
+
+def first_difference(expected: Schema, found: Schema) -> str:
+    """Return the first member in which two schemas differ, as the two sides have it."""
+    ours, theirs = canonical_lines(expected), canonical_lines(found)
+    for subject in sorted({*ours, *theirs}):
+        own, other = ours.get(subject), theirs.get(subject)
+        if own is None:
+            return f"the proxy lacks `{other}`"
+        if other is None:
+            return f"the servant lacks `{own}`"
+        if own != other:
+            return f"the proxy has `{own}` where the servant has `{other}`"
+    return "they are described alike"
+
+
+def canonical_lines(schema: Schema) -> dict[str, str]:
+    """Return the canonical form of a schema, of which codegen takes the fingerprint, line by line.
+
+    Each line comes by what it is about, such as the scoped name of a member.
+    """
+    return {
+        subject: subject + rest
+        for type_id, definition in schema.definitions.items()
+        for subject, rest in _lines(schema, type_id, definition)
+    }
+
+
+def _lines(schema: Schema, type_id: str, definition: Definition) -> Iterator[tuple[str, str]]:
+    match definition.kind:
+        case "interface" | "struct" | "class" | "exception":
+            bases = ", ".join(sorted(definition.bases))
+            yield f"{definition.kind} {type_id}", f" extends {bases}" if bases else ""
+        case "enumeration":
+            yield f"enum {type_id}", ""
+        case _:  # what uses them says what they are made of
+            return
+    for member in definition.members:
+        yield f"{type_id}::{member.name}", f": {_type(schema, member)}"
+    for enumerator in definition.enumerators:
+        yield f"{type_id}::{enumerator.name}", f" = {enumerator.value}"
+    for operation in definition.operations:
+        yield f"{type_id}::{operation.name}", _signature(schema, operation)
+
+
+def _signature(schema: Schema, operation: OperationDescription) -> str:
+    parameters = ", ".join(f"{_type(schema, each)} {each.name}" for each in operation.parameters)
+    results = [
+        _type(schema, each) + ("" if each.name == RETURN_VALUE else f" {each.name}")
+        for each in operation.results
+    ]
+    text = f"({parameters}): {', '.join(results) or 'void'}"
+    if operation.exceptions:
+        text += f" throws {', '.join(sorted(operation.exceptions))}"
+    return text + " idempotent" * operation.idempotent + " stream" * operation.streamed
+
+
+def _type(schema: Schema, member: Member) -> str:
+    return schema.type_text(member.type, optional=member.optional)

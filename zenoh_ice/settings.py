@@ -13,8 +13,8 @@ from typing import Annotated, Any, Final, Literal, get_origin, get_type_hints
 
 from msgspec import Meta, Struct
 
+from .endpoints import check_endpoint
 from .exceptions import ConfigurationException
-from .network.endpoints import check_endpoint
 from .toml_file import convert, read_toml, shown
 
 __all__ = [

@@ -15,9 +15,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
-from ._attachment import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
 from ._presence import Presence
 from ._values import Resolve
+from ._wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
 from .exceptions import (
     AccessDeniedException,
     CommunicatorDestroyedException,
@@ -28,7 +28,7 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .operation import Operation
+from .interface import Operation
 from .transport import Closing, Inlet, Outlet, Pacer, Served, Target, Transport
 
 if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines

@@ -11,17 +11,15 @@ import math
 import re
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
+from ._codec import Buffer, Parted, Pieces
+from ._values import NAME
+from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
 from .exceptions import ConfigurationException, SystemException
-
-if TYPE_CHECKING:
-    from ._pieces import Parted, Pieces
-    from .operation import Operation
+from .interface import Operation
 
 __all__ = [
-    "NAME",
-    "PROXY_TEXT",
     "Answer",
     "Arrived",
     "Buffer",
@@ -32,19 +30,19 @@ __all__ = [
     "Outcome",
     "Outlet",
     "Pacer",
+    "Parted",
+    "Pieces",
     "Receiver",
     "Reply",
     "Served",
     "Target",
     "Transport",
     "check_name",
+    "decode_attachment",
+    "decode_error",
+    "encode_error",
+    "encode_sample_attachment",
 ]
-
-NAME: Final = r"[A-Za-z0-9_.\-]{1,128}"
-"""Pattern of a realm and of an identity: one chunk of a key, without marks."""
-
-PROXY_TEXT: Final = rf"\A({NAME})(?: -([to]))?(?:@({NAME}))?\Z"
-"""Pattern of a proxy as text: identity, mode (twoway or oneway) and realm."""
 
 _NAME: Final = re.compile(NAME)
 
@@ -70,14 +68,6 @@ def check_name(name: str, what: str) -> str:
             f"{name!r} is no {what}: write at most 128 letters, digits, '_', '-' and '.'"
         )
     return name
-
-
-class Buffer(Protocol):
-    """Bytes that arrived, of which the size is known before they are copied."""
-
-    def __len__(self) -> int: ...
-
-    def __bytes__(self) -> bytes: ...
 
 
 class Arrived(NamedTuple):

@@ -58,7 +58,7 @@ def connect(endpoint: str) -> Iterator[BareClient]:
 @contextmanager
 def connect_to_ours(endpoint: str, package: Path) -> Iterator[BareClient]:
     """Connect to a servant of ours, and call it as its proxy would."""
-    from zenoh_ice._attachment import encode_call_attachment
+    from zenoh_ice._wire import encode_call_attachment
 
     fingerprint = load_generated(package).Robot.ice_interface.fingerprint
     attachment = encode_call_attachment(fingerprint, 1, "", 2.0)

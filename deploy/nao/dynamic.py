@@ -14,9 +14,8 @@ from typing import Any, Final
 import msgspec
 
 from zenoh_ice import MarshalException, ObjectPrx, UserException
-from zenoh_ice._values import Value
 from zenoh_ice.generated import Byte, Int, Interface, Long, Operation, Short, Struct
-from zenoh_ice.object import OBJECT_INTERFACE
+from zenoh_ice.interface import Value
 from zenoh_ice.proxy import StreamedCall
 from zenoh_ice.reflection import (
     OBJECT_DEFINITION,
@@ -27,6 +26,7 @@ from zenoh_ice.reflection import (
     Schema,
     unscoped,
 )
+from zenoh_ice.servant import OBJECT_INTERFACE
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 

@@ -16,7 +16,7 @@ import msgspec
 from deploy.nao import UsageError
 from deploy.nao.dynamic import Types
 from zenoh_ice import ObjectPrx, ZenohIceError
-from zenoh_ice._values import TYPE_FIELD, Value, type_ids_of
+from zenoh_ice.interface import TYPE_FIELD, Value, type_ids_of
 from zenoh_ice.reflection import Member, Schema, unscoped
 from zenoh_ice.text import cut
 

@@ -121,8 +121,8 @@ def show(file: _File) -> None:
 def zenohd(file: _File) -> None:
     """Print the configuration with which Zenoh's own router, zenohd, does what ours does."""
     from deploy.router import DEFAULTS, check_router
-    from zenoh_ice.network.security import check_security
-    from zenoh_ice.network.session_config import nested, session_config
+    from zenoh_ice.security import check_security
+    from zenoh_ice.session import nested, session_config
 
     settings = _load(file, DEFAULTS)
     check_router(settings)

@@ -21,7 +21,7 @@ from deploy.security.certificates import (
     write_private,
     write_public,
 )
-from zenoh_ice.network.endpoints import host_and_port, is_loopback
+from zenoh_ice.endpoints import host_and_port, is_loopback
 from zenoh_ice.settings import Settings, load_settings
 
 __all__ = ["SecurityFolder"]

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, ClassVar, TypeVar, cast
 
 from zenoh_ice import ObjectPrx, Sample, Subscription
-from zenoh_ice.operation import Operation
+from zenoh_ice.interface import Operation
 from zenoh_ice.proxy import fail
 from zenoh_ice.streams import Delivery, StreamReader
 

@@ -12,8 +12,8 @@ import msgspec
 
 from hfsm_recording.messages import Image, Message, Missing, Result, Stamp
 from zenoh_ice import Sample, ZenohIceError
-from zenoh_ice._errors import encode_error
-from zenoh_ice.operation import Operation
+from zenoh_ice.interface import Operation
+from zenoh_ice.transport import encode_error
 
 from .recorder import Recorder, describe_error
 from .values import readable

@@ -11,11 +11,10 @@ import msgspec
 
 from hfsm_recording.messages import Reading, Result
 from zenoh_ice import ObjectPrx, Sample, Subscription, exceptions
-from zenoh_ice._errors import decode_error
 from zenoh_ice.exceptions import MarshalException, SystemException, TimeoutException, UnknownException
-from zenoh_ice.operation import Operation
+from zenoh_ice.interface import Operation
 from zenoh_ice.streams import Delivery, StreamReader
-from zenoh_ice.transport import Target
+from zenoh_ice.transport import Target, decode_error
 
 from ..component import Component, proxies_of
 from ..recording.results import put_bytes

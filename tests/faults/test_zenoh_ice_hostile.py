@@ -33,10 +33,15 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._attachment import encode_call_attachment, encode_sample_attachment
-from zenoh_ice._errors import ERROR_ENCODING, decode_error, encode_error
-from zenoh_ice._pieces import Pieces
+from zenoh_ice._codec import Pieces
 from zenoh_ice._tokens import servant_token
+from zenoh_ice._wire import (
+    ERROR_ENCODING,
+    decode_error,
+    encode_call_attachment,
+    encode_error,
+    encode_sample_attachment,
+)
 from zenoh_ice._zenoh.shared_memory import MemoryReference, encode_reference
 from zenoh_ice.generated import Dispatched
 from zenoh_ice.transport import Target

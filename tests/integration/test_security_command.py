@@ -19,7 +19,7 @@ from tests.support.security import Keys
 from tests.support.stranger import session_of
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
-from zenoh_ice.network.security import check_security
+from zenoh_ice.security import check_security
 from zenoh_ice.settings import load_settings
 
 

@@ -103,7 +103,6 @@ class TestCurrent:
         assert current.call_id.startswith(f"{caller.client_id}/")
         assert current.timeout == 3.0
         assert current.communicator is pair.server
-        assert current.adapter is pair.adapter
 
 
 class TestLife:

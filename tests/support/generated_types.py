@@ -10,7 +10,7 @@ from types import ModuleType
 import msgspec
 
 from zenoh_ice import UserException
-from zenoh_ice.operation import Interface
+from zenoh_ice.interface import Interface
 
 
 def modules_of(package: ModuleType) -> Iterator[ModuleType]:

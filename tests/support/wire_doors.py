@@ -33,19 +33,18 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._attachment import (
+from zenoh_ice._codec import LARGE, Codec, Pieces
+from zenoh_ice._presence import Presence
+from zenoh_ice._threads import Pool
+from zenoh_ice._tokens import client_token, parse_client_token, servant_token
+from zenoh_ice._wire import (
     Attachment,
     decode_attachment,
+    decode_error,
     encode_call_attachment,
+    encode_error,
     encode_sample_attachment,
 )
-from zenoh_ice._codec import Codec
-from zenoh_ice._errors import decode_error, encode_error
-from zenoh_ice._mismatch import first_difference
-from zenoh_ice._pieces import LARGE, Pieces
-from zenoh_ice._pool import Pool
-from zenoh_ice._presence import Presence
-from zenoh_ice._tokens import client_token, parse_client_token, servant_token
 from zenoh_ice._zenoh.shared_memory import (
     HEADER,
     RETURNED,
@@ -58,8 +57,8 @@ from zenoh_ice._zenoh.shared_memory import (
 from zenoh_ice.clock import RobotClock
 from zenoh_ice.generated import Int, Long, Struct, Value
 from zenoh_ice.in_process import InProcessTransport
-from zenoh_ice.network.session_config import session_config
-from zenoh_ice.reflection import parse_schema, schema_of
+from zenoh_ice.reflection import first_difference, parse_schema, schema_of
+from zenoh_ice.session import session_config
 from zenoh_ice.settings import load_settings
 from zenoh_ice.status import ProcessStatus, ServantStatus, decode_status
 from zenoh_ice.text import LONGEST_TEXT

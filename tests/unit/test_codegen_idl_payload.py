@@ -26,7 +26,7 @@ from codegen.idl.wire_shape import Part, holds_bytes
 from tests.support.slice_compiler import imported
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec
-from zenoh_ice._errors import encode_error
+from zenoh_ice._wire import encode_error
 
 TEXT = """\
 /** Things that travel. */

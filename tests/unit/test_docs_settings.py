@@ -10,7 +10,7 @@ import typer
 
 from tests.support.pages import DOCS
 from zenoh_ice.command import with_settings
-from zenoh_ice.network.endpoints import PROTOCOLS
+from zenoh_ice.endpoints import PROTOCOLS
 from zenoh_ice.settings import Security, Settings
 
 TEXT = (DOCS / "settings.md").read_text("utf-8")

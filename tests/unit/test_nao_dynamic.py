@@ -25,9 +25,9 @@ from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, plain, struct_values
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import encode
-from zenoh_ice._errors import decode_error
 from zenoh_ice._values import TYPE_FIELD
-from zenoh_ice.operation import Interface
+from zenoh_ice._wire import decode_error
+from zenoh_ice.interface import Interface
 from zenoh_ice.reflection import Schema, parse_schema, schema_of
 
 EVERYTHING = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"

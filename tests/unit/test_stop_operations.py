@@ -15,7 +15,7 @@ from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from zenoh_ice import Object, VirtualClock
-from zenoh_ice.operation import Interface, Operation
+from zenoh_ice.interface import Interface, Operation
 
 MOVES_NOTHING = {
     "::jderobot::Camera": "takes images; others may be watching when a component ends",

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zenoh_ice.exceptions import ConfigurationException
-from zenoh_ice.network.access import access_control
+from zenoh_ice.security import access_control
 from zenoh_ice.settings import Role, Settings
 
 names = st.text("ab.-_", min_size=1, max_size=3)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from zenoh_ice._clients import Clients
-from zenoh_ice._pool import Pool
+from zenoh_ice._threads import Pool
 from zenoh_ice._tokens import client_token
 from zenoh_ice.in_process import InProcessTransport
 

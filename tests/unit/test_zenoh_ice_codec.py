@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 
 from tests.support.calculator import Node
 from zenoh_ice import MarshalException
-from zenoh_ice._attachment import (
+from zenoh_ice._codec import Codec
+from zenoh_ice._wire import (
     Attachment,
     decode_attachment,
     encode_call_attachment,
     encode_sample_attachment,
 )
-from zenoh_ice._codec import Codec
 from zenoh_ice.generated import Byte, Int, Long, Short, Struct
 
 

@@ -18,7 +18,7 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._errors import decode_error, encode_error, unknown_exception
+from zenoh_ice._wire import decode_error, encode_error, unknown_exception
 
 
 def test_members_and_bases_travel() -> None:

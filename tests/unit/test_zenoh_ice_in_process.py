@@ -18,8 +18,8 @@ from zenoh_ice import (
     Settings,
     TimeoutException,
 )
-from zenoh_ice._pieces import LARGE, Parted
-from zenoh_ice._pool import Pool
+from zenoh_ice._codec import LARGE, Parted
+from zenoh_ice._threads import Pool
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.transport import Buffer, Reply, Target
 

@@ -11,7 +11,7 @@ import zenoh
 
 from tests.support.memory_files import NEAR, open_memory_files, shared_memory
 from zenoh_ice import ConnectionLostException
-from zenoh_ice._pieces import LARGE, Parted, Pieces
+from zenoh_ice._codec import LARGE, Parted, Pieces
 from zenoh_ice._zenoh import shared_memory as module
 from zenoh_ice._zenoh.shared_memory import (
     HEADER,

@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 
-from zenoh_ice._mismatch import first_difference
 from zenoh_ice.generated import Interface, Operation, Struct
-from zenoh_ice.reflection import Schema, parse_schema
+from zenoh_ice.reflection import Schema, first_difference, parse_schema
 
 
 class Nothing(Struct):

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenoh_ice import _pieces as pieces
-from zenoh_ice._codec import Codec
-from zenoh_ice._pieces import Parted, Pieces
+from zenoh_ice import _codec as pieces
+from zenoh_ice._codec import Codec, Parted, Pieces
 from zenoh_ice._values import Struct
 
 

@@ -12,7 +12,7 @@ import pytest
 from tests.support.limits import LIMIT
 from tests.support.waiting import until
 from zenoh_ice import BusyException
-from zenoh_ice._pool import Pool
+from zenoh_ice._threads import Pool
 
 
 @pytest.fixture

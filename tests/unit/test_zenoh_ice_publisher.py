@@ -9,8 +9,8 @@ import pytest
 from tests.support.calculator import Reading
 from tests.support.calculator_servant import CalculatorI
 from zenoh_ice import MarshalException
-from zenoh_ice._attachment import decode_attachment
-from zenoh_ice._pieces import Pieces
+from zenoh_ice._codec import Pieces
+from zenoh_ice._wire import decode_attachment
 from zenoh_ice.streams import Channel
 
 

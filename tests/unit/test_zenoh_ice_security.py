@@ -11,8 +11,8 @@ import pytest
 from deploy.security.folder import SecurityFolder
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
-from zenoh_ice.network.security import check_security, exposure
-from zenoh_ice.network.session_config import session_config
+from zenoh_ice.security import check_security, exposure
+from zenoh_ice.session import session_config
 from zenoh_ice.settings import Settings, load_settings
 
 ROLES = {"all": {"call": ["**"]}}
@@ -212,7 +212,7 @@ class TestExposure:
 
     def test_it_is_logged_before_a_session_listens(self, caplog: pytest.LogCaptureFixture) -> None:
         with (
-            caplog.at_level(logging.WARNING, "zenoh_ice.network"),
+            caplog.at_level(logging.WARNING, "zenoh_ice.session"),
             pytest.raises(ConfigurationException),  # nobody is to listen there in a test
         ):
             initialize(listen=["tcp/192.0.2.1:7447"], connect=[])

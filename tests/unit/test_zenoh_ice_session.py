@@ -10,8 +10,8 @@ import pytest
 import zenoh
 
 from tests.support.limits import LIMIT
-from zenoh_ice._zenoh import session
-from zenoh_ice._zenoh.session import close_session
+from zenoh_ice import session
+from zenoh_ice.session import close_session
 
 
 class Stuck:

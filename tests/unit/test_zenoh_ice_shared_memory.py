@@ -13,8 +13,7 @@ import zenoh
 
 from tests.support.memory_files import NEAR, shared_maps, shared_memory
 from zenoh_ice import ConnectionLostException, MarshalException
-from zenoh_ice._codec import Codec
-from zenoh_ice._pieces import LARGE, Parted, Pieces
+from zenoh_ice._codec import LARGE, Codec, Parted, Pieces
 from zenoh_ice._values import Struct
 from zenoh_ice._zenoh import shared_memory as module
 from zenoh_ice._zenoh.shared_memory import (

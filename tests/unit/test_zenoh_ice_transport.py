@@ -15,10 +15,9 @@ from tests.support.calculator import CALCULATOR
 from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.waiting import until
 from zenoh_ice import ConnectionLostException, MarshalException, Settings, SystemException, UnknownException
-from zenoh_ice._attachment import encode_call_attachment, encode_sample_attachment
-from zenoh_ice._errors import decode_error, encode_error
-from zenoh_ice._pieces import LARGE
-from zenoh_ice._pool import Pool
+from zenoh_ice._codec import LARGE
+from zenoh_ice._threads import Pool
+from zenoh_ice._wire import decode_error, encode_call_attachment, encode_error, encode_sample_attachment
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.transport import (

@@ -30,7 +30,7 @@ import msgspec
 import zenoh
 from msgspec import Meta
 
-from .._pieces import LARGE, Parted, Pieces
+from .._codec import LARGE, Parted, Pieces
 from .._tokens import parse_client_token
 from ..exceptions import ConnectionLostException, MarshalException
 from ..text import printable

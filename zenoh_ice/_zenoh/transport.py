@@ -15,11 +15,10 @@ from typing import Any, Final
 import zenoh
 from zenoh.handlers import Callback, RingChannel
 
-from .._attachment import decode_attachment
-from .._errors import ERROR_ENCODING, encode_error, unknown_exception
-from .._pieces import Parted, Pieces
-from .._pool import Pool, mark_thread
+from .._codec import Parted, Pieces
+from .._threads import Pool, mark_thread
 from .._tokens import any_client, client_token
+from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
 from ..exceptions import (
     CommunicatorDestroyedException,
     ConnectionLostException,
@@ -28,8 +27,8 @@ from ..exceptions import (
     SystemException,
 )
 from ..in_process import LocalCalls
-from ..network.link_check import explain_endpoints
-from ..operation import Operation
+from ..interface import Operation
+from ..session import close_session, connect_endpoints, explain_endpoints, open_session, send_limit
 from ..settings import Settings
 from ..text import without_source
 from ..transport import (
@@ -47,7 +46,6 @@ from ..transport import (
     Served,
     Target,
 )
-from .session import close_session, connect_endpoints, open_session, send_limit
 from .shared_memory import Ring, SharedMemory
 
 __all__ = ["ZenohTransport"]

@@ -14,8 +14,8 @@ from typing import Final
 
 from deploy.nao.doctor import Finding, fail, note, ok, warn
 from deploy.nao.quantities import bytes_text, count_text
-from zenoh_ice._pieces import Pieces
 from zenoh_ice._zenoh.shared_memory import SharedMemory, memory_space
+from zenoh_ice.transport import Pieces
 
 __all__ = ["check_machine"]
 

@@ -1,8 +1,9 @@
-"""The threads of a communicator: a pool that runs calls, callbacks and the settling of futures.
+"""The threads of a communicator: a pool, an event loop for coroutines, and a pulse.
 
-Jobs go into one queue. A thread that takes one and leaves nobody to wait for the next starts another thread
-first, up to a limit that counts every servant that may be busy: so a slow servant delays no other. Threads
-that have nothing to do end. docs/decisions/0008-one-pool.md compares this with a thread for each servant.
+Jobs of the pool go into one queue. A thread that takes one and leaves nobody to wait for the next starts
+another thread first, up to a limit that counts every servant that may be busy: so a slow servant delays no
+other. Threads that have nothing to do end. docs/decisions/0008-one-pool.md compares this with a thread for
+each servant.
 """
 
 from __future__ import annotations
@@ -12,21 +13,43 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import partial
 from queue import Empty, SimpleQueue
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from .exceptions import BusyException
+from .exceptions import BusyException, CommunicatorDestroyedException
 
-__all__ = ["Job", "Pool", "is_marked_thread", "mark_thread"]
+if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines
+    import asyncio
+
+__all__ = [
+    "Coroutines",
+    "Job",
+    "Pool",
+    "Pulse",
+    "is_marked_thread",
+    "mark_thread",
+]
 
 Job = Callable[[], object]
 
 _IDLE_LIMIT: Final = 5.0  # s after which a thread ends that has nothing to do, unless it is the last
 _MOST_QUEUED: Final = 1024  # jobs of one line
 _MOST_LINES: Final = 256
+
+V = TypeVar("V")
+
+_PERIOD: Final = 0.1  # s
+_STANDSTILL: Final = 0.5  # s without a beat: more than a busy machine makes of the period
+_AFTERMATH: Final = 10  # beats until all that waited has been read
+_JOIN_LIMIT: Final = 2.0
+
+
+# The clock that goes on while the machine is suspended, where the system has one.
+_CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 _logger = logging.getLogger(__name__)
 
@@ -236,3 +259,129 @@ class Pool:
             if following is not None:
                 after = following
                 self.jobs.put(lambda: self._run_line(line, after))
+
+
+class Coroutines:
+    """Run coroutines on one thread, which starts with the first of them."""
+
+    def __init__(self, name: str) -> None:
+        self._name: Final = name
+        self._lock: Final = threading.Lock()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread: threading.Thread | None = None
+        self._closed = False
+
+    def run(self, coroutine: Coroutine[Any, Any, V]) -> Future[V]:
+        """Begin a coroutine and return the future of its outcome.
+
+        Raises CommunicatorDestroyedException after `close`.
+        """
+        with self._lock:
+            if self._closed:
+                coroutine.close()  # or Python warns that nobody waited for it
+                raise CommunicatorDestroyedException("the communicator was destroyed")
+            import asyncio
+
+            return asyncio.run_coroutine_threadsafe(coroutine, self._loop or self._start())
+
+    def close(self, timeout: float) -> bool:
+        """Cancel the coroutines that run and end the thread; return whether that took at most `timeout` s."""
+        with self._lock:
+            self._closed = True
+            loop, thread = self._loop, self._thread
+        if loop is None or thread is None:
+            return True
+        loop.call_soon_threadsafe(self._cancel_all)
+        if thread is threading.current_thread():  # a coroutine ends its own communicator
+            return False
+        thread.join(timeout)
+        if thread.is_alive():
+            _logger.error("%s still busy after %g s", thread.name, timeout)
+        return not thread.is_alive()
+
+    def _start(self) -> asyncio.AbstractEventLoop:
+        import asyncio
+
+        loop = asyncio.new_event_loop()
+        thread = threading.Thread(target=self._work, args=(loop,), name=self._name, daemon=True)
+        thread.start()
+        self._loop, self._thread = loop, thread
+        return loop
+
+    def _work(self, loop: asyncio.AbstractEventLoop) -> None:
+        import asyncio
+
+        mark_thread()
+        asyncio.set_event_loop(loop)
+        try:
+            while not self._run(loop):
+                pass
+        finally:
+            loop.close()
+
+    def _run(self, loop: asyncio.AbstractEventLoop) -> bool:
+        """Run the loop; return whether it was stopped: one that exits must not end all the others."""
+        try:
+            loop.run_forever()
+        except BaseException:
+            _logger.exception("a coroutine tried to end %s", threading.current_thread().name)
+            return False
+        return True
+
+    def _cancel_all(self) -> None:
+        import asyncio
+
+        loop = asyncio.get_running_loop()
+        tasks = asyncio.all_tasks(loop)
+        for task in tasks:
+            task.cancel()
+        # The loop ends once they did, with what they do to clean up.
+        ended = asyncio.gather(*tasks, return_exceptions=True)
+        ended.add_done_callback(lambda _: loop.stop())
+
+
+class Pulse:
+    """Beat on a thread, and notice from the missing beats that the process stood still.
+
+    A process that was stopped (SIGSTOP, a debugger, a suspended machine) finds calls in the system's buffers
+    whose callers gave up long ago. They look as if they had just come; that they may be old shows here alone.
+    """
+
+    def __init__(self) -> None:
+        self.running_since = time.monotonic()
+        """What is received now came after this moment of the monotonic clock, usually 0.1 s ago at most."""
+        self._stopped = threading.Event()
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Begin to beat, unless it does already or was closed."""
+        with self._lock:
+            if self._thread is None and not self._stopped.is_set():
+                self.running_since = time.monotonic()
+                thread = threading.Thread(target=self._beat, name="zenoh_ice pulse", daemon=True)
+                thread.start()
+                self._thread = thread
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._lock:
+            self._stopped.set()
+            thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.join(_JOIN_LIMIT)
+
+    def _beat(self) -> None:
+        last = time.clock_gettime(_CLOCK)
+        doubtful = 0
+        while not self._stopped.wait(_PERIOD):
+            moment = time.clock_gettime(_CLOCK)
+            pause, last = moment - last, moment
+            if pause > _STANDSTILL:
+                _logger.info("this process stood still for %.1f s", pause)
+                self.running_since = time.monotonic() - pause
+                doubtful = _AFTERMATH
+            elif doubtful:
+                doubtful -= 1
+            else:
+                self.running_since = time.monotonic()

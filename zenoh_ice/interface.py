@@ -1,4 +1,4 @@
-"""What generated code tells the runtime about interfaces and their operations."""
+"""Interfaces and their operations, as generated code describes them, and the roots of what they carry."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Any, Final, Generic, ParamSpec, TypeVar
 import msgspec
 
 from ._codec import Codec
+from ._values import TYPE_FIELD, Struct, Value, type_ids_of
 from .exceptions import UserException
 
-__all__ = ["OBJECT_TYPE_ID", "Interface", "Operation"]
+__all__ = ["OBJECT_TYPE_ID", "TYPE_FIELD", "Interface", "Operation", "Struct", "Value", "type_ids_of"]
 
 OBJECT_TYPE_ID: Final = "::Ice::Object"
 """The type id that every servant answers to."""

@@ -1,1 +1,0 @@
-"""The Zenoh session: links and their protection, and who is there at their other ends."""
