@@ -286,7 +286,13 @@ class _VirtualTiming:
         self.now: Final = clock.now
         self.wall: Final = clock.now
 
-    def wait_for(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
+    def wait_for(
+        self,
+        inlet: Inlet,  # noqa: ARG002
+        changed: threading.Condition,  # noqa: ARG002
+        holds: Callable[[], bool],
+        timeout: float,
+    ) -> bool:
         """Move the time on until a function returns true; return whether it did."""
         self._clock.wait_for(holds, timeout)
         return holds()

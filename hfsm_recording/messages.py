@@ -175,10 +175,12 @@ class Missing(msgspec.Struct, frozen=True):
 
 
 class Result(Message, frozen=True):
-    """What an operation of a proxy brought: `kind` is call, latest, wait, async, sample or subscribe.
+    """What an operation of a proxy brought.
 
-    `value` is for people, and cut where it is long. `packed` is the exact value as it travels, in base64, or
-    None where there is none, or where it was `too_large`.
+    `kind` is call; begin and async of a call without waiting; latest and wait, which is over when it has
+    brought an error or a newer sample; subscribe and sample. `value` is for people, and cut where it is long.
+    `packed` is the exact value as it travels, in base64, or None where there is none, or where it was
+    `too_large`.
     """
 
     context: Text
@@ -199,6 +201,8 @@ class Result(Message, frozen=True):
     same: bool = False
     """Whether it is the very sample that this context's last reading of the stream brought."""
     age: float | None = None
+    stream: Text = ""
+    """Id of the stream of the sample, another after each restart of the servant."""
 
 
 class Image(Message, frozen=True):

@@ -176,10 +176,12 @@ class Timing(Protocol):
     def wall(self) -> float:
         """Return the time in s by which samples are stamped."""
 
-    def wait_for(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+    def wait_for(
+        self, inlet: Inlet, changed: threading.Condition, holds: Callable[[], bool], timeout: float
+    ) -> bool:
         """Wait until a function returns true, for at most `timeout` s; return whether it did.
 
-        It is asked whenever `changed`, which the caller holds, is notified.
+        It polls the inlet, and is asked whenever `changed`, which the caller holds, is notified.
         """
 
     def repeat(self, period: float, job: Callable[[], object]) -> Served:
@@ -189,7 +191,7 @@ class Timing(Protocol):
 class WallTiming:
     """The time of the wall."""
 
-    delivers: Final = True
+    delivers: bool = True
 
     def now(self) -> float:
         """Return the steady time in s."""
@@ -199,7 +201,13 @@ class WallTiming:
         """Return the time in s since the epoch."""
         return time.time()
 
-    def wait_for(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+    def wait_for(
+        self,
+        inlet: Inlet,  # noqa: ARG002 - what it brings is delivered
+        changed: threading.Condition,
+        holds: Callable[[], bool],
+        timeout: float,
+    ) -> bool:
         """Wait until a function returns true, for at most `timeout` s; return whether it did."""
         return changed.wait_for(holds, timeout)
 
@@ -228,7 +236,18 @@ _WALL: Final = WallTiming()
 class Sample(Generic[V]):
     """A value that a stream brought."""
 
-    __slots__ = ("_now", "_read_at", "_transit", "lost", "sequence", "stream", "time", "value", "wall_time")
+    __slots__ = (
+        "_age",
+        "_now",
+        "_read_at",
+        "_transit",
+        "lost",
+        "sequence",
+        "stream",
+        "time",
+        "value",
+        "wall_time",
+    )
 
     def __init__(
         self,
@@ -240,6 +259,7 @@ class Sample(Generic[V]):
         *,
         stream: str = "",
         timing: Timing = _WALL,
+        age: Callable[[], float] | None = None,
     ) -> None:
         self.value: Final = value
         self.sequence: Final = sequence
@@ -256,6 +276,7 @@ class Sample(Generic[V]):
         Newer ones overtook them, as the reader is slower than the stream, or they were lost on the way.
         """
 
+        self._age: Final = age
         # From here on by the steady clock: when the date is set back, old samples must not look fresh.
         self._now: Final = timing.now
         self._transit: Final = max(0.0, timing.wall() - wall_time)
@@ -264,7 +285,7 @@ class Sample(Generic[V]):
     @property
     def age(self) -> float:
         """Wall seconds since it was sent; between machines as exact as their clocks agree."""
-        return self._transit + self._now() - self._read_at
+        return self._transit + self._now() - self._read_at if self._age is None else self._age()
 
     def follows(self, other: Sample[V] | None) -> bool:
         """Return whether it is newer than another one, or of another start of the servant."""
@@ -459,14 +480,14 @@ class StreamReader(Generic[V]):
         started = time.monotonic()
         with self._changed:
             self._asked = True
-            self._start_delivery()
+            inlet = self._start_delivery()
             self._waiting += 1
         try:
             with self._changed:
                 self._streams.timing.wait_for(
-                    self._changed, lambda: self._has_newer(after) or self.lost_since(started), timeout
+                    inlet, self._changed, lambda: self._has_newer(after) or self.lost_since(started), timeout
                 )
-                sample = self._newest()
+                sample = self._sample
                 if sample is not None and sample.follows(after):
                     return sample
             raise self.explain_silence(timeout)
@@ -525,6 +546,7 @@ class StreamReader(Generic[V]):
             lost,
             stream=about.stream,
             timing=self._streams.timing,
+            age=arrived.age,
         )
 
     def rest(self, seconds: float) -> None:
@@ -549,6 +571,12 @@ class StreamReader(Generic[V]):
                 self._asked, self._asked_at = False, now
             elif self._waiting == 0 and now - self._asked_at >= LINGER:
                 self._stop_listening()
+
+    def forget(self) -> None:
+        """Forget the newest sample, as if listening began now."""
+        with self._changed:
+            self._pending = self._sample = None
+            self._gaps = _Gaps()
 
     def close(self) -> None:
         """Stop listening for ever; those who wait wake up."""
@@ -585,14 +613,15 @@ class StreamReader(Generic[V]):
                 _logger.debug("%s", error)
         return self._sample
 
-    def _start_delivery(self) -> None:
-        """Let samples be taken out as they come, from now until the stream is closed."""
+    def _start_delivery(self) -> Inlet:
+        """Let samples be taken out as they come, from now until the stream is closed; return their inlet."""
         self._check_open()
         inlet = self._inlet or self._listen()
         if self._streams.timing.delivers and not self._delivers:
             self._delivers = True
             self._poll = self._take_pending
             inlet.deliver(partial(self._on_sample, inlet))
+        return inlet
 
     def _listen(self) -> Inlet:
         self._inlet = inlet = self.listen()
@@ -604,8 +633,7 @@ class StreamReader(Generic[V]):
         inlet, self._inlet = self._inlet, None
         self._poll = self._take_pending
         self._delivers = False
-        self._pending = self._sample = None
-        self._gaps = _Gaps()
+        self.forget()
         self._streams.listening.discard(self)
         if inlet is not None:
             inlet.close()

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, Protocol
 
-from ._codec import Buffer, Parted, Pieces
+from ._codec import Buffer, Parted, Pieces, byte_sequences
 from ._values import NAME
 from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
 from .exceptions import ConfigurationException, SystemException
@@ -37,6 +37,7 @@ __all__ = [
     "Served",
     "Target",
     "Transport",
+    "byte_sequences",
     "check_name",
     "decode_attachment",
     "decode_error",
@@ -75,6 +76,8 @@ class Arrived(NamedTuple):
 
     payload: bytes | Parted
     attachment: bytes | None
+    age: Callable[[], float] | None = None
+    """Returns its age in wall s, where that does not follow from the attachment."""
 
 
 Answer = tuple[bool, "bytes | Pieces"]

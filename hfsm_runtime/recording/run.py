@@ -18,6 +18,7 @@ from typing import Any, Final
 import msgspec
 
 from hfsm_recording.messages import SOURCES, Action
+from zenoh_ice import ObjectPrx
 from zenoh_ice.clock import Clock
 
 from ..automaton import Automaton
@@ -28,9 +29,9 @@ from ..supervision import Refusal
 from ..timeline import Timeline
 from ..tree import Replaced, Run, Tree
 from .clocks import AskedClock, RecordingTimeline, asked_time
-from .proxies import record_proxies
 from .recorder import LogRecorder, Recorder, automaton_context
 from .results import digest
+from .transport import recorded_proxies
 from .writer import RecordingWriter
 
 __all__ = ["MONITOR", "START", "RecordedRuntime", "RecordedTree", "recording"]
@@ -62,6 +63,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         "on_error": component._hfsm_on_error.value,
         "on_refused": component._hfsm_on_refused.value,
         "parameters": msgspec.json.encode(parameter_values(component)).decode(),
+        "realm": _realm(component),
         "proxies": msgspec.json.encode({n: p.identity for n, p in proxies_of(component).items()}).decode(),
         "python": platform.python_version(),
         **{package: _version(package) for package in _PACKAGES},
@@ -74,9 +76,8 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     recorder = Recorder(writer, start, with_images=with_images)
     log = LogRecorder(recorder)
     try:
-        record_proxies(component, recorder)
         logging.getLogger().addHandler(log)
-        with asked_time(type(component), recorder.ask):
+        with recorded_proxies(component, recorder), asked_time(type(component), recorder.ask):
             yield recorder
     finally:
         logging.getLogger().removeHandler(log)
@@ -299,6 +300,13 @@ def _imported(file: Path) -> set[str]:
 
 def _user_classes(component: Component) -> Iterator[type]:
     return (base for base in type(component).__mro__ if base not in (object, Component))
+
+
+def _realm(component: Component) -> str:
+    """Return the realm that a component is connected to; empty for one without proxies."""
+    proxies = (vars(component).get(name) for name in proxies_of(component))
+    realms = (proxy.ice_getCommunicator().realm for proxy in proxies if isinstance(proxy, ObjectPrx))
+    return next(realms, "")
 
 
 def _version(package: str) -> str:

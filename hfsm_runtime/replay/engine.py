@@ -19,12 +19,11 @@ from ..recording.turns import Turns
 from ..recording.writer import Entry
 from ..timeline import slot_after, slot_from
 from ..tree import ChangeKind, Run
-from .answers import Answers
 from .comparison import Comparison
 from .errors import ReplayError
 from .host import Host, act
-from .script import Record, Recording, Script, Want, context_of
-from .strands import Strand, Strands
+from .script import Record, Recording, Script, context_of
+from .strands import Answers, Strand, Strands
 
 __all__ = ["ComparisonSink", "Replay", "StrandContext"]
 
@@ -60,7 +59,7 @@ class Replay:
         self._told_at = time.monotonic()
         self._strands = Strands()
         self._script = Script(recording, until, self._passed)
-        self._answers = Answers(recording, self._script, self._strands)
+        self._answers = Answers(self._script, self._strands)
         recorder = Recorder(ComparisonSink(self._answers), 0, StrandContext(self._strands))
         recorder.component_time = self.now
         self._host = Host(recording, self._answers, recorder)
@@ -225,7 +224,7 @@ class Replay:
     def _answer(self, strand: Strand, record: Record | None) -> None:
         """Give waiting code what it wants: this record, one further on, or nothing."""
         want = strand.want
-        assert isinstance(want, Want)
+        assert want is not None
         if record is not None and want.fits(record):
             self._script.advance()
             found: Record | None = record

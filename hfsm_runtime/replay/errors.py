@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from ..errors import ComponentError
 
-__all__ = ["MissingImageError", "NothingRecordedError", "ReplayEndedError", "ReplayError"]
+__all__ = ["NothingRecordedError", "ReplayEndedError", "ReplayError"]
 
 
 class ReplayError(ComponentError):
     """A replay cannot go on."""
-
-
-class MissingImageError(ReplayError):
-    """The code looks at an image that the recording only has the size of."""
 
 
 class NothingRecordedError(ReplayError):

@@ -31,9 +31,9 @@ from ..supervision import Refusal, Supervision
 from ..timeline import Timeline
 from ..tree import ChangeKind, Run, Tree
 from ..variables import assign
-from .answers import Answers
 from .script import Recording
-from .stand_ins import connect
+from .strands import Answers
+from .transport import ReplayTransport
 
 __all__ = ["Host", "act"]
 
@@ -57,6 +57,8 @@ class Host(Observer):
         self._answers = answers
         self._recorder = recorder
         self._stack = ExitStack()
+        self._transport = ReplayTransport(recording, answers)
+        self._stack.enter_context(self._transport.communicator)
 
     def __enter__(self) -> Host:
         return self
@@ -115,12 +117,12 @@ class Host(Observer):
     def _equip(self, component: Component) -> None:
         """Give a component what it sees of the world."""
         _set_parameters(component, self._recording)
-        connect(component, self._answers)
+        self._transport.connect(component)
         self._stack.enter_context(asked_time(type(component), self._answers.ask))
         equip(component, AskedClock(VirtualClock(), self._answers.ask), self._sleep, self._send)
 
     def _sleep(self, seconds: float) -> None:
-        ending = self._answers.read("sleep", waits=lambda: seconds)
+        ending = self._answers.ask("sleep", waits=lambda: seconds)
         if ending == "stopped":
             raise ComponentStoppedError
         if ending == "cut":
@@ -156,7 +158,7 @@ class _ReplayTree(Tree):
         """Wait until the automata below have ended their cycles, or had not when the wait was given up."""
         if not run.below:
             return []
-        late = self._answers.read("handover")
+        late = self._answers.ask("handover")
         found = [self.run(each) for each in late if isinstance(each, int)] if isinstance(late, list) else []
         return [each for each in found if each is not None]
 
@@ -200,4 +202,4 @@ class _ReplayTimeline(Timeline):
 
     def now(self) -> int:
         """Return the component time in ns."""
-        return int(self._answers.read("component"))
+        return int(self._answers.ask("component"))

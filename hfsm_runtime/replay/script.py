@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from hfsm_recording.reader import RecordingError, RecordingFile, decode, image_h
 
 from ..recording.recorder import automaton_context
 
-__all__ = ["Record", "Recording", "Script", "Want", "attribute_of", "context_of"]
+__all__ = ["Knowledge", "Record", "Recording", "Script", "Want", "attribute_of", "context_of"]
 
 _FAR: Final = 5000
 """Messages that are looked through for what belongs to a cycle."""
@@ -32,6 +32,12 @@ _MOST_AHEAD: Final = 64 << 20
 _MOST_IMAGES: Final = 500_000
 """Fourteen hours of ten images a second."""
 _INPUTS: Final = (Action, Cycle, Gap, Overlap, Reading, Result)
+_SECOND: Final = 1_000_000_000
+_CLOCKS: Final = {"now", "time.time", "time.monotonic", "time.perf_counter"}
+_CLOCKS_NS: Final = {"time.time_ns", "time.monotonic_ns", "time.perf_counter_ns"}
+_VALUES: Final = frozenset({"call", "latest", "wait", "async", "sample"})
+_POLL: Final = 1000
+"""ns that pass when an edited document reads a clock, so that a loop that waits by it comes to its end."""
 
 
 class Record(NamedTuple):
@@ -187,6 +193,61 @@ class Script:
         self._bytes_ahead -= len(record.data)
         self._passed(record)
         return record
+
+
+class Knowledge:
+    """Collect what a recording brings, and answer from it by the newest."""
+
+    def __init__(self) -> None:
+        self.guesses: Counter[str] = Counter()
+        """How often what was asked for in vain, and answered by something older."""
+        self._results: dict[tuple[str, str], Record] = {}
+        self._readings: dict[str, tuple[float, int]] = {}
+        self._passed: dict[str, int] = {}
+
+    def learn(self, record: Record) -> None:
+        """Take what was recorded."""
+        message = record.message
+        if isinstance(message, Result):
+            if message.kind in _VALUES and message.packed is not None:
+                self._results[attribute_of(record), message.operation] = record
+        elif (
+            isinstance(message, Reading)
+            and message.kind in _CLOCKS | _CLOCKS_NS
+            and isinstance(message.value, int | float)
+        ):
+            self._readings[message.kind] = float(message.value), record.time
+
+    def newest(self, want: Want) -> Record | None:
+        """Return the newest value that an operation had, or None."""
+        return self._results.get((want.attribute, want.operation))
+
+    def begin_cycle(self, context: str) -> None:
+        """Forget how long the code of a context has waited in its cycle."""
+        self._passed[context] = 0
+
+    def wait(self, context: str, seconds: float) -> None:
+        """Let time pass for the code of a context, until the end of its cycle."""
+        self._passed[context] = self._passed.get(context, 0) + round(max(0.0, seconds) * _SECOND)
+
+    def time(self, context: str, now: int) -> int:
+        """Return the component time in ns as the code of a context sees it."""
+        self._passed[context] = self._passed.get(context, 0) + _POLL
+        return now + self._passed[context]
+
+    def reading(self, want: Want, context: str, now: int) -> float | int | bool | str | None:
+        """Return what a clock shows, or how a wait ends, at a component time in ns."""
+        time = self.time(context, now)
+        kind = want.kind
+        if kind == "component":
+            return time
+        if kind in _CLOCKS or kind in _CLOCKS_NS:
+            value, at = self._readings.get(kind, (0.0, 0))
+            return int(value + (time - at)) if kind in _CLOCKS_NS else value + (time - at) / _SECOND
+        endings: dict[str, float | bool | str] = {
+            "rate": 1.0, "sleep": "done", "clock.wait": False, "future": True,
+        }  # fmt: skip
+        return endings.get(kind)
 
 
 def context_of(message: Message) -> str | None:

@@ -1,20 +1,29 @@
-"""Threads of user code that run one at a time, when whoever drives the replay says so, as far as it says."""
+"""Threads of user code that run one at a time, when the driver of a replay says so, and what answers them."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NoReturn
 
+from hfsm_recording.messages import Reading, Result
+
+from ..recording.results import arguments_of
+from .comparison import Comparison
 from .errors import ReplayEndedError, ReplayError
+from .script import Knowledge, Record, Script, Want, context_of
 
-__all__ = ["Strand", "Strands"]
+__all__ = ["Answers", "Strand", "Strands"]
 
 _PATIENCE: Final = 30.0
 """Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
 _CLOSE: Final = 2.0
 _MOST: Final = 10_000
 """Strands at a time."""
+_MOST_GUESSES: Final = 100_000
+"""Answers without a record in one cycle: code that asks for more does not end."""
+_NUMBERS: Final = frozenset({"component", "now", "rate"})
+_SECOND: Final = 1_000_000_000
 
 
 class Strand:
@@ -22,12 +31,12 @@ class Strand:
 
     def __init__(self, context: str, here: threading.local) -> None:
         self.context: Final = context
-        self.want: Any = None
+        self.want: Want | None = None
         """What the code waits for; None while it runs, and when it has ended."""
         self.failure: BaseException | None = None
         """What ended the code, if anything did."""
         self._here = here
-        self._answer: Any = None
+        self._answer: Record | None = None
         self._function: Callable[[], object] | None = None
         self._go = threading.Semaphore(0)
         self._back = threading.Semaphore(0)
@@ -47,17 +56,19 @@ class Strand:
             self._thread.start()
         self._switch()
 
-    def resume(self, answer: object) -> None:
+    def resume(self, answer: Record | None) -> None:
         """Give the code what it waits for, and let it run until it waits again or ends."""
         self.want, self._answer = None, answer
         self._switch()
 
-    def wait(self, want: object) -> object:
+    def wait(self, want: Want) -> Record | None:
         """Wait, on this strand's own thread, for what `resume` brings."""
         self.want = want
-        self._back.release()
-        self._go.acquire()
-        self._check_open()
+        if not self._closing:
+            self._back.release()
+            self._go.acquire()
+        if self._closing:
+            raise ReplayEndedError
         answer, self._answer = self._answer, None
         return answer
 
@@ -66,12 +77,8 @@ class Strand:
         self._closing = True
         self.want = None
         if self._thread.ident is not None:
-            self._go.release()
+            self._go.release(2)  # one for code that waits
             self._thread.join(_CLOSE)
-
-    def _check_open(self) -> None:
-        if self._closing:
-            raise ReplayEndedError
 
     def _switch(self) -> None:
         self._go.release()
@@ -82,10 +89,7 @@ class Strand:
 
     def _run(self) -> None:
         self._here.strand = self
-        while True:
-            self._go.acquire()
-            if self._closing:
-                return
+        while self._go.acquire() and not self._closing:
             try:
                 assert self._function is not None
                 self._function()
@@ -132,3 +136,103 @@ class Strands:
         """End all threads."""
         for strand in self._all.values():
             strand.close()
+
+
+class Answers:
+    """Answer the code on strands from a script.
+
+    Where the next record is the answer it is used at once; otherwise the strand waits until its driver brings
+    the answer, or says that there is none. While there is an `own_time` in ns the code is none that was
+    recorded, and there is never one.
+    """
+
+    def __init__(self, script: Script, strands: Strands) -> None:
+        self.comparison = Comparison()
+        self.knowledge = Knowledge()
+        self.expected: dict[str, Callable[[Record], object]] = {}
+        """What is to be called when something arrives in a context."""
+        self.own_time: int | None = None
+        self.fatal: ReplayError | None = None
+        """Why the replay cannot go on."""
+        self.guesses_in_cycle = 0
+        self._script = script
+        self._strands = strands
+
+    def now(self) -> int:
+        """Return the component time in ns at which the replay is."""
+        return self._script.time if self.own_time is None else self.own_time
+
+    def take(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
+        """Return what the recording has in answer to code that asks; None where it has nothing.
+
+        With `park` it may wait until it is the code's turn.
+        """
+        strand = self._strands.current
+        if strand is None:
+            return None
+        record = None
+        if self.own_time is None:
+            record = self._script.peek_input()
+            fits = record is not None and context_of(record.message) == strand.context
+            if fits and record is not None and want.fits(record):
+                self._script.advance()
+            else:
+                record = strand.wait(want) if park else self._script.find(strand.context, want)
+        if record is None:
+            self.guesses_in_cycle += 1
+            if self.guesses_in_cycle > _MOST_GUESSES:
+                self.give_up(ReplayError(f"a cycle of {strand.context} does not end: it asks for {want}"))
+        elif arguments is not None and isinstance(record.message, Result):
+            made, shown = record.message.arguments, arguments_of(arguments)
+            what = f"{want.attribute}.{want.operation}"
+            self.comparison.called(self.now(), strand.context, what, made, shown)
+        return record
+
+    def ask(
+        self,
+        kind: str,
+        read: Callable[[], Any] | None = None,  # noqa: ARG002 - that is what a recording does
+        waits: Callable[[], float] | None = None,
+    ) -> Any:  # noqa: ANN401
+        """Return a reading: the recorded one, or one that follows from the time."""
+        want = Want(kind)
+        record = self.take(want)
+        if record is not None:
+            assert isinstance(record.message, Reading)
+            value = record.message.value
+            if kind in _NUMBERS and not isinstance(value, int | float):
+                self.give_up(ReplayError(f"the recorded {kind} is malformed: {value!r:.40}"))
+            return value
+        context = self._strands.context
+        if context is None:
+            return self.now() if kind == "component" else self.now() / _SECOND
+        if waits is not None:
+            self.wait(waits())
+        elif kind not in ("component", "sleep", "future"):
+            self.knowledge.guesses[str(want)] += 1
+        return self.knowledge.reading(want, context, self.now())
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass for the code on this strand, where the recording does not say how it passed."""
+        if self._strands.context is not None:
+            self.knowledge.wait(self._strands.context, seconds)
+
+    def guess(self, want: Want) -> Record | None:
+        """Return the newest value that an operation had until now."""
+        self.knowledge.guesses[str(want)] += 1
+        return self.knowledge.newest(want)
+
+    def give_up(self, error: ReplayError) -> NoReturn:
+        """End the replay from within user code, which must not catch that."""
+        self.fatal = self.fatal or error
+        raise ReplayEndedError
+
+    def was_stopped(self) -> bool:
+        """Return whether a breakpoint stopped the running code at this very moment."""
+        record = self._script.peek_input() if self.own_time is None else None
+        if record is None or context_of(record.message) != self._strands.context:
+            return False
+        if not Want("break").fits(record):
+            return False
+        self._script.advance()
+        return True

@@ -19,21 +19,35 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hfsm_recording.messages import Cycle
+from hfsm_recording.messages import Cycle, Result
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
 from hfsm_runtime.debugger.debugger import Debugger
 from hfsm_runtime.recording import writer
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
+from hfsm_runtime.replay.errors import ReplayError
 from hfsm_runtime.replay.script import Recording
 from hfsm_runtime.robot import connect
 from interfaces.hfsm import Breakpoint
-from interfaces.jderobot import CommandRefusedException
+from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from tests.support.image_servant import ImageI, image
 from tests.support.limits import LIMIT
+from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.robot_server import eventually
-from zenoh_ice import Communicator, Current, Sample, initialize
+from zenoh_ice import (
+    Communicator,
+    Current,
+    MarshalException,
+    ObjectAdapter,
+    Sample,
+    TimeoutException,
+    initialize,
+    streams,
+)
+from zenoh_ice.generated import Interface, Object, ObjectPrx, Operation, Struct
+from zenoh_ice.transport import Target, encode_sample_attachment
 
 FOREVER = 10**18
 
@@ -112,6 +126,7 @@ def running(
     *,
     on_error: str = "continue",
     begin_at: tuple[int, int] | None = None,
+    with_images: bool = False,
 ) -> Iterator[tuple[RecordedRuntime, FastClock]]:
     """Record a component on its threads, ten times as fast as the wall's clock."""
     from hfsm_runtime.errors import OnError
@@ -120,7 +135,7 @@ def running(
     component.log.disabled = True
     connect(component, world[0])
     clock = FastClock()
-    with recording(component, path) as recorder:
+    with recording(component, path, with_images=with_images) as recorder:
         runtime = RecordedRuntime(component, clock, recorder, OnError(on_error))
         if begin_at is not None:
             runtime.begin_at(*begin_at)
@@ -473,6 +488,297 @@ def test_a_gap_in_the_recording_is_told_and_ends_the_replay(
     assert gap is not None, note
     assert comparison.divergences == []
     assert max(step.time for step in comparison.replayed_steps) <= float(gap[1]) + 0.001
+
+
+# What passes the transport.
+
+
+class _Nothing(Struct):
+    pass
+
+
+class _Found(Struct):
+    returnValue: PoseHeadPrx | None
+
+
+_find: Operation[[], PoseHeadPrx | None] = Operation("find", arguments=_Nothing, result=_Found)
+
+
+class DirectoryPrx(ObjectPrx):
+    ice_interface = Interface("::test::Directory", operations=(_find,), fingerprint="c0ffee000000000d")
+
+    def find(self) -> PoseHeadPrx | None:
+        return self.ice_invoke(_find)
+
+
+class Directory(Object):
+    """Knows a head."""
+
+    ice_interface = DirectoryPrx.ice_interface
+
+    def __init__(self, head: ObjectPrx) -> None:
+        self._head = PoseHeadPrx.uncheckedCast(head)
+
+    def find(self, current: Current) -> PoseHeadPrx | None:
+        return self._head
+
+
+@pytest.fixture
+def adapter(world: World) -> ObjectAdapter:
+    """What serves more than the head."""
+    made = world[0].createObjectAdapter("More")
+    made.activate()
+    return made
+
+
+def test_a_servant_that_is_away_is_away_in_the_replay(tmp_path: Path) -> None:
+    class Patient(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            found: list[Any] = []
+            for call in (self.head.getPose, self.head.stop, lambda: self.head.getPose.wait(timeout=0.01)):
+                try:
+                    found.append(call())
+                except Exception as error:  # noqa: BLE001
+                    found.append([type(error).__name__, str(error)])
+            return found
+
+        def decide(self) -> bool:
+            return False
+
+    path = tmp_path / "run.mcap"
+    with initialize(connect=[], clock="wall") as communicator:
+        head = HeadI()
+        adapter = communicator.createObjectAdapter("Test")
+        adapter.add(head, "Head")
+        adapter.activate()
+
+        def three_cycles(runtime: RecordedRuntime) -> None:
+            cycles = runtime.tree.root.cycles
+            eventually(lambda: runtime.tree.root.cycles > cycles + 3)
+
+        with running(Patient, (communicator, head), path) as (runtime, _):
+            three_cycles(runtime)
+            adapter.remove("Head")
+            three_cycles(runtime)
+            adapter.add(head, "Head")
+            three_cycles(runtime)
+    identical(path, Patient)
+    seen = {record.message.error for record in Recording(path) if isinstance(record.message, Result)}
+    assert {error.partition(": ")[0] for error in seen} >= {"", "ConnectionLostException"}
+
+
+def test_a_proxy_that_comes_in_a_value_leads_to_what_it_led_to(
+    tmp_path: Path, world: World, adapter: ObjectAdapter
+) -> None:
+    class Finder(Watcher, document="watcher.xml"):
+        directory = Proxy("Directory", DirectoryPrx)
+
+        def look(self, count: int) -> list[Any]:
+            found = self.directory.find()
+            assert found is not None
+            return [found.getPose(), found.ice_toString()]
+
+        def decide(self) -> bool:
+            return False
+
+    adapter.add(Directory(world[0].stringToProxy("Head")), "Directory")
+    record_watcher(Finder, world, tmp_path / "run.mcap", 1.0)
+    assert identical(tmp_path / "run.mcap", Finder).cycles > 5
+
+
+def test_oneway_calls_are_recorded_with_their_arguments(
+    tmp_path: Path, world: World, adapter: ObjectAdapter
+) -> None:
+    class Notes(Watcher, document="watcher.xml"):
+        notes = Proxy("Notebook", NotebookPrx)
+        text = "cycle"
+
+        def look(self, count: int) -> list[Any]:
+            self.notes.ice_oneway().note(f"{self.text} {count}")
+            return []
+
+        def decide(self) -> bool:
+            return False
+
+    class Edited(Notes, document="watcher.xml"):
+        text = "round"
+
+    servant = Notebook()
+    adapter.add(servant, "Notebook")
+    path = tmp_path / "run.mcap"
+    record_watcher(Notes, world, path, 1.0)
+    assert servant.wait_for(2)[:2] == ["cycle 1", "cycle 2"]
+    identical(path, Notes)
+    _, comparison = replayed(path, Edited)
+    assert [(found.what, found.recorded, found.replayed) for found in comparison.differences] == [
+        ("notes.note", ["cycle 1"], ["round 1"])
+    ]
+
+
+class Looks(Watcher, document="watcher.xml"):
+    """Looks at images."""
+
+    camera = Proxy("Camera", ImageProviderPrx)
+
+    def look(self, count: int) -> list[Any]:
+        sample = self.camera.getImageData.latest()
+        image = self.camera.getImageData("GRAY8").pixelData
+        seen = sample and (sample.value.timeStamp.seconds, hash(bytes(sample.value.pixelData)))
+        return [hash(bytes(image)), len(image), seen]
+
+    def decide(self) -> bool:
+        return False
+
+
+@pytest.mark.parametrize("size", [500, 5000, 200_000])
+@pytest.mark.parametrize("with_images", [False, True])
+def test_images_come_back_where_they_are_recorded(
+    tmp_path: Path, world: World, adapter: ObjectAdapter, size: int, with_images: bool
+) -> None:
+    camera = ImageI()
+    adapter.add(camera, "Camera")
+    path = tmp_path / "run.mcap"
+    with running(Looks, world, path, with_images=with_images) as (runtime, clock):
+        assert camera.getImageDataPublisher.wait_for_listener(LIMIT)
+        for number in range(10):
+            camera.getImageDataPublisher.publish(image(number, bytes([number]) * size))
+            clock.sleep(0.1)
+        eventually(lambda: runtime.tree.root.cycles > 10)
+    if with_images:
+        identical(path, Looks)
+    else:  # those of the calls are large
+        with pytest.raises(ReplayError, match=r"brought \d+ bytes that are not in the recording"):
+            replayed(path, Looks)
+
+
+def test_loops_over_a_stream_see_the_same_samples(tmp_path: Path, world: World) -> None:
+    class Loops(Watcher, document="watcher.xml"):
+        last: Sample[HeadPose] | None = None
+
+        def look(self, count: int) -> list[Any]:
+            found: list[Any] = []
+            try:
+                self.last = self.head.getPose.wait(self.last, timeout=0.05)
+                for sample in self.head.getPose.samples(timeout=0.05):
+                    seen = [sample.value.pan, sample.sequence, sample.lost, sample.follows(self.last)]
+                    found.append(seen)
+            except TimeoutException as error:
+                found.append(str(error))
+            return found
+
+        def decide(self) -> bool:
+            return False
+
+    path = tmp_path / "run.mcap"
+    publisher = world[1].getPosePublisher
+    with running(Loops, world, path) as (runtime, clock):
+        assert publisher.wait_for_listener(LIMIT)
+        for _ in range(40):
+            publisher.publish(world[1].pose())
+            clock.sleep(random.SystemRandom().choice([0.02, 0.1, 0.3]))
+        eventually(lambda: runtime.tree.root.cycles > 10)
+    identical(path, Loops)
+    kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Result)]
+    assert kinds.count("wait") > 10
+
+
+def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(
+    tmp_path: Path, world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(streams, "LINGER", 0.04)
+
+    class Seldom(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            if count % 20 > 3:
+                return []
+            sample = self.head.getPose.latest()
+            return [sample and [sample.value.pan, sample.lost]]
+
+        def decide(self) -> bool:
+            return False
+
+    path = tmp_path / "run.mcap"
+    with initialize(connect=[], clock="wall") as communicator:
+        head = HeadI()
+        adapter = communicator.createObjectAdapter("Test")
+        adapter.add(head, "Head")
+        adapter.activate()
+        with running(Seldom, (communicator, head), path) as (runtime, clock):
+            while runtime.tree.root.cycles < 70:
+                head.getPosePublisher.publish(head.pose())
+                clock.sleep(0.05)
+    identical(path, Seldom)
+    seen = [record.message for record in Recording(path) if isinstance(record.message, Result)]
+    nothing = [bool(each.packed is None and not each.same) for each in seen]
+    assert True in nothing[nothing.index(False) :]  # it was forgotten
+
+
+def test_a_sample_that_does_not_fit_does_not_fit_in_the_replay(tmp_path: Path, world: World) -> None:
+    class Bad(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            try:
+                return [self.head.getPose.latest()]
+            except MarshalException as error:
+                return [str(error)]
+
+        def decide(self) -> bool:
+            return False
+
+    path = tmp_path / "run.mcap"
+    operation = PoseHeadPrx.ice_interface.all_operations["getPose"]
+    with running(Bad, world, path) as (_, clock):
+        outlet = world[0].transport.publish(Target("nao", "Head"), operation, lambda: None)
+        assert world[1].getPosePublisher.wait_for_listener(LIMIT)
+        fingerprint = PoseHeadPrx.ice_interface.fingerprint
+        for number in range(10):
+            payload = b"\x81\xa3bad\xc3" if number % 2 else b"\xc1"
+            outlet.put(payload, encode_sample_attachment(fingerprint, number, 0.0))
+            clock.sleep(0.2)
+        outlet.close()
+    comparison = identical(path, Bad)
+    assert comparison.cycles > 10
+    seen = {record.message.error for record in Recording(path) if isinstance(record.message, Result)}
+    assert any(error.startswith("MarshalException") for error in seen)
+
+
+def test_automata_of_an_edited_document_look_at_one_stream(tmp_path: Path, world: World) -> None:
+    class Two(Component, document="two.xml"):
+        head = Proxy("Head", PoseHeadPrx)
+        more = False
+
+        def automaton(self) -> Automaton:
+            seen: Any = None
+
+            def look() -> None:
+                nonlocal seen
+                seen = self.head.getPose.latest()
+
+            def look_long() -> None:
+                if self.more:
+                    look()
+                self.sleep(0.25)
+                try:
+                    self.head.getPose.wait(self.head.getPose.latest(), 0.02)
+                except TimeoutException:
+                    look()
+
+            child = Automaton(id=2, name="child", states=(State(id=1, name="c", initial=True, code=look),))
+            state = State(id=1, name="a", initial=True, code=look_long, children=(child,))
+            return Automaton(id=1, name="root", period=0.5, states=(state,))
+
+    class Edited(Two, document="two.xml"):
+        more = True
+
+    path = tmp_path / "run.mcap"
+    with running(Two, world, path) as (runtime, clock):
+        for _ in range(10):
+            world[1].getPosePublisher.publish(world[1].pose())
+            clock.sleep(0.4)
+        eventually(lambda: runtime.tree.root.cycles > 5)
+    identical(path, Two)
+    run, comparison = replayed(path, Edited)
+    assert comparison.divergences == []
+    assert set(run.guesses) <= {"self.head.getPose (latest)"}
 
 
 # Random components.

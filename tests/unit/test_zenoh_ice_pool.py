@@ -130,7 +130,7 @@ def test_a_line_goes_on_after_a_job_that_failed(pool: Pool, caplog: pytest.LogCa
 
 
 def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._MOST_QUEUED", 2)
+    monkeypatch.setattr("zenoh_ice._threads._MOST_QUEUED", 2)
     leave = threading.Event()
     for _ in range(3):
         pool.submit_in_line("servant", lambda: leave.wait(LIMIT))
@@ -140,7 +140,7 @@ def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._MOST_LINES", 2)
+    monkeypatch.setattr("zenoh_ice._threads._MOST_LINES", 2)
     leave = threading.Event()
     for line in "ab":
         pool.submit_in_line(line, lambda: leave.wait(LIMIT))
@@ -150,7 +150,7 @@ def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_threads_that_have_nothing_to_do_end_but_one(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._IDLE_LIMIT", 0.01)
+    monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
     together = threading.Barrier(4)
     for _ in range(3):
         pool.submit(lambda: together.wait(LIMIT))

@@ -51,8 +51,8 @@ from .shared_memory import Ring, SharedMemory
 __all__ = ["ZenohTransport"]
 
 # Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One thread that
-# receives and one that sends do the same work: docs/decisions/0012-zenoh-threads.md has the figures, and why a
-# router keeps the five.
+# receives and one that sends do the same work: docs/decisions/0012-zenoh-threads.md has the figures, and says
+# why a router keeps the five.
 _THREADS: Final = (
     "(rx: (worker_threads: 1), net: (handover: rx), "
     "tx: (worker_threads: 1), acc: (handover: tx), app: (handover: tx))"

@@ -1,0 +1,428 @@
+"""The transport of a component that is recorded: what goes through it is written down.
+
+It calls and listens through the communicator that the component was connected by, and payloads pass as they
+are. Who is there, why a call failed and whether it is tried again is decided below it: what is recorded is
+the outcome, and a replay decides nothing again.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import CancelledError, Future
+from contextlib import contextmanager, suppress
+from copy import copy
+from functools import cache, partial
+from typing import Any, Final, TypeVar
+
+import msgspec
+
+from zenoh_ice import Communicator, ObjectPrx, Sample, Settings, Subscription, UserException
+from zenoh_ice.exceptions import SystemException
+from zenoh_ice.in_process import InProcessTransport, Pool
+from zenoh_ice.interface import Operation
+from zenoh_ice.streams import Delivery, WallTiming
+from zenoh_ice.transport import (
+    Arrived,
+    Caller,
+    Closing,
+    Inlet,
+    Outcome,
+    Parted,
+    Served,
+    Target,
+    decode_attachment,
+    encode_error,
+    encode_sample_attachment,
+)
+
+from ..component import Component, proxies_of
+from .recorder import Recorder
+from .results import Exchange, Results
+
+__all__ = ["NOTHING", "ObservedTransport", "arrived", "recorded_proxies", "released", "target_of"]
+
+V = TypeVar("V")
+
+NOTHING: Final = b"\x80"
+"""The result of an operation that returns nothing."""
+
+
+class ObservedTransport(InProcessTransport):
+    """The root of transports that decide what a component sees, and when.
+
+    `communicator` stands on it, and leaves it to the transport to find servants and to wait.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        pool = Pool(0, "observed")
+        super().__init__(pool)
+        self.communicator: Final = _ObservedCommunicator(settings, pool, self)
+
+    def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:
+        """Return the fingerprints of a servant's interfaces by type id, as `Communicator.find` does."""
+        raise NotImplementedError
+
+    def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:
+        """Wait until a future is settled, for so many s."""
+        raise NotImplementedError
+
+    def forget(self, target: Target, operation: Operation[..., Any]) -> None:
+        """Let the reader of a stream forget its sample."""
+        self.communicator.streams.reader(target, operation).forget()
+
+
+class _ObservedCommunicator(Communicator):
+    def __init__(self, settings: Settings, pool: Pool, transport: ObservedTransport) -> None:
+        super().__init__(settings, pool=pool, transport=lambda _: transport, timing=_InletTiming())
+        self._observed: Final = transport
+
+    def knows(self, target: Target) -> bool:  # noqa: ARG002 - a call finds out
+        return True
+
+    def find(
+        self,
+        target: Target,
+        type_id: str | None,
+        timeout: float,
+        *,
+        since: float | None = None,  # noqa: ARG002
+    ) -> Mapping[str, str]:
+        return {} if type_id is None else self._observed.find(target, type_id, timeout)
+
+    def new_future(self) -> Future[Any]:
+        future = _ObservedFuture[Any](self._observed)
+        self._futures.add(future)
+        future.add_done_callback(self._forget_future)
+        return future
+
+
+class _ObservedFuture(Future[V]):
+    def __init__(self, transport: ObservedTransport) -> None:
+        super().__init__()
+        self._transport: Final = transport
+
+    def result(self, timeout: float | None = None) -> V:
+        if not self.done():
+            self._transport.wait_for_future(self, timeout)
+        return super().result(0.0)
+
+    def exception(self, timeout: float | None = None) -> BaseException | None:
+        if not self.done():
+            self._transport.wait_for_future(self, timeout)
+        return super().exception(0.0)
+
+
+class _InletTiming(WallTiming):
+    """The time of the wall, but the inlets of streams wait by themselves, and know when nobody listens."""
+
+    delivers = False
+
+    def repeat(self, period: float, job: Callable[[], object]) -> Served:  # noqa: ARG002
+        return Closing(lambda: None)
+
+    def wait_for(
+        self, inlet: Inlet, changed: threading.Condition, holds: Callable[[], bool], timeout: float
+    ) -> bool:
+        return bool(inlet.wait(changed, holds, timeout))  # type: ignore[attr-defined] # all of ours have it
+
+
+def target_of(proxy: ObjectPrx) -> Target:
+    """Return the target of a proxy."""
+    return Target(proxy.ice_getRealm(), proxy.ice_getIdentity())
+
+
+def arrived(
+    operation: Operation[..., Any], payload: bytes | Parted, about: dict[str, Any], age: Callable[[], float]
+) -> Arrived:
+    """Return a sample of an operation as it arrives; `about` is what `Result` says of one."""
+    time = math.nan if about["time"] is None else about["time"]
+    fingerprint = operation.interface.fingerprint if operation.interface else ""
+    sent_now = decode_attachment(
+        encode_sample_attachment(fingerprint, about["sequence"], time, about["stream"])
+    )
+    attachment = msgspec.structs.replace(sent_now, wall_time=about["wall_time"])
+    return Arrived(payload, msgspec.msgpack.encode(attachment), age)
+
+
+@contextmanager
+def released(lock: threading.Condition) -> Iterator[None]:
+    """Release a lock that is held, in a `with` block that waits."""
+    lock.release()
+    try:
+        yield
+    finally:
+        lock.acquire()
+
+
+@contextmanager
+def recorded_proxies(component: Component, recorder: Recorder) -> Iterator[None]:
+    """Give a component, in a `with` block, recorded proxies in place of those that it is connected by."""
+    declared = {name: vars(component).get(name) for name in proxies_of(component)}
+    proxies = {name: proxy for name, proxy in declared.items() if isinstance(proxy, ObjectPrx)}
+    if not proxies:
+        yield
+        return
+    with RecordingTransport(recorder, proxies).communicator as communicator:
+        for name, proxy in proxies.items():
+            recorded = type(proxy).uncheckedCast(communicator.stringToProxy(proxy.ice_toWire()))
+            vars(component)[name] = recorded.ice_invocationTimeout(proxy.ice_getInvocationTimeout())
+        try:
+            yield
+        finally:
+            vars(component).update(proxies)
+
+
+class RecordingTransport(ObservedTransport):
+    """Call and listen through the communicator of proxies, and record what a component's own code sees.
+
+    A servant is recorded under the name of its proxy, the component's attribute, and one whose proxy came in
+    a value under its own.
+    """
+
+    def __init__(self, recorder: Recorder, proxies: Mapping[str, ObjectPrx]) -> None:
+        self.below: Final = next(iter(proxies.values())).ice_getCommunicator()
+        self.turns: Final = recorder.turns
+        self.recorder: Final = recorder
+        self.tickets: Final = itertools.count(1)
+        self._proxies: Final = [(name, target_of(proxy), proxy) for name, proxy in proxies.items()]
+        self._results: Final[dict[Target, Results]] = {}
+        super().__init__(self.below.settings)
+
+    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+        """Return what calls an operation."""
+        proxies = [proxy for _, known, proxy in self._proxies if known == target]
+        fitting = (p for p in proxies if p.ice_interface.all_operations.get(operation.name) is operation)
+        proxy = next(fitting, proxies[0] if proxies else self.below.stringToProxy(str(target)))
+        proxy = proxy.ice_twoway().ice_invocationTimeout(1000 * timeout)
+        return _RecordedCaller(self, target, operation, proxy)
+
+    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
+        """Return a listening end of a stream."""
+        return _RecordedInlet(self, target, operation, queue)
+
+    def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:
+        """Return the fingerprints of a servant's interfaces by type id."""
+        with self.turns.waiting():
+            return self.below.find(target, type_id, timeout)
+
+    def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:
+        """Wait for a future while others have their turns."""
+        with self.turns.waiting(), suppress(TimeoutError, CancelledError):
+            Future.exception(future, timeout)
+        self.recorder.reading("future", future.done())
+
+    def results(self, target: Target) -> Results:
+        """Return what records the exchanges with a servant."""
+        names = (name for name, known, _ in self._proxies if known == target)
+        made = Results(self.recorder, next(names, str(target)), self.below.stringToProxy)
+        return self._results.setdefault(target, made)
+
+
+class _Encoded:
+    """A codec that lets payloads through as they are."""
+
+    def __init__(self, operation_codec: Any) -> None:  # noqa: ANN401
+        self.fields: Final = operation_codec.fields
+        self.holds_bytes: Final = operation_codec.holds_bytes
+
+    def pack(self, values: tuple[bytes], what: str) -> bytes:  # noqa: ARG002
+        return values[0]
+
+    def unpack_result(self, payload: bytes | Parted, *_: object) -> bytes | Parted:
+        return payload
+
+    def decoder(self, resolve: object) -> Callable[[bytes], bytes]:  # noqa: ARG002
+        return self.value_of
+
+    def value_of(self, payload: bytes) -> bytes:
+        return payload
+
+
+@cache
+def _encoded(operation: Operation[..., Any]) -> Operation[..., Any]:
+    """Return an operation that takes and brings payloads in place of values."""
+    made = copy(operation)
+    vars(made).update(arguments=_Encoded(operation.arguments), result=_Encoded(operation.result))
+    return made
+
+
+class _Recorded:
+    """One operation of a servant. Outside of turns nothing is recorded."""
+
+    def __init__(self, transport: RecordingTransport, target: Target, operation: Operation[..., Any]) -> None:
+        self._transport: Final = transport
+        self._turns: Final = transport.turns
+        self._target: Final = target
+        self._operation: Final = operation
+        self._results: Final = transport.results(target)
+
+    @contextmanager
+    def _recorded(self, kind: str, arguments: bytes | None = None) -> Iterator[Exchange]:
+        """Record an exchange at the end of a `with` block, with what that raises."""
+        exchange = Exchange(self._operation, kind, arguments)
+        context = self._turns.context
+        try:
+            yield exchange
+        except BaseException as error:
+            exchange.error = error
+            raise
+        finally:
+            if context is not None:
+                self._results.put(exchange, context)
+
+    def _begin(self, kind: str, arguments: bytes | None = None) -> int:
+        """Record the beginning of what arrives later; return its ticket."""
+        if self._turns.context is None:
+            return 0
+        with self._recorded(kind, arguments) as exchange:
+            ticket = exchange.extra["ticket"] = next(self._transport.tickets)
+        return ticket
+
+    def _arrive(self, context: str, ticket: int, exchange: Exchange, deliver: Callable[[], object]) -> None:
+        """Record what arrives, and hand it over, in a turn of its own."""
+        if not ticket:
+            deliver()
+            return
+        exchange.extra["ticket"] = ticket
+        with self._turns.turn(f"{context} {ticket}"):
+            self._results.put(exchange, f"{context} {ticket}")
+            deliver()
+
+
+class _RecordedCaller(_Recorded):
+    """Call an operation, and record what came of it."""
+
+    def __init__(
+        self, transport: RecordingTransport, target: Target, operation: Operation[..., Any], proxy: ObjectPrx
+    ) -> None:
+        super().__init__(transport, target, operation)
+        self._proxy: Final = proxy
+        self._oneway: Final = proxy.ice_oneway()
+        self._encoded: Final = _encoded(operation)
+
+    def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - each call below has its own
+        """Call and wait for the answer, while others have their turns."""
+        with self._recorded("call", payload) as exchange, self._turns.waiting():
+            return _take(exchange, partial(self._proxy.ice_invoke, self._encoded, payload))
+
+    def send(self, payload: bytes, attachment: bytes) -> None:  # noqa: ARG002
+        """Call without an answer."""
+        with self._recorded("call", payload) as exchange, self._turns.waiting():
+            self._oneway.ice_invoke(self._encoded, payload)
+            exchange.packed = NOTHING
+
+    def begin(
+        self,
+        payload: bytes,
+        attachment: bytes,  # noqa: ARG002
+        done: Callable[[Outcome | SystemException], object],
+    ) -> Callable[[], object]:
+        """Call without waiting; what `done` leads to has a turn."""
+        future: Future[bytes | Parted] = self._proxy.ice_invokeAsync(self._encoded, payload)
+        ticket = self._begin("begin", payload)
+
+        def answered(future: Future[bytes | Parted]) -> None:
+            exchange = Exchange(self._operation, "async")
+            outcome: Outcome | SystemException
+            try:
+                outcome = _take(exchange, future.result)
+            except CancelledError:
+                return
+            except SystemException as error:
+                exchange.error = outcome = error
+            self._arrive("future", ticket, exchange, partial(done, outcome))
+
+        future.add_done_callback(answered)
+        return future.cancel
+
+
+def _take(exchange: Exchange, call: Callable[[], bytes | Parted]) -> Outcome:
+    """Return what a call brings, and note it."""
+    try:
+        exchange.packed = result = call()
+    except UserException as error:
+        exchange.error = error
+        return False, encode_error(error)
+    return True, result
+
+
+class _RecordedInlet(_Recorded):
+    """The listening end of a stream: it is recorded which sample somebody sees, and when.
+
+    Samples are those of the reader below, with the payload for a value.
+    """
+
+    def __init__(
+        self, transport: RecordingTransport, target: Target, operation: Operation[..., Any], queue: int
+    ) -> None:
+        super().__init__(transport, target, operation)
+        self._queue: Final = queue
+        self._streams: Final = transport.below.streams
+        self._reader: Final = self._streams.reader(target, _encoded(operation))
+        self._newest: Sample[Any] | None = None  # that the reader above has
+        self._last_recorded: Sample[Any] | None = None
+        self._subscription: Subscription[Any] | None = None
+
+    def poll(self) -> Sample[Any] | None:
+        """Return the newest sample if it is another one than the last time."""
+        with self._recorded("latest") as exchange:
+            before, self._newest = self._newest, self._reader.latest()
+            if self._turns.context is not None:
+                self._show(exchange)
+        if self._newest is before:
+            return None
+        if self._newest is None:  # nobody had asked for long
+            self._transport.forget(self._target, self._operation)
+        return self._newest
+
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+        """Wait, while others have their turns, until a function that polls returns true."""
+        deadline = time.monotonic() + timeout
+        while not holds():
+            with self._recorded("wait"), released(changed), self._turns.waiting():
+                self._reader.wait(self._newest, max(0.0, deadline - time.monotonic()))
+        return True
+
+    def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
+        """Call a function with each sample, in a turn of its own."""
+        ticket = self._begin("subscribe")
+
+        def deliver(sample: Sample[Any]) -> None:
+            exchange = Exchange(self._operation, "sample", None, sample.value, extra=_describe(sample))
+            self._arrive("subscription", ticket, exchange, partial(callback, sample))
+
+        self._subscription = self._streams.subscribe(self._reader, deliver, Delivery(rate, self._queue))
+
+    def open(self, sample: Sample[Any]) -> Arrived:
+        """Return what a sample holds; its age is recorded each time that somebody asks for it."""
+        return arrived(self._operation, sample.value, _describe(sample), partial(self._age, sample))
+
+    def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002 - that of the subscription below
+        """Stop listening."""
+        if self._subscription is not None:
+            self._subscription.close()
+        return True
+
+    def _show(self, exchange: Exchange) -> None:
+        """Let a record say which sample is the newest."""
+        sample = self._newest
+        if sample is not None and sample is self._last_recorded:
+            exchange.extra = {"same": True, "sequence": sample.sequence}
+        elif sample is not None:
+            exchange.packed, exchange.extra = sample.value, _describe(sample)
+            self._last_recorded = sample
+
+    def _age(self, sample: Sample[Any]) -> float:
+        age = sample.age
+        self._transport.recorder.reading("age", age)
+        return age
+
+
+def _describe(sample: Sample[Any]) -> dict[str, Any]:
+    time = None if math.isnan(sample.time) else sample.time  # which JSON lacks
+    about = {"sequence": sample.sequence, "time": time, "wall_time": sample.wall_time}
+    return about | {"age": sample.age, "stream": sample.stream}
