@@ -54,6 +54,8 @@ _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
 _DRAIN_LIMIT: Final = 1.0  # s for which calls that run are waited for
 _TOKEN_LIMIT: Final = 1.0  # s for which word of our own tokens' end is waited for
 _COMPLAINT_PERIOD: Final = 1.0  # s
+# Of its limit, after which a call may have been given up by its caller: it took some time to come, too.
+_DOUBTFUL: Final = 0.5
 
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
 _TURN: Final = "_ice_turn"
@@ -348,7 +350,7 @@ class ServedObject:
                 raise self._mismatch(about.fingerprint, method)
             if timeout > 0:
                 running_since = self._communicator.pulse.running_since
-                if waited >= timeout or running_since <= time.monotonic() - timeout:
+                if waited >= timeout * _DOUBTFUL or running_since <= time.monotonic() - timeout:
                     _check_patience(about, method, waited)
             arguments = msgspec.structs.astuple(method.decode(payload))
             if operation.amd:
@@ -596,8 +598,8 @@ class ServedObject:
 def _check_patience(about: Attachment, method: _Method, waited: float) -> None:
     """Refuse a call whose caller gave up while it waited: what it commands is no longer wanted.
 
-    Of one that came while the process stood still nobody knows when that was. Only there the caller's wall
-    clock is believed, which may be wrong on another machine.
+    How long it was on its way is not known, nor when it came if the process stood still meanwhile. Only where
+    that may have been too long, the caller's wall clock is believed, which may be wrong on another machine.
     """
     waited = waited if waited >= about.timeout else time.time() - about.wall_time
     if waited >= about.timeout:
