@@ -261,3 +261,4 @@ def test_killed_servers_leave_nothing_in_their_clients(
             until(lambda: proxy.echo(PIXELS) == PIXELS and shared_maps() == 1)
             server.process.kill()
         until(lambda: not client.identities())
+        until(lambda: shared_maps() == 0)  # without another image

@@ -268,7 +268,10 @@ class ZenohTransport:
         """Call a function with the id of each process to which a link is made or lost."""
 
         def on_event(event: zenoh.TransportEvent) -> None:
-            changed(str(event.transport.zid), event.kind == zenoh.SampleKind.PUT)
+            up = event.kind == zenoh.SampleKind.PUT
+            changed(str(event.transport.zid), up)
+            if not up:
+                self._pool.submit(self._shared_memory.close_ended)
 
         listener = self.session.info.declare_transport_events_listener(
             Callback(on_event, indirect=False), history=True
