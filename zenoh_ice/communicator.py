@@ -302,10 +302,6 @@ class Communicator:
         """Wait until `shutdown` or `destroy` is called, at most `timeout` s; return whether one was."""
         return self._shutdown.wait(timeout)
 
-    def isShutdown(self) -> bool:
-        """Return whether `shutdown` or `destroy` was called."""
-        return self._shutdown.is_set()
-
     def destroy(self) -> None:
         """End everything: servants, streams, calls that wait, threads, the session.
 

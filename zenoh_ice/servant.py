@@ -621,10 +621,6 @@ class ObjectAdapter:
         self._servants: Final[dict[str, Object]] = {}
         self._active: dict[str, ServedObject] | None = None
 
-    def getName(self) -> str:
-        """Return the name, which only serves people."""
-        return self._name
-
     def getCommunicator(self) -> Communicator:
         """Return the communicator that made the adapter."""
         return self._communicator
