@@ -119,7 +119,7 @@ def declare_tokens(number: int, settings: Settings) -> None:
 
 
 def keep_silent(number: int, port: int) -> None:
-    """Hold TCP connections that say nothing, and make those anew that the other side ends."""
+    """Hold TCP connections that say nothing, and replace those that the other side ends."""
     end = time.monotonic() + SILENT
     held: list[socket.socket] = []
     while time.monotonic() < end:

@@ -209,7 +209,7 @@ def stop(
     ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Let the robot take commands again.")] = False,
 ) -> None:
-    """Stop the robot, and have it refuse every command.
+    """Stop the robot; it refuses every command then.
 
     It holds its joints, ends its walk and its motions, and takes no command from anybody until --reset. With
     --ready nothing happens before a key: the link is made beforehand, so that the stop has nothing to wait

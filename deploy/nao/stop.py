@@ -93,7 +93,7 @@ class _StopButton:
                 return
 
     def _press(self) -> None:
-        self._said = ""  # whoever presses again is answered again
+        self._said = ""  # another press is answered again
         self._pressed_at = time.monotonic()
 
     def _follow(self) -> None:
