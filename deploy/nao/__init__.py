@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-__all__ = ["NaoError", "UsageError"]
+from zenoh_ice import ZenohIceError
+
+__all__ = ["NaoError"]
 
 
-class NaoError(Exception):
+class NaoError(ZenohIceError):
     """Something that the command cannot do; the text says why, and what to do."""
-
-
-class UsageError(NaoError):
-    """Arguments that do not fit what they are for."""

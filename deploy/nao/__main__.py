@@ -11,14 +11,13 @@ import startup
 def main() -> NoReturn:
     """Run the command."""
     startup.end_at_ctrl_c()
-    from deploy.nao import NaoError
     from deploy.nao.command import app
     from deploy.nao.completion import join_words
     from zenoh_ice.command import run
 
     if os.environ.get("_NAO_COMPLETE") == "complete_bash":
         join_words(os.environ)
-    run(app, expected=(NaoError,))
+    run(app)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from deploy.nao import UsageError
+from deploy.nao import NaoError
 from deploy.nao.connection import find_operation
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import note, print_json, print_value
@@ -32,7 +32,7 @@ _LONGEST_SHOWN: Final = 60  # characters of a wrong word in an error
 def call(settings: Settings, address: str, words: Sequence[str], *, as_json: bool) -> None:
     """Call the operation that an address names with the arguments of the command line.
 
-    Raises UsageError for arguments that do not fit, and whatever the call raises.
+    Raises NaoError for arguments that do not fit, and whatever the call raises.
     """
     with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address)
@@ -54,13 +54,13 @@ def shown_bytes(data: bytes) -> Json:
 
 
 def _read_arguments(proxy: DynamicProxy, name: str, words: Sequence[str], maker: FromJson) -> list[object]:
-    """Return the arguments of an operation; raises UsageError for words that do not fit the parameters."""
+    """Return the arguments of an operation; raises NaoError for words that do not fit the parameters."""
     parameters = proxy.operations[name].parameters
     given = _by_parameter(proxy, name, words)
     missing = [each.name for each in parameters if each.name not in given and not each.optional]
     if missing:
         as_well = " as well" if given else ""
-        raise UsageError(f"{name} needs {', '.join(missing)}{as_well}: {proxy.signature(name)}")
+        raise NaoError(f"{name} needs {', '.join(missing)}{as_well}: {proxy.signature(name)}")
     return [
         maker.member(each, given[each.name], each.name) if each.name in given else None for each in parameters
     ]
@@ -72,7 +72,7 @@ def _by_parameter(proxy: DynamicProxy, operation: str, words: Sequence[str]) -> 
     if len(words) == 1 and (whole := _whole_object(proxy, parameters, words[0])) is not None:
         unknown = [name for name in whole if name not in parameters]
         if unknown:
-            raise UsageError(f"{operation} has no parameter {unknown[0]!r}: {proxy.signature(operation)}")
+            raise NaoError(f"{operation} has no parameter {unknown[0]!r}: {proxy.signature(operation)}")
         return whole
     given: dict[str, Any] = {}
     for word in words:
@@ -82,9 +82,9 @@ def _by_parameter(proxy: DynamicProxy, operation: str, words: Sequence[str]) -> 
         else:
             name, text = next((each for each in parameters if each not in given), ""), word
         if not name:
-            raise UsageError(f"{word!r} is one value too many: {proxy.signature(operation)}")
+            raise NaoError(f"{word!r} is one value too many: {proxy.signature(operation)}")
         if name in given:
-            raise UsageError(f"{name} is given twice")
+            raise NaoError(f"{name} is given twice")
         given[name] = _read(proxy, parameters[name], text)
     return given
 
@@ -119,12 +119,12 @@ def _read(proxy: DynamicProxy, parameter: Member, text: str) -> Any:  # noqa: AN
     try:
         value = json.loads(text)
     except RecursionError:
-        raise UsageError(f"{name}: nested too deeply") from None
+        raise NaoError(f"{name}: nested too deeply") from None
     except ValueError:
         if kind == "string" or takes_bytes or is_enumerator or kind.endswith("*"):
             return text  # written without quotes
         wanted = proxy.schema.type_text(kind, scoped=False)
-        raise UsageError(f"{name}: {cut(text, _LONGEST_SHOWN)!r} is no {wanted} as JSON") from None
+        raise NaoError(f"{name}: {cut(text, _LONGEST_SHOWN)!r} is no {wanted} as JSON") from None
     # A word such as `42` or `true` is a text where a text is wanted.
     return text if kind == "string" and not isinstance(value, str) else value
 
@@ -137,7 +137,7 @@ def _read_file(path: str, name: str) -> bytes:
             with Path(path).open("rb") as file:
                 data = file.read(_LARGEST_FILE + 1)
     except OSError as error:
-        raise UsageError(f"{name}: cannot read {path!r}: {error.strerror}") from error
+        raise NaoError(f"{name}: cannot read {path!r}: {error.strerror}") from error
     if len(data) > _LARGEST_FILE:
-        raise UsageError(f"{name}: {path} has more than {_LARGEST_FILE >> 20} MiB")
+        raise NaoError(f"{name}: {path} has more than {_LARGEST_FILE >> 20} MiB")
     return data

@@ -77,7 +77,7 @@ def describe(
     json: _Json = False,
 ) -> None:
     """Describe what a servant can do: operations, parameters, types."""
-    from deploy.nao.describing import describe
+    from deploy.nao.listing import describe
 
     describe(settings, servant, as_json=json)
 
@@ -186,7 +186,7 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
 
     It looks at what is installed, at the machine, and at the network. The exit code is 1 if something failed.
     """
-    from deploy.nao.doctor.examination import examine
+    from deploy.nao.doctor import examine
 
     if not examine(settings, as_json=json):
         raise typer.Exit(1)

@@ -84,7 +84,6 @@ def _ask(context: typer.Context, incomplete: str, names: Callable[[Communicator]
     """Return those of the names that begin like this; none when nothing can be found out."""
     import logging
 
-    from deploy.nao import NaoError
     from zenoh_ice import ZenohIceError, initialize, load_settings
 
     logging.disable()  # what goes wrong would be written into the line that is being typed
@@ -94,7 +93,7 @@ def _ask(context: typer.Context, incomplete: str, names: Callable[[Communicator]
         settings = load_settings(options.get("config"), flags, defaults={"clock": "wall"})
         with initialize(settings, timeout=min(settings.timeout, _CALL_LIMIT)) as communicator:
             return sorted({name for name in names(communicator) if name.startswith(incomplete)})
-    except (ZenohIceError, NaoError):
+    except ZenohIceError:
         return []
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import difflib
+import socket
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Final
 
-from deploy.nao import NaoError, UsageError
+from deploy.nao import NaoError
 from deploy.nao.dynamic import DynamicProxy, target_of
-from deploy.nao.ports import listens
-from zenoh_ice import Communicator, ObjectPrx, ServantInfo, ZenohIceError
+from zenoh_ice import Communicator, ServantInfo, ZenohIceError
+from zenoh_ice.endpoints import host_and_port, protocol
 from zenoh_ice.reflection import OperationDescription
 from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import printable
@@ -22,10 +24,10 @@ __all__ = [
     "by_kind",
     "find_operation",
     "find_servant",
+    "listens",
     "nobody",
     "operation_of",
     "process_name",
-    "proxy_of",
     "servants",
     "split",
 ]
@@ -40,6 +42,7 @@ _LOOK: Final = 0.02
 _ANSWER: Final = 1.0
 """Seconds within which a process reports its status; one that does not hangs."""
 _AT_ONCE: Final = 16
+_CONNECTION: Final = 1.0  # s until a connection is made
 
 
 def servants(communicator: Communicator) -> list[ServantInfo]:
@@ -65,7 +68,7 @@ def by_kind(found: Iterable[ServantInfo]) -> list[list[ServantInfo]]:
     return list(kinds.values())
 
 
-def nobody(communicator: Communicator) -> ZenohIceError | NaoError:
+def nobody(communicator: Communicator) -> ZenohIceError:
     """Return why a realm has no servants, with the realms that have some."""
     if not communicator.presence.linked():
         return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
@@ -92,11 +95,6 @@ def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
     return DynamicProxy(proxy)
 
 
-def proxy_of(communicator: Communicator, info: ServantInfo) -> ObjectPrx:
-    """Return an untyped proxy of a known servant."""
-    return communicator.stringToProxy(info.identity)
-
-
 def split(communicator: Communicator, text: str) -> tuple[str, str]:
     """Return servant and operation of `Servant.operation`, where the servant's name may have dots, too.
 
@@ -120,7 +118,7 @@ def find_operation(
 ) -> tuple[DynamicProxy, str]:
     """Return the servant and the operation that `Servant.operation` names.
 
-    Where a stream is wanted, the servant alone will do if it has only one. Raises UsageError, with what there
+    Where a stream is wanted, the servant alone will do if it has only one. Raises NaoError, with what there
     is, when the servant has no such operation, and what a call raises when it is not there.
     """
     identity, name = split(communicator, text)
@@ -129,24 +127,24 @@ def find_operation(
     if name:
         if not operation_of(proxy, identity, name, choices).streamed and streamed:
             there_is = f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams"
-            raise UsageError(f"{identity}.{name} is no stream, it can only be called; {there_is}")
+            raise NaoError(f"{identity}.{name} is no stream, it can only be called; {there_is}")
         return proxy, name
     if streamed and not choices:
-        raise UsageError(f"{identity} has no streams, it can only be called")
+        raise NaoError(f"{identity} has no streams, it can only be called")
     if streamed and len(choices) == 1:
         return proxy, choices[0].name
-    raise UsageError(f"name an operation of {identity}, such as {_examples(identity, choices)}")
+    raise NaoError(f"name an operation of {identity}, such as {_examples(identity, choices)}")
 
 
 def operation_of(
     proxy: DynamicProxy, identity: str, name: str, choices: Sequence[OperationDescription]
 ) -> OperationDescription:
-    """Return an operation of a servant; raises UsageError, with what it could be, when it has none."""
+    """Return an operation of a servant; raises NaoError, with what it could be, when it has none."""
     known = proxy.operations.get(name)
     if known is None:
         near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
         hint = f"did you mean {identity}.{near[0]}?" if near else f"there is {_examples(identity, choices)}"
-        raise UsageError(f"{identity} has no operation {name!r}; {hint}")
+        raise NaoError(f"{identity} has no operation {name!r}; {hint}")
     return known
 
 
@@ -157,7 +155,7 @@ def _is_there(communicator: Communicator, target: Target) -> bool:
 
 
 def _may_be_linked(communicator: Communicator) -> bool:
-    """Return whether there is a link, or one may come: soon it is looked whether anything listens at all."""
+    """Return whether there is a link, or one may come as something listens."""
     deadline = time.monotonic() + _QUIET
     while not communicator.presence.linked():
         if time.monotonic() >= deadline:
@@ -165,6 +163,20 @@ def _may_be_linked(communicator: Communicator) -> bool:
             return not connect or any(listens(endpoint) is not False for endpoint in connect)
         time.sleep(_LOOK)
     return True
+
+
+def listens(endpoint: str) -> bool | None:
+    """Return whether something takes connections at an endpoint; None when only a link could show it."""
+    place = host_and_port(endpoint)
+    if place is None:
+        return Path(endpoint.partition("/")[2]).exists()
+    if protocol(endpoint).name not in {"tcp", "tls", "ws"}:
+        return None
+    try:
+        with socket.create_connection(place, timeout=_CONNECTION):
+            return True
+    except OSError:
+        return False
 
 
 def _examples(identity: str, operations: Sequence[OperationDescription]) -> str:

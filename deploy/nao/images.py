@@ -7,11 +7,12 @@ import zlib
 from pathlib import Path
 from typing import Any, Final
 
-from deploy.nao import NaoError, UsageError
+import typer
+
+from deploy.nao import NaoError
 from deploy.nao.connection import find_servant
 from deploy.nao.dynamic import DynamicProxy
-from deploy.nao.output import print_json, print_line
-from deploy.nao.quantities import bytes_text
+from deploy.nao.output import bytes_text, print_json
 from deploy.nao.values import Json
 from zenoh_ice import initialize
 from zenoh_ice.reflection import RETURN_VALUE
@@ -29,13 +30,13 @@ _COMPRESSION: Final = 6
 def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: bool) -> None:
     """Take an image with a camera and write it to a file, by default `Camera.png`.
 
-    Raises UsageError for an ending that stands for no format, NaoError when the servant is no camera or the
+    Raises NaoError for an ending that stands for no format, NaoError when the servant is no camera or the
     file cannot be written, and whatever the call raises.
     """
     path = file or Path(f"{camera.replace('/', '_')}.png")
     pixel_format = _FORMATS.get(path.suffix.lower())
     if pixel_format is None:
-        raise UsageError(f"{path}: the ending says the format: write one of {', '.join(_FORMATS)}")
+        raise NaoError(f"{path}: the ending says the format: write one of {', '.join(_FORMATS)}")
     with initialize(settings) as communicator:
         proxy = find_servant(communicator, camera)
         operation = image_operation(proxy)
@@ -60,7 +61,7 @@ def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: b
         print_json({"file": str(path), **figures, "time": taken})
         return
     when = "" if taken is None else f", taken at robot time {taken:.3f} s"
-    print_line(f"wrote {path}: {size[0]}x{size[1]}, {bytes_text(len(data))}{when}")
+    typer.echo(f"wrote {path}: {size[0]}x{size[1]}, {bytes_text(len(data))}{when}")
 
 
 def image_operation(proxy: DynamicProxy) -> str | None:

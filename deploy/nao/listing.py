@@ -1,4 +1,4 @@
-"""List the servants of a realm."""
+"""List the servants of a realm, and describe one: its operations and the types that they use."""
 
 from __future__ import annotations
 
@@ -6,18 +6,28 @@ import time
 from contextlib import suppress
 from fnmatch import fnmatchcase
 
+import msgspec
+
 from deploy.nao import NaoError
-from deploy.nao.connection import ask_processes, by_kind, nobody, process_name, proxy_of, servants
-from deploy.nao.output import console, for_people, print_json
-from deploy.nao.quantities import count_text, span_text
+from deploy.nao.connection import (
+    ask_processes,
+    by_kind,
+    find_servant,
+    nobody,
+    operation_of,
+    process_name,
+    servants,
+    split,
+)
+from deploy.nao.dynamic import DynamicProxy
+from deploy.nao.output import console, count_text, for_people, print_json, span_text, wrapped
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
+from zenoh_ice.reflection import OperationDescription, unscoped
 from zenoh_ice.settings import Settings
 from zenoh_ice.status import ProcessStatus
 
-__all__ = ["list_servants"]
-
-_HEAD = ("SERVANT", "INTERFACE", "SERVED BY", "FOR")
+__all__ = ["describe", "list_servants"]
 
 
 def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
@@ -33,16 +43,27 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
         if not found and not as_json:
             raise NaoError(f"none of {count_text(len(everything), 'servant')} fits {pattern!r}")
         processes = ask_processes(communicator, found)
-        own = {
-            id(info): interface
-            for kind in by_kind(found)
-            for interface in [_own_interface(communicator, kind)]
-            for info in kind
-        }
+        own: dict[int, str] = {}
+        for kind in by_kind(found):
+            own |= dict.fromkeys(map(id, kind), _own_interface(communicator, kind[0]))
     if as_json:
         print_json([_as_json(info, own[id(info)], processes[info.server]) for info in found])
         return
-    _print_table([_row(info, own[id(info)], processes[info.server]) for info in found])
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    # On a narrow terminal the names stay whole: they are what is typed next.
+    longest = max(len(info.identity) for info in found)
+    table.add_column("SERVANT", style="bold", no_wrap=True, min_width=longest)
+    table.add_column("INTERFACE", style="cyan", no_wrap=True)
+    table.add_column("SERVED BY", no_wrap=True)
+    table.add_column("FOR", justify="right", no_wrap=True)
+    for info in found:
+        process = process_name(processes[info.server], info.server)
+        interface, duration = own[id(info)].removeprefix("::"), span_text(time.time() - info.since)
+        table.add_row(*map(Text, (info.identity, interface, process, duration)))
+    console().print(table)
     if for_people():
         counted = f"{count_text(len(found), 'servant')} in realm {settings.realm}"
         console().print(f"{counted}, {count_text(len(processes), 'process', 'processes')}", style="dim")
@@ -56,17 +77,12 @@ def _fits(info: ServantInfo, pattern: str) -> bool:
     return any(pattern.lower() in text.lower() for text in texts)
 
 
-def _own_interface(communicator: Communicator, kind: list[ServantInfo]) -> str:
-    """Return which interface is the own one of servants that have the same; one of them is asked."""
-    if len(kind[0].interfaces) > 1:
+def _own_interface(communicator: Communicator, info: ServantInfo) -> str:
+    """Return which interface is the servant's own, not one that it extends."""
+    if len(info.interfaces) > 1:
         with suppress(ZenohIceError):  # it hangs, or is gone: its token has to do
-            return proxy_of(communicator, kind[0]).ice_id()
-    return ", ".join(kind[0].interfaces)
-
-
-def _row(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> tuple[str, str, str, str]:
-    who = process_name(process, info.server)
-    return info.identity, own.removeprefix("::"), who, span_text(time.time() - info.since)
+            return communicator.stringToProxy(info.identity).ice_id()
+    return ", ".join(info.interfaces)
 
 
 def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError) -> Json:
@@ -82,13 +98,58 @@ def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError
     }
 
 
-def _print_table(rows: list[tuple[str, str, str, str]]) -> None:
-    from rich.text import Text
+def describe(settings: Settings, address: str, *, as_json: bool) -> None:
+    """Print the operations of a servant, or one of them, with the types that they use.
 
-    widths = [max(map(len, column)) for column in zip(_HEAD, *rows, strict=True)]
-    for row in (_HEAD, *rows):
-        styles = ("dim",) * len(row) if row is _HEAD else ("bold", "cyan", "", "")
-        line = Text("  ").join(map(Text, map(str.ljust, row, widths), styles))
-        line.rstrip()
-        # On a narrow terminal the names stay whole: they are what is typed next.
-        console().print(line, no_wrap=True, overflow="ellipsis", soft_wrap=not for_people())
+    Raises NaoError for an operation that there is not, and what a call raises.
+    """
+    with initialize(settings) as communicator:
+        identity, name = split(communicator, address)
+        proxy = find_servant(communicator, identity)
+    shown = list(proxy.interface_operations.values())
+    if name:
+        shown = [operation_of(proxy, identity, name, shown)]
+    if as_json:
+        print_json(
+            {
+                "servant": identity,
+                "interface": proxy.type_id,
+                "fingerprint": proxy.fingerprint,
+                "operations": msgspec.to_builtins(shown),
+            }
+        )
+        return
+    out = console()
+    out.print(f"{identity} is a {proxy.type_id.removeprefix('::')}  (fingerprint {proxy.fingerprint})")
+    for operation in shown:
+        marks = ["stream"] * operation.streamed + ["idempotent"] * operation.idempotent
+        marked = f"  [{', '.join(marks)}]" if marks else ""
+        out.print(wrapped(f"  {proxy.signature(operation.name)}{marked}", 6))
+        if operation.exceptions:
+            out.print(wrapped(f"    throws {', '.join(sorted(map(unscoped, operation.exceptions)))}", 8))
+    for line in _types(proxy, shown):
+        out.print(wrapped(line, 4))
+
+
+def _types(proxy: DynamicProxy, shown: list[OperationDescription]) -> list[str]:
+    """Return the structs with their members and the enumerations with their names that operations use."""
+    waiting = [each.type for operation in shown for each in (*operation.parameters, *operation.results)]
+    described: dict[str, str] = {}
+    while waiting:
+        type_id = waiting.pop(0)
+        definition = proxy.schema.definitions.get(type_id)
+        if definition is None or type_id in described:
+            continue
+        described[type_id] = ""
+        match definition.kind:
+            case "enumeration":
+                names = ", ".join(each.name for each in definition.enumerators)
+                described[type_id] = f"enum {unscoped(type_id)}: {names}"
+            case "struct" | "class":
+                members = proxy.schema.members(type_id)
+                listed = ", ".join(f"{proxy.type_text(each)} {each.name}" for each in members)
+                described[type_id] = f"{definition.kind} {unscoped(type_id)}: {listed}"
+                waiting += [member.type for member in members]
+            case _:
+                waiting[:0] = [definition.element, definition.key, definition.value]
+    return list(filter(None, described.values()))

@@ -3,17 +3,37 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import sys
+import textwrap
 from typing import TYPE_CHECKING, Final
+
+import typer
 
 from deploy.nao.values import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
-__all__ = ["console", "for_people", "note", "pretty", "print_json", "print_line", "print_value", "width"]
+__all__ = [
+    "bytes_text",
+    "console",
+    "count_text",
+    "duration_text",
+    "for_people",
+    "note",
+    "pretty",
+    "print_json",
+    "print_value",
+    "rate_text",
+    "span_text",
+    "width",
+    "wrapped",
+]
 
+_ANY_LENGTH: Final = 1 << 16  # columns
 _INDENT: Final = 2
 _MOST_ITEMS: Final = 32
 """Items of a list that are shown to a person; some more, if those are all."""
@@ -21,6 +41,8 @@ _FEW: Final = 8
 _DIGITS: Final = 6
 """Significant digits of a number that are shown to a person."""
 _LONGEST_TEXT: Final = 2000
+_DURATIONS: Final = (("us", 1e6), ("ms", 1e3), ("s", 1))
+_SIZES: Final = (("B", 1), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9))
 
 
 def for_people() -> bool:
@@ -34,36 +56,39 @@ def width() -> int:
 
 
 def console() -> Console:
-    """Return what writes tables and colors; colors only on a terminal."""
+    """Return what writes tables and colors; without a terminal no colors, and lines of any length."""
     from rich.console import Console
 
-    return Console(highlight=False, soft_wrap=False, width=None if for_people() else width())
+    return Console(highlight=False, width=None if for_people() else _ANY_LENGTH)
+
+
+def wrapped(text: str, indent: int) -> Text:
+    """Return a text that is wrapped for a terminal, with its further lines indented."""
+    from rich.text import Text
+
+    if for_people():
+        margin = " " * indent
+        text = textwrap.fill(
+            text, width(), subsequent_indent=margin, break_long_words=False, break_on_hyphens=False
+        )
+    return Text(text)
 
 
 def note(text: str) -> None:
-    """Write a person something beside the result; programs do not get it."""
+    """Write a remark for people beside the result; programs do not get it."""
     if sys.stderr.isatty():
-        from rich.console import Console
-        from rich.text import Text
-
-        Console(stderr=True, highlight=False).print(Text(text, style="dim"))
-
-
-def print_line(text: str) -> None:
-    """Print a line as it is."""
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
+        typer.secho(text, err=True, dim=True)
 
 
 def print_json(value: Json) -> None:
     """Print a value as JSON on one line."""
-    print_line(json.dumps(value, ensure_ascii=False, allow_nan=False))
+    typer.echo(json.dumps(value, ensure_ascii=False, allow_nan=False))
 
 
 def print_value(value: Json) -> None:
     """Print a value so that a person can read it."""
     if not for_people():
-        print_line(pretty(value, width(), whole=True))
+        typer.echo(pretty(value, width(), whole=True))
         return
     from rich.highlighter import JSONHighlighter
     from rich.text import Text
@@ -81,17 +106,13 @@ def pretty(value: Json, columns: int, *, whole: bool = False) -> str:
     return _layout(value if whole else _cut(value), columns, 0, 0)
 
 
-class _More(int):
-    """So many items of a list that are not shown."""
-
-
 def _cut(value: Json) -> Json:
     match value:
         case dict():
             return {key: _cut(item) for key, item in value.items()}
         case list():
             shown = len(value) if len(value) <= _MOST_ITEMS + _FEW else _MOST_ITEMS
-            more = [_More(len(value) - shown)] if shown < len(value) else []
+            more = [f"... {len(value) - shown} more"] if shown < len(value) else []
             return [*map(_cut, value[:shown]), *more]
         case str() if len(value) > _LONGEST_TEXT:
             return f"{value[:_LONGEST_TEXT]}..."
@@ -130,13 +151,44 @@ def _filled(items: list[str], columns: int, margin: str) -> str:
 
 
 def _flat(value: Json) -> str:
-    match value:
-        case _More():
-            return f"... {int(value)} more"
-        case dict():
-            return "{" + ", ".join(f"{_flat(key)}: {_flat(item)}" for key, item in value.items()) + "}"
-        case list():
-            return "[" + ", ".join(map(_flat, value)) + "]"
     text = json.dumps(value, ensure_ascii=False)
     # It may come from elsewhere, and must not steer the terminal.
     return text if text.isprintable() else json.dumps(value)
+
+
+def span_text(seconds: float) -> str:
+    """Return how long something lasts already, in its largest unit: `12 s`, `5 min`, `3 h`, `2 days`."""
+    if not math.isfinite(seconds):
+        return "-"
+    for unit, length, limit in (("s", 1, 120), ("min", 60, 120 * 60), ("h", 3600, 48 * 3600)):
+        if seconds < limit:
+            return f"{max(0, int(seconds // length))} {unit}"
+    return f"{int(seconds // 86400)} days"
+
+
+def duration_text(seconds: float) -> str:
+    """Return a short duration with three digits: `85 us`, `1.23 ms`, `4.5 s`."""
+    if not math.isfinite(seconds):
+        return "-"
+    unit, scale = next(each for each in _DURATIONS if abs(seconds) * each[1] < 1000 or each[1] == 1)
+    return f"{_three_digits(seconds * scale)} {unit}"
+
+
+def rate_text(rate: float) -> str:
+    """Return how often a second: `30.0 /s`."""
+    return f"{_three_digits(rate)} /s"
+
+
+def bytes_text(size: float) -> str:
+    """Return a number of bytes: `86 B`, `57.6 kB`, `3.69 MB`."""
+    unit, scale = next(each for each in _SIZES if size < 1000 * each[1] or each[1] == 1e9)
+    return f"{size:.0f} B" if scale == 1 else f"{_three_digits(size / scale)} {unit}"
+
+
+def count_text(number: int, singular: str, plural: str = "") -> str:
+    """Return a number of things: `1 servant`, `3 servants`."""
+    return f"{number} {singular if number == 1 else plural or singular + 's'}"
+
+
+def _three_digits(value: float) -> str:
+    return f"{value:.{0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2}f}"

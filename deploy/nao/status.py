@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from deploy.nao.connection import ask_processes, find_servant, nobody, servants
-from deploy.nao.output import console, for_people, print_json
-from deploy.nao.quantities import count_text, span_text
+from deploy.nao.output import console, count_text, print_json, span_text
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.settings import Settings
@@ -40,7 +39,7 @@ def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
         return
     out = console()
     for name, text in _robot_lines(readings):
-        out.print(f"[dim]{name:<9}[/dim] {text}", soft_wrap=not for_people())
+        out.print(f"[dim]{name:<9}[/dim] {text}")
     for server, process in processes.items():
         out.print()
         if isinstance(process, ProcessStatus):

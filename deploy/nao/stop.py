@@ -16,10 +16,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
-from deploy.nao import NaoError, UsageError
+import typer
+
+from deploy.nao import NaoError
 from deploy.nao.connection import find_servant
 from deploy.nao.dynamic import DynamicProxy
-from deploy.nao.output import print_line
 from zenoh_ice import Communicator, ZenohIceError, initialize
 from zenoh_ice.settings import Settings
 
@@ -38,23 +39,23 @@ def stop(settings: Settings, reason: str) -> None:
     """Stop the robot of a realm; raises what a call raises."""
     with initialize(settings) as communicator:
         find_servant(communicator, _SAFETY).invoke("emergencyStop", [reason])
-    print_line(f"stopped: {_STOPPED}")
+    typer.echo(f"stopped: {_STOPPED}")
 
 
 def reset(settings: Settings) -> None:
     """Let the robot take commands again; raises what a call raises."""
     with initialize(settings) as communicator:
         find_servant(communicator, _SAFETY).invoke("resetEmergencyStop", [])
-    print_line("reset: the robot takes commands again")
+    typer.echo("reset: the robot takes commands again")
 
 
 def hold(settings: Settings, reason: str) -> None:
     """Hold a link open and stop the robot at a key, until the person at the terminal leaves.
 
-    Raises UsageError without a terminal, and NaoError when somebody leaves after a stop that failed.
+    Raises NaoError without a terminal, and NaoError when somebody leaves after a stop that failed.
     """
     if not sys.stdin.isatty():
-        raise UsageError("--ready waits for a key, so it needs a terminal; without it nao stop stops at once")
+        raise NaoError("--ready waits for a key, so it needs a terminal; without it nao stop stops at once")
     with _single_keys(sys.stdin.fileno()) as terminal, initialize(settings) as communicator:
         _StopButton(communicator, reason).serve(terminal)
 
@@ -123,7 +124,7 @@ class _StopButton:
             if self._safety is None:
                 raise NaoError("it is out of reach")
             self._safety.invoke("emergencyStop", [self._reason])
-        except (NaoError, ZenohIceError) as error:
+        except ZenohIceError as error:
             self._failure = str(error)
             self._say(f"NOT STOPPED: {error}; trying again until it is")
             return
@@ -134,7 +135,7 @@ class _StopButton:
     def _say(self, text: str) -> None:
         if text != self._said:
             self._said = text
-            print_line(text)
+            typer.echo(text)
 
 
 @contextmanager

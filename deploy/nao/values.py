@@ -13,7 +13,7 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
-from deploy.nao import UsageError
+from deploy.nao import NaoError
 from deploy.nao.dynamic import Types
 from zenoh_ice import ObjectPrx, ZenohIceError
 from zenoh_ice.interface import TYPE_FIELD, Value, type_ids_of
@@ -24,10 +24,6 @@ __all__ = ["FromJson", "Json", "is_bytes", "to_json"]
 
 Json: TypeAlias = bool | int | float | str | list["Json"] | dict[str, "Json"] | None
 
-_RANGES: Final = {
-    "byte": (0, 255),
-    **{name: (-(1 << n), (1 << n) - 1) for name, n in (("short", 15), ("int", 31), ("long", 63))},
-}
 _ZEROS: Final[Mapping[str, object]] = {
     "bool": False,
     "string": "",
@@ -43,7 +39,7 @@ class FromJson:
     """Make values of an interface's types from JSON.
 
     Members of a struct that are not given are zero, empty or false, as in a struct that Slice has just made;
-    `left_out` has their paths. What does not fit is a UsageError that says where and what is wanted.
+    `left_out` has their paths. What does not fit is a NaoError that says where and what is wanted.
     """
 
     def __init__(self, schema: Schema, types: Types, proxy_of: Callable[[str], ObjectPrx]) -> None:
@@ -60,7 +56,10 @@ class FromJson:
     def make(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
         """Return the value of a type that JSON stands for."""
         if kind in _ZEROS:
-            return _builtin(kind, value, path)
+            try:
+                return msgspec.convert(value, self._types.of(kind))
+            except msgspec.ValidationError as error:
+                raise self._wrong(kind, value, path, f": {error}") from None
         if kind.endswith("*"):
             return None if value is None else self._proxy(value, path)
         match self._schema.kind(kind):
@@ -99,13 +98,13 @@ class FromJson:
         """
         self._made_up += not path
         if self._made_up > _MOST_MADE_UP:
-            raise UsageError(f"{type_id} has too many members to leave any out")
+            raise NaoError(f"{type_id} has too many members to leave any out")
         known = {member.name: member for member in self._schema.members(type_id)}
         for name in value:
             if name not in known:
                 near = difflib.get_close_matches(name, known, 1, 0.5)
                 hint = f"; did you mean {near[0]}?" if near else f"; it has {', '.join(known) or 'none'}"
-                raise UsageError(f"{path}: a {unscoped(type_id)} has no member {name!r}{hint}")
+                raise NaoError(f"{path}: a {unscoped(type_id)} has no member {name!r}{hint}")
         made = {}
         for wire, name in _names(struct):
             member, where = known[wire], f"{path}.{wire}"
@@ -124,23 +123,23 @@ class FromJson:
             return by_name[unscoped(value)]
         if isinstance(value, int) and not isinstance(value, bool) and value in by_name.values():
             return enumeration(value)
-        raise UsageError(
+        raise NaoError(
             f"{path}: {_shown(value)} is no {unscoped(type_id)}: write one of {', '.join(by_name)}"
         )
 
     def _class(self, kind: str, value: object, path: str) -> object:
         if not isinstance(value, dict):
-            raise UsageError(f"{path}: {_shown(value)} is no class: write null or a JSON object")
+            raise NaoError(f"{path}: {_shown(value)} is no class: write null or a JSON object")
         members = dict(value)
         wanted = str(members.pop(TYPE_FIELD, kind)).partition(" ")[0]
         try:
             made = self._types.class_of(wanted)
         except KeyError:
-            raise UsageError(
+            raise NaoError(
                 f"{path}: give the type of the class under {TYPE_FIELD!r}, such as '::module::Class'"
             ) from None
         if self._schema.kind(kind) == "class" and kind not in type_ids_of(made):
-            raise UsageError(f"{path}: {wanted} is no {unscoped(kind)}")
+            raise NaoError(f"{path}: {wanted} is no {unscoped(kind)}")
         return self._filled(made, wanted, members, path)
 
     def _sequence(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
@@ -165,16 +164,15 @@ class FromJson:
 
     def _proxy(self, value: Any, path: str) -> ObjectPrx:  # noqa: ANN401
         if not isinstance(value, str):
-            raise UsageError(
-                f'{path}: {_shown(value)} is no proxy: write an identity such as "Head", or null'
-            )
+            raise NaoError(f'{path}: {_shown(value)} is no proxy: write an identity such as "Head", or null')
         try:
             return self._proxy_of(value)
         except ZenohIceError as error:
-            raise UsageError(f"{path}: {error}") from error
+            raise NaoError(f"{path}: {error}") from error
 
-    def _wrong(self, kind: str, value: object, path: str, more: str = "") -> UsageError:
-        return _wrong(self._schema.type_text(kind, scoped=False), value, path, more)
+    def _wrong(self, kind: str, value: object, path: str, more: str = "") -> NaoError:
+        wanted = self._schema.type_text(kind, scoped=False)
+        return NaoError(f"{path}: {_shown(value)} is no {wanted}{more}")
 
 
 def is_bytes(schema: Schema, kind: str) -> bool:
@@ -236,22 +234,6 @@ def _key(kind: str, text: str) -> object:
         return text
 
 
-def _builtin(name: str, value: Any, path: str) -> object:  # noqa: ANN401
-    match name:
-        case "bool" if isinstance(value, bool):
-            return value
-        case "string" if isinstance(value, str):
-            return value
-        case "float" | "double" if isinstance(value, int | float) and not isinstance(value, bool):
-            return float(value)
-        case "byte" | "short" | "int" | "long" if isinstance(value, int) and not isinstance(value, bool):
-            lowest, highest = _RANGES[name]
-            if lowest <= value <= highest:
-                return value
-            raise UsageError(f"{path}: {value} is not between {lowest} and {highest}")
-    raise _wrong(name, value, path)
-
-
 def _bytes(value: Any, path: str) -> bytes:  # noqa: ANN401
     try:
         if isinstance(value, bytes | list):
@@ -259,11 +241,7 @@ def _bytes(value: Any, path: str) -> bytes:  # noqa: ANN401
         return base64.b64decode(value, validate=True)
     except (TypeError, ValueError, binascii.Error) as error:
         text = f"{path}: {_shown(value)} are no bytes: write base64, a list of numbers, or @FILE"
-        raise UsageError(text) from error
-
-
-def _wrong(kind: str, value: object, path: str, more: str = "") -> UsageError:
-    return UsageError(f"{path}: {_shown(value)} is no {kind}{more}")
+        raise NaoError(text) from error
 
 
 def _shown(value: object) -> str:

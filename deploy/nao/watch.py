@@ -15,11 +15,23 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
+import typer
+
 from deploy.nao.call import shown_bytes
 from deploy.nao.connection import find_operation
 from deploy.nao.dynamic import DynamicProxy
-from deploy.nao.output import console, for_people, pretty, print_json, print_line, width
-from deploy.nao.quantities import bytes_text, count_text, duration_text, rate_text, span_text
+from deploy.nao.output import (
+    bytes_text,
+    console,
+    count_text,
+    duration_text,
+    for_people,
+    pretty,
+    print_json,
+    rate_text,
+    span_text,
+    width,
+)
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Sample, initialize
 from zenoh_ice.command import stop_on_signals
@@ -51,7 +63,7 @@ def watch(
 ) -> None:
     """Follow the stream that an address names until `count` samples, `seconds`, or Ctrl-C; 0 is no limit.
 
-    At most `rate` samples a second are taken, if that is given. Raises UsageError when there is no such
+    At most `rate` samples a second are taken, if that is given. Raises NaoError when there is no such
     stream, and whatever a call raises when its servant is not there at the beginning.
     """
     with initialize(settings) as communicator:
@@ -223,10 +235,10 @@ def _print_samples(watched: _Watched, *, with_values: bool) -> None:
 
 def _print_lines(watched: _Watched) -> None:
     """Print the figures once a second."""
-    print_line(f"{watched.title} of {watched.type_id} in realm {watched.realm}")
+    typer.echo(f"{watched.title} of {watched.type_id} in realm {watched.realm}")
 
     def report() -> None:
-        print_line("  ".join(f"{name} {text}" for name, text, _ in watched.figures()))
+        typer.echo("  ".join(f"{name} {text}" for name, text, _ in watched.figures()))
 
     for _ in watched.samples(_LINE, report):
         pass

@@ -21,7 +21,7 @@ from typer.main import get_command
 
 from deploy.nao.command import app
 from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
-from deploy.nao.doctor.network import check_network
+from deploy.nao.doctor import Finding, Level, check_network
 from naoserver.fake import FakeRobot
 from tests.support.gripper import GripperI
 from tests.support.limits import LIMIT
@@ -321,7 +321,8 @@ def test_status_tells_of_robot_and_processes(robot: ServedRobot) -> None:
 
 
 def test_doctor_finds_the_robot_in_order(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("deploy.nao.doctor.machine._check_rendering", lambda: iter(()))  # takes a process
+    rendering = Finding(Level.OK, "GL renders")  # without the process that it takes
+    monkeypatch.setattr("deploy.nao.doctor._check_rendering", lambda: rendering)
     found = json.loads(nao("doctor", "--json").out)
     network = [each for each in found if each["check"] == "network"]
     assert {each["level"] for each in network} == {"ok"}, network
@@ -338,6 +339,14 @@ def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:
     (failure,) = (each.text for each in found if each.level == "FAIL")
     assert " serve the same 2 names, " in failure
     assert failure.endswith("tools.Calculator, tools.Second")
+
+
+def test_doctor_finds_a_process_that_shares_no_memory(tools: Any) -> None:
+    end = free_endpoint()
+    with serving(tools, realm="alone", listen=[end], connect=[], shared_memory=False):
+        settings = load_settings(flags={"realm": "alone", "connect": [end], "clock": "wall"})
+        found = [each.text for each in check_network(settings) if each.level == Level.NOTE]
+    assert any(f" {os.getpid()} on " in text and "shares no memory" in text for text in found)
 
 
 def test_a_realm_without_servants_tells_of_those_that_have_some(robot: ServedRobot) -> None:

@@ -19,7 +19,7 @@ import msgspec
 import zenoh
 
 import interfaces
-from deploy.nao import UsageError
+from deploy.nao import NaoError
 from deploy.nao.dynamic import Types
 from deploy.nao.values import FromJson, to_json
 from interfaces.jderobot import CameraPrx
@@ -138,7 +138,7 @@ def _refusable(take: Callable[[bytes], object]) -> Callable[[bytes], bool]:
     def taken(data: bytes) -> bool:
         try:
             take(data)
-        except (MarshalException, ConfigurationException, UsageError) as error:
+        except (MarshalException, ConfigurationException, NaoError) as error:
             check_error(error)
             return False
         return True

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from deploy.nao.images import png
-from deploy.nao.output import pretty
-from deploy.nao.quantities import bytes_text, count_text, duration_text, span_text
+from deploy.nao.output import bytes_text, count_text, duration_text, pretty, span_text
 from deploy.nao.watch import StreamStatistics
 from zenoh_ice import Sample
 
@@ -50,7 +49,7 @@ def test_what_fits_stands_on_one_line_and_the_rest_is_filled() -> None:
 
 
 def test_people_see_the_beginning_of_long_lists_and_rounded_numbers() -> None:
-    assert pretty(list(range(100)), 1000).endswith("30, 31, ... 68 more]")
+    assert pretty(list(range(100)), 1000).endswith('30, 31, "... 68 more"]')
     assert pretty([0.1 + 0.2, 1234567.0], 80) == "[0.3, 1234570.0]"
     assert pretty([0.1 + 0.2], 80, whole=True) == "[0.30000000000000004]"
 

@@ -1,0 +1,448 @@
+"""Look for what keeps a robot and its programs from working together, and say how to fix it."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import os
+import platform
+import re
+import resource
+import socket
+import statistics
+import subprocess
+import sys
+import time
+import timeit
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from enum import StrEnum
+from functools import partial
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from deploy.nao.connection import ask_processes, find_servant, listens, nobody, process_name, servants
+from deploy.nao.output import console, count_text, duration_text, print_json, wrapped
+from deploy.nao.values import Json
+from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
+from zenoh_ice.endpoints import host_and_port
+from zenoh_ice.reflection import describe_package
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+from zenoh_ice.status import ProcessStatus
+from zenoh_ice.text import printable
+
+__all__ = ["Finding", "Level", "check_installation", "check_machine", "check_network", "examine", "holder_of"]
+
+
+class Level(StrEnum):
+    """How grave a finding is."""
+
+    OK = "ok"
+    NOTE = "note"
+    """Something that may be meant to be so."""
+    WARNING = "warn"
+    """Something that will cause trouble, sooner or later."""
+    FAILURE = "FAIL"
+    """Something that does not work."""
+
+
+class Finding(NamedTuple):
+    """One thing that was checked, and what to do about it; `fix` is empty when there is nothing to do."""
+
+    level: Level
+    text: str
+    fix: str = ""
+
+
+_ok = partial(Finding, Level.OK)
+_note = partial(Finding, Level.NOTE)
+_warn = partial(Finding, Level.WARNING)
+_fail = partial(Finding, Level.FAILURE)
+
+_COLORS: Final = {Level.OK: "green", Level.NOTE: "cyan", Level.WARNING: "yellow", Level.FAILURE: "bold red"}
+_MARGIN: Final = 7
+
+
+def examine(settings: Settings, *, as_json: bool) -> bool:
+    """Print what the checks find; return whether nothing failed."""
+    checks: dict[str, Callable[[], Iterator[Finding]]] = {
+        "installation": check_installation,
+        "machine": check_machine,
+        "network": partial(check_network, settings),
+    }
+    found: list[Json] = []
+    counts: Counter[Level] = Counter()
+    for name, check in checks.items():
+        if not as_json:
+            console().print(name, style="bold")
+        for finding in _guarded(name, check):
+            counts[finding.level] += 1
+            found.append({"check": name, **finding._asdict()})
+            if not as_json:
+                _print(finding)
+    if as_json:
+        print_json(found)
+    elif counts[Level.FAILURE]:
+        console().print(f"{counts[Level.FAILURE]} failed", style="bold red")
+    elif counts[Level.WARNING]:
+        console().print("it works, but see the warnings", style="yellow")
+    else:
+        console().print("all is well", style="bold green")
+    return not counts[Level.FAILURE]
+
+
+def _guarded(name: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """Yield findings; what keeps a check from going on is one, too."""
+    try:
+        yield from check()
+    except (OSError, ValueError, ZenohIceError) as error:
+        yield _fail(f"the {name} could not be checked further: {error}", "fix this first")
+
+
+def _print(finding: Finding) -> None:
+    line = wrapped(f"  {finding.level:<4} {printable(finding.text)}", _MARGIN)
+    line.stylize(_COLORS[finding.level], 0, _MARGIN)
+    console().print(line)
+    if finding.fix:
+        style = "dim" if finding.level == Level.NOTE else "bold"
+        console().print(wrapped(f"{' ' * _MARGIN}fix: {printable(finding.fix)}", _MARGIN), style=style)
+
+
+# What is installed.
+
+_DISTRIBUTION: Final = "visualhfsm"
+_PACKAGES: Final = (
+    "ballmover", "behaviors", "codegen", "deploy", "hfsm_pytest", "hfsm_recording", "hfsm_runtime",
+    "interfaces", "naoserver", "naoserver_naoqi", "naoserver_qi", "naoserver_sim", "startup", "visualhfsm",
+    "zenoh_ice",
+)  # fmt: skip
+"""The packages of the distribution; most of their names are common words."""
+_OTHERS: Final = ("cv2", "mcap", "msgpack", "msgspec", "mujoco", "numpy", "qi", "rich", "typer", "zenoh")
+"""Names that a user's own file has easily, which then hides the library."""
+_EXTRAS: Final[Mapping[str, str]] = {
+    "": "what every command needs",
+    "sim": "the simulated robot, naoserver-sim",
+    "vision": "behaviors that see",
+    "web": "the editor, visualhfsm edit",
+    "naoqi": "the real robot, naoserver-naoqi",
+}
+# A line such as `mujoco>=4.0; extra == 'sim'`: name, oldest version, and extra.
+_REQUIREMENT: Final = re.compile(r"([\w.-]+)[^;>]*(?:>=([\d.]+))?[^;]*(?:;.*extra *== *['\"]([\w-]+))?")
+
+
+def check_installation() -> Iterator[Finding]:
+    """Yield what is found about the installation: versions, extras, and modules that hide others."""
+    try:
+        lines = requires(_DISTRIBUTION) or []
+    except PackageNotFoundError:
+        lines = []
+        yield _note(f"{_DISTRIBUTION} is not installed; this runs from a copy of its sources")
+    lacking: dict[str, list[str]] = {extra: [] for extra in _EXTRAS}
+    for match in filter(None, map(_REQUIREMENT.match, lines)):
+        name, oldest, extra = match.groups("")
+        installed = installed_version(name)
+        if extra not in lacking:
+            continue
+        if installed is None:
+            lacking[extra].append(f"{name} is not installed")
+        elif _numbers(installed) < _numbers(oldest):
+            lacking[extra].append(f"{name} {installed} is older than {oldest}")
+    if lacking[""]:
+        yield _fail("; ".join(lacking.pop("")), f"pip install --upgrade {_DISTRIBUTION}")
+    versions = ", ".join(f"{name} {installed_version(name)}" for name in (_DISTRIBUTION, "eclipse-zenoh"))
+    yield _ok(f"Python {platform.python_version()}, {versions}")
+    for extra, problems in lacking.items():
+        if problems:
+            install = f"if you want it: pip install --upgrade '{_DISTRIBUTION}[{extra}]'"
+            yield _note(f"{_EXTRAS[extra]}: {'; '.join(problems)}", install)
+    if ready := [_EXTRAS[extra] for extra, problems in lacking.items() if not problems]:
+        yield _ok(f"installed: {'; '.join(ready)}")
+    hiding = list(_hiding_modules())
+    yield from hiding or [_ok("no module hides one of ours")]
+
+
+def _hiding_modules() -> Iterator[Finding]:
+    """Yield modules that are imported, or would be, in place of those that are meant."""
+    root = Path(__file__).resolve().parents[2]
+    places: dict[Path | None, list[str]] = {}
+    for name in _PACKAGES:
+        spec = importlib.util.find_spec(name)
+        locations = list(spec.submodule_search_locations or ()) if spec else []
+        place = Path(locations[0]).resolve().parent if locations else None
+        places.setdefault(place, []).append(name)
+    for place, names in places.items():
+        if place is None:
+            yield _fail(f"missing: {', '.join(names)}", f"pip install --force-reinstall {_DISTRIBUTION}")
+        elif place != root:
+            yield _fail(
+                f"imported from {place} instead of ours: {', '.join(names)}",
+                f"rename them, or take {place} out of PYTHONPATH",
+            )
+    # The folders that Python looks into before those of installed packages.
+    listed = (".", *os.environ.get("PYTHONPATH", "").split(os.pathsep))
+    for folder in dict.fromkeys(Path(each).resolve() for each in listed if each):
+        files = [each for name in (*_PACKAGES, *_OTHERS) for each in (f"{name}.py", f"{name}/__init__.py")]
+        found = [each for each in sorted(files) if (folder / each).is_file()]
+        if found and folder != root:
+            yield _warn(
+                f"programs that start here import the wrong modules from {folder}: {', '.join(found)}",
+                "rename those, or start elsewhere",
+            )
+
+
+def installed_version(name: str) -> str | None:
+    """Return the version of a distribution, or None when it is not installed."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", text)[:3])
+
+
+# The machine.
+
+_GL_LIMIT: Final = 30.0  # s; software rendering takes some to start
+_GL_PROGRAM: Final = """\
+import sys
+try:
+    import mujoco
+    from naoserver_sim.cameras import create_context
+except ModuleNotFoundError as error:
+    sys.exit(f"missing {error.name}")
+context = create_context(16, 16)
+import os
+from OpenGL import GL
+print(os.environ.get("MUJOCO_GL", ""), GL.glGetString(GL.GL_RENDERER).decode(), sep="; ")
+context.free()
+"""
+"""Renders in a process of its own: a broken driver may end the process that loads it."""
+_GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0"
+_SOFTWARE_GL: Final = "render in software: MUJOCO_GL=osmesa, after sudo apt-get install libosmesa6"
+_FEW_FILES: Final = 1024
+_OLDEST_TIME: Final = 1_704_067_200.0  # 2024-01-01: a clock before that was never set
+
+
+def check_machine() -> Iterator[Finding]:
+    """Yield what is found about the machine: rendering, the limit of open files, and its clock."""
+    yield _check_rendering()
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= files < _FEW_FILES:
+        text = f"a process may open only {files} files; each link takes one"
+        yield _warn(text, "ulimit -n 4096, before you start it")
+    if time.time() < _OLDEST_TIME:
+        date = time.strftime("%Y-%m-%d")
+        yield _fail(f"the machine's clock says {date}", "set it: sudo timedatectl set-ntp true")
+
+
+def _check_rendering() -> Finding:
+    """Return whether the simulated cameras can render."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _GL_PROGRAM], capture_output=True, timeout=_GL_LIMIT, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return _fail(f"GL: no picture within {_GL_LIMIT:g} s", _SOFTWARE_GL)
+    output = (done.stderr.strip() if done.returncode else b"") or done.stdout
+    last = output.decode(errors="replace").strip().rpartition("\n")[2][:300]
+    if done.returncode == 0:
+        return _ok(f"GL renders: {last}")
+    if last.startswith("missing "):
+        return _note(f"GL: not checked, {last.removeprefix('missing ')} is not installed")
+    if done.returncode < 0:
+        return _fail(f"GL: the driver ended the process by signal {-done.returncode}", _SOFTWARE_GL)
+    return _fail(f"GL: the simulated cameras have no pictures: {last}", _GL_PACKAGES)
+
+
+# The network.
+
+_PINGS: Final = 20
+_SLOW: Final = 0.01  # s; on one machine a ping takes a quarter of a millisecond
+_SAMPLE_LIMIT: Final = 2.0  # s
+_CLOCKS_APART: Final = 0.1  # s between two machines, which makes the ages of samples wrong
+_LISTENING: Final = "0A"  # state in /proc/net/tcp
+_LONGEST_COMMAND: Final = 60  # characters of a process's command line
+
+_Processes = dict[str, ProcessStatus | ZenohIceError]
+
+
+def check_network(settings: Settings) -> Iterator[Finding]:
+    """Yield what is found about the endpoints, and about those who serve in the realm."""
+    states = {endpoint: listens(endpoint) for endpoint in settings.connect}
+    for endpoint, state in states.items():
+        yield _check_endpoint(endpoint, state)
+    if states and all(state is False for state in states.values()):
+        return
+    try:
+        with initialize(settings) as communicator:
+            found = servants(communicator)
+            if not found:
+                yield _nobody(communicator)
+                return
+            processes = ask_processes(communicator, found)
+            names = ", ".join(process_name(status, server) for server, status in processes.items())
+            yield _ok(
+                f"realm {communicator.realm}: {count_text(len(found), 'servant')} of"
+                f" {count_text(len(processes), 'process', 'processes')}: {names}"
+            )
+            yield from _check_processes(found, processes)
+            yield from _check_identities(found, processes)
+            yield from _check_interfaces(found)
+            yield from _check_answers(communicator, found, processes)
+            yield _check_clock(communicator, found)
+    except EndpointInUseException as error:
+        yield _fail(str(error), "leave --listen and VISUALHFSM_LISTEN away: only servers need a fixed port")
+
+
+def _check_endpoint(endpoint: str, state: bool | None) -> Finding:
+    if state is None:
+        return _note(f"{endpoint} is not checked without a link")
+    if state:
+        holder = holder_of(endpoint)
+        return _ok(f"{endpoint} is open" + (f", held by {holder}" if holder else ""))
+    start = "start a robot server, for instance: naoserver-sim"
+    elsewhere = f"start a server with --listen {endpoint}, or see where it listens, and set --connect"
+    return _fail(f"nothing listens at {endpoint}", start if endpoint == DEFAULT_ENDPOINT else elsewhere)
+
+
+def holder_of(endpoint: str) -> str:
+    """Return the process of this machine that listens at an endpoint, `naoserver-sim 4711`, or nothing."""
+    place = host_and_port(endpoint)
+    inodes = set()
+    for table in (Path("/proc/net/tcp"), Path("/proc/net/tcp6")) if place else ():
+        for row in table.read_text().splitlines()[1:] if table.exists() else ():
+            cells = row.split()
+            if place and cells[3] == _LISTENING and int(cells[1].rpartition(":")[2], 16) == place[1]:
+                inodes.add(f"socket:[{cells[9]}]")
+    for descriptor in Path("/proc").glob("[0-9]*/fd/*") if inodes else ():
+        with suppress(OSError):  # another user's, or gone
+            if str(descriptor.readlink()) in inodes:
+                process = descriptor.parents[1]
+                command = (process / "cmdline").read_text(errors="replace").replace("\0", " ")
+                return f"{printable(command, _LONGEST_COMMAND).strip()} {process.name}"
+    return ""
+
+
+def _nobody(communicator: Communicator) -> Finding:
+    reason = nobody(communicator)
+    if communicator.presence.linked():
+        return _fail(str(reason), "start a server in this realm, or name the realm of one with --realm")
+    return _fail(
+        f"no link: {reason}",
+        "if the port is open, something else has it, or certificates or passwords differ: docs/security.md",
+    )
+
+
+def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
+    """Yield processes that hang, are of other versions than this one, or share no memory."""
+    wrong = False
+    for server, status in processes.items():
+        if not isinstance(status, ProcessStatus):
+            wrong = True
+            served = _few([info.identity for info in found if info.server == server])
+            text = f"the process that serves {served} does not answer: {status}"
+            yield _fail(text, "if it is stopped or hangs, end it and start it again")
+            continue
+        who = f"{process_name(status, server)} on {status.host}"
+        for name, theirs in (("visualhfsm", status.version), ("eclipse-zenoh", status.zenoh)):
+            own = installed_version(name)
+            if own not in {None, theirs}:
+                wrong = True
+                yield _warn(f"{who} has {name} {theirs}, here it is {own}", "install the same on both sides")
+        if status.host == socket.gethostname() and not status.shared_memory:
+            text = f"{who} shares no memory: its images go over the network"
+            yield _note(text, "docs/streams.md says what shared memory needs")
+    if not wrong:
+        yield _ok("all processes answer, and have the versions of this machine")
+
+
+def _check_identities(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
+    """Yield which processes serve the same names."""
+    servers: dict[str, set[str]] = {}
+    for info in found:
+        servers.setdefault(info.identity, set()).add(info.server)
+    shared: dict[tuple[str, ...], list[str]] = {}
+    for name, who in servers.items():
+        if len(who) > 1:
+            shared.setdefault(tuple(sorted(who)), []).append(name)
+    for together, names in shared.items():
+        whose = " and ".join(process_name(processes[server], server) for server in together)
+        yield _fail(
+            f"{whose} serve the same {count_text(len(names), 'name')}, so calls reach one of them:"
+            f" {_few(names)}",
+            "end one of them, or start it with another --realm",
+        )
+
+
+def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
+    """Yield servants whose interfaces are of another version than those that are installed here."""
+    installed: dict[str, str] = {}
+    spec = importlib.util.find_spec("interfaces")
+    for place in (spec.submodule_search_locations or ()) if spec else ():
+        for schema in Path(place).glob("*/schema.json"):
+            for type_id, definition in describe_package(f"interfaces.{schema.parent.name}").items():
+                installed[type_id] = definition.fingerprint
+    differing: dict[str, list[str]] = {}
+    for info in found:
+        for type_id, fingerprint in info.interfaces.items():
+            if fingerprint and installed.get(type_id, fingerprint) != fingerprint:
+                differing.setdefault(type_id, []).append(info.identity)
+    for type_id, identities in differing.items():
+        yield _fail(
+            f"{_few(identities)}: another version of {type_id} than the one installed here",
+            "install the same version on both sides; after a change of the IDL run codegen, and start again",
+        )
+    if not differing:
+        yield _ok("the interfaces are those that are installed here")
+
+
+def _check_answers(
+    communicator: Communicator, found: list[ServantInfo], processes: _Processes
+) -> Iterator[Finding]:
+    """Yield how long a ping of each process takes."""
+    for server, status in processes.items():
+        info = next((each for each in found if each.server == server), None)
+        if info is None or not isinstance(status, ProcessStatus):
+            continue
+        ping = communicator.stringToProxy(info.identity).ice_ping
+        try:
+            times = timeit.repeat(ping, number=1, repeat=_PINGS)
+        except ZenohIceError as error:
+            yield _fail(f"{info.identity} does not answer: {error}", "end its process and start it again")
+            continue
+        usual = statistics.median(times)
+        name, longest = process_name(status, server), duration_text(max(times))
+        text = f"{name} answers within {duration_text(usual)}, at most {longest}"
+        fix = "look at the load of the machine and at the network, WLAN above all"
+        yield _warn(f"{text}: slowly", fix) if usual > _SLOW else _ok(text)
+
+
+def _check_clock(communicator: Communicator, found: list[ServantInfo]) -> Finding:
+    """Return whether the robot's time passes, and how far apart the clocks of the machines are."""
+    info = next((each for each in found if "::nao::Clock" in each.interfaces), None)
+    if info is None:
+        return _note("no robot's clock in this realm: behaviors go by the wall's time")
+    try:
+        stream = find_servant(communicator, info.identity).stream("getTime")
+        sample = stream.wait(stream.wait(timeout=_SAMPLE_LIMIT), timeout=_SAMPLE_LIMIT)
+    except (ZenohIceError, KeyError) as error:
+        return _fail(f"the robot's clock stands still: {error}", "end the robot server and start it again")
+    apart = time.time() - sample.wall_time
+    rate = float(getattr(sample.value, "rate", math.nan))
+    if not -_CLOCKS_APART < apart < _CLOCKS_APART:
+        return _warn(
+            f"the clocks of this machine and of the robot's server are {duration_text(abs(apart))} apart,"
+            " or samples come that late",
+            "let both follow a time server: sudo timedatectl set-ntp true",
+        )
+    if rate == 0:
+        return _note("the robot's time is paused", "resume it, if it is not meant to be")
+    return _ok(f"the robot's time passes {rate:.2f} times as fast as the wall's")
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names[:3]) + (" ..." if len(names) > 3 else "")
