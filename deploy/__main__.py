@@ -8,9 +8,10 @@ import startup
 def main() -> None:
     """Run the command."""
     startup.end_at_ctrl_c()
-    from deploy.command import run
+    from deploy.command import app
+    from zenoh_ice.command import run
 
-    run()
+    run(app)
 
 
 if __name__ == "__main__":

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-import math
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from deploy.launcher import Launcher, free_endpoint
-from deploy.stack import StackError, load_stack
+from deploy.stack import load_stack
+from zenoh_ice.command import finite
 
-__all__ = ["app", "run"]
+__all__ = ["app"]
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -30,14 +29,12 @@ python -m deploy deploy/demo.toml --set speed=5"""
 def launch(
     stack: Annotated[Path, typer.Argument(help="Stack file (TOML).", metavar="STACK.toml")],
     seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="End by itself after so many seconds; 0 means never.")
+        float | None,
+        typer.Option(min=0.0, callback=finite, help="End by itself after so many seconds; 0 means never."),
     ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),
-    ] = None,
-    log_dir: Annotated[
-        Path | None, typer.Option(help="Directory of the log files instead of the stack's.")
     ] = None,
 ) -> None:
     """Start the processes of a stack file and end them all together.
@@ -46,8 +43,6 @@ def launch(
     has one, gets the terminal. Ctrl-C ends everything in reverse order; a
     second Ctrl-C at once.
     """
-    if seconds is not None and not math.isfinite(seconds):
-        raise typer.BadParameter(f"{seconds} is not a finite number", param_hint="--seconds")
     description = load_stack(stack)
     changes = dict(_parse(setting) for setting in settings or [])
     # A stack whose foreground process counts the seconds itself says so by having that variable.
@@ -59,7 +54,7 @@ def launch(
         changes["endpoint"] = free_endpoint(description.endpoint)
         taken = changes["endpoint"] != description.endpoint
     processes = description.with_variables(changes)
-    logs = log_dir or Path(description.log_dir)
+    logs = Path(description.log_dir)
     typer.echo(f"Starting {description.name}: {', '.join(process.name for process in processes)}")
     typer.echo(f"  logs in {logs}{', endpoint ' + changes['endpoint'] if description.endpoint else ''}")
     if taken:
@@ -76,14 +71,3 @@ def _parse(setting: str) -> tuple[str, str]:
     if not equals or not name:
         raise typer.BadParameter(f"{setting!r} is not NAME=VALUE", param_hint="--set")
     return name, value
-
-
-def run() -> None:
-    """Run the command; a wrong stack file is one line on stderr and exit code 1."""
-    try:
-        app()
-    except StackError as error:
-        typer.echo(f"error: {error}", err=True)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        sys.exit(130)

@@ -10,11 +10,12 @@ import signal
 import socket
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple, TextIO
 
-from deploy.process import StackProcess, describe_exit
+import startup
 from deploy.stack import ProcessSpec, StackError
 
 __all__ = ["Launcher", "free_endpoint"]
@@ -22,10 +23,15 @@ __all__ = ["Launcher", "free_endpoint"]
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _STDIN = 0
 _ENDPOINT = re.compile(r"tcp/(?P<host>[\w.-]+):(?P<port>\d+)")
+_TAIL_LINES = 15
+_LONGEST_LINE = 8192
+_CHUNK = 65536
+_KILL_LIMIT = (
+    2.0  # s in which a process must be gone after SIGKILL; only one stuck in the kernel takes longer
+)
 
 
-@dataclass(frozen=True, slots=True)
-class _End:
+class _End(NamedTuple):
     """Why a stack ends: the launcher's exit code and what to report about it."""
 
     code: int
@@ -47,12 +53,14 @@ class Launcher:
         report: Callable[[str], None],
         seconds: float | None = None,
     ) -> None:
-        self._specs = tuple(processes)
         self._log_dir = log_dir
         self._write = report
         self._seconds = seconds
-        self._launched_at = 0.0
-        self._processes: dict[str, StackProcess] = {}
+        self._launched_at = time.monotonic()
+        self._processes = {
+            spec.name: _StackProcess(spec, log_dir / f"{spec.name}.log", self._launched_at)
+            for spec in processes
+        }
         # The terminal is the foreground process's alone while that runs.
         self._has_foreground = any(spec.foreground for spec in processes)
 
@@ -63,18 +71,24 @@ class Launcher:
         the signal that ended the stack, or 1 when a process failed. Raises StackError when there is no place
         for the logs.
         """
-        self._launched_at = time.monotonic()
         try:
             self._log_dir.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise StackError(f"{self._log_dir}: logs cannot be written there: {error.strerror}") from error
-        self._processes = {
-            spec.name: StackProcess(spec, self._log_dir / f"{spec.name}.log", self._launched_at)
-            for spec in self._specs
-        }
+        loop = asyncio.get_running_loop()
+        interrupted: asyncio.Future[_End] = loop.create_future()
         force = asyncio.Event()
-        interrupted: asyncio.Future[_End] = asyncio.get_running_loop().create_future()
-        with _signals(interrupted, force), _terminal_kept():
+
+        def interrupt(number: signal.Signals) -> None:
+            if interrupted.done():
+                force.set()
+            else:
+                interrupted.set_result(_End(128 + number))
+
+        for number in _SIGNALS:
+            if signal.getsignal(number) is not signal.SIG_IGN:  # as the end of the terminal under nohup
+                loop.add_signal_handler(number, interrupt, number)
+        with _terminal_kept():
             tasks = [asyncio.create_task(self._supervise(process)) for process in self._processes.values()]
             try:
                 ends, _ = await asyncio.wait(
@@ -91,7 +105,7 @@ class Launcher:
             self._report(end.message)
         return end.code
 
-    async def _supervise(self, process: StackProcess) -> _End:
+    async def _supervise(self, process: _StackProcess) -> _End:
         """Start a process in its turn, wait until it is ready, then until it ends."""
         spec = process.spec
         try:
@@ -113,15 +127,18 @@ class Launcher:
         except OSError as error:
             return _End(1, f"{spec.name} cannot be started: {error}")
 
-    def _end_of(self, process: StackProcess, code: int) -> _End:
+    def _end_of(self, process: _StackProcess, code: int) -> _End:
         if process.spec.foreground and code < 0:
-            _leave_full_screen()
-            return _End(128 - code, f"{process.spec.name} {describe_exit(code)}")
+            if sys.stdout.isatty():
+                # To the ordinary screen and its cursor, which a killed process may have hidden.
+                sys.stdout.write("\x1b[?1049l\x1b[?25h")
+                sys.stdout.flush()
+            return _End(128 - code, f"{process.spec.name} {_describe_exit(code)}")
         if process.spec.foreground:
             return _End(code)
-        return _End(1, self._failure(process, f"{describe_exit(code)} after {self._elapsed():.1f} s"))
+        return _End(1, self._failure(process, f"{_describe_exit(code)} after {self._elapsed():.1f} s"))
 
-    def _failure(self, process: StackProcess, what: str) -> str:
+    def _failure(self, process: _StackProcess, what: str) -> str:
         if not process.tail:
             return f"{process.spec.name} {what}, without a word in {process.log}"
         lines = "".join(f"\n    {line}" for line in process.tail)
@@ -137,48 +154,144 @@ class Launcher:
 
 
 @contextlib.contextmanager
-def _signals(interrupted: asyncio.Future[_End], force: asyncio.Event) -> Iterator[None]:
-    """Let the first signal end the stack and every further one set `force`."""
-    loop = asyncio.get_running_loop()
-
-    def end(number: signal.Signals) -> None:
-        if interrupted.done():
-            force.set()
-        else:
-            interrupted.set_result(_End(128 + number))
-
-    # Under nohup the end of the terminal is no reason.
-    signals = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
-    for number in signals:
-        loop.add_signal_handler(number, end, number)
-    try:
-        yield
-    finally:
-        for number in signals:
-            loop.remove_signal_handler(number)
-
-
-@contextlib.contextmanager
 def _terminal_kept() -> Iterator[None]:
     """Take the terminal back from the foreground process at the end."""
-    if not os.isatty(_STDIN) or os.tcgetpgrp(_STDIN) != os.getpgrp():
-        yield
-        return
+    owned = os.isatty(_STDIN) and os.tcgetpgrp(_STDIN) == os.getpgrp()
     try:
         yield
     finally:
-        # A background group that asks for the terminal is stopped unless it ignores the signal.
-        before = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
-        with contextlib.suppress(OSError):
-            os.tcsetpgrp(_STDIN, os.getpgrp())
-        signal.signal(signal.SIGTTOU, before)
+        if owned:
+            # A background group that asks for the terminal is stopped unless it ignores the signal.
+            before = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
+            with contextlib.suppress(OSError):
+                os.tcsetpgrp(_STDIN, os.getpgrp())
+            signal.signal(signal.SIGTTOU, before)
 
 
-def _leave_full_screen() -> None:
-    """Show the terminal's ordinary screen and its cursor, which a killed process may have hidden."""
-    if sys.stdout.isatty():
-        sys.stdout.write("\x1b[?1049l\x1b[?25h")
-        sys.stdout.flush()
+class _StackProcess:
+    """A started process.
+
+    Its output goes line by line, each with the seconds since the launch, into `log`; a foreground process has
+    the terminal instead. Everything it starts itself stays in its process group and ends with it.
+    """
+
+    def __init__(self, spec: ProcessSpec, log: Path, launched_at: float) -> None:
+        self.spec = spec
+        self.log = log
+        self.ready = asyncio.Event()
+        self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
+        self._launched_at = launched_at
+        self._child: asyncio.subprocess.Process | None = None
+        self._output: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Start the process; it is ready at once when the stack file gives no pattern to wait for."""
+        foreground = self.spec.foreground
+        place = "foreground" if foreground else "background"
+        program, *arguments = self.spec.command
+        tether = [sys.executable, "-I", "-S", startup.TETHER, str(os.getpid()), place]
+        # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._child = await asyncio.create_subprocess_exec(
+                *tether,
+                sys.executable if program == "python" else program,
+                *arguments,
+                stdin=None if foreground else asyncio.subprocess.DEVNULL,
+                stdout=None if foreground else asyncio.subprocess.PIPE,
+                stderr=None if foreground else asyncio.subprocess.STDOUT,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", **self.spec.environment},
+                # A foreground process must stay in the terminal's session to read its keys.
+                **({"process_group": 0} if foreground else {"start_new_session": True}),
+            )
+        finally:
+            if signal.SIGINT not in blocked:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        if self._child.stdout is not None:
+            log = self.log.open("w", encoding="utf-8")
+            self._output = asyncio.create_task(self._copy_output(self._child.stdout, log))
+        if not self.spec.ready:
+            self.ready.set()
+
+    async def wait(self) -> int:
+        """Wait for the end of the process and of its output.
+
+        Returns its exit code, which is minus the number of the signal that ended it, if one did.
+        """
+        assert self._child is not None
+        code = await self._child.wait()
+        if self._output is not None:
+            # A grandchild may hold the pipe open; what it writes after this is nobody's concern.
+            await asyncio.wait({self._output}, timeout=0.5)
+        return code
+
+    async def stop(self, force: asyncio.Event) -> None:
+        """End the process and its whole group: SIGINT, SIGTERM after `stop_timeout`, then SIGKILL.
+
+        Setting `force` shortens every wait to nothing.
+        """
+        if self._child is None:
+            return
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if self._child.returncode is None:
+                self._signal(number)
+                await self._wait_at_most(self.spec.stop_timeout, force)
+        self._signal(signal.SIGKILL)
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self.wait(), _KILL_LIMIT)
+        if self._output is not None:
+            self._output.cancel()
+            await asyncio.wait({self._output})
+
+    def _signal(self, number: signal.Signals) -> None:
+        assert self._child is not None
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._child.pid, number)
+
+    async def _wait_at_most(self, seconds: float, force: asyncio.Event) -> None:
+        assert self._child is not None
+        ends = {asyncio.create_task(self._child.wait()), asyncio.create_task(force.wait())}
+        await asyncio.wait(ends, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+        for end in ends:
+            end.cancel()
+
+    async def _copy_output(self, output: asyncio.StreamReader, log: TextIO) -> None:
+        try:
+            with log:
+                await self._copy_lines(output, log)
+        except OSError as error:
+            self.tail.append(f"(its log ends here: {error})")
+            while await output.read(_CHUNK):  # otherwise it would stand still once the pipe is full
+                pass
+
+    async def _copy_lines(self, output: asyncio.StreamReader, log: TextIO) -> None:
+        rest = b""
+        while chunk := await output.read(_CHUNK):
+            *lines, rest = (rest + chunk).split(b"\n")
+            if len(rest) > _LONGEST_LINE:
+                lines, rest = [*lines, rest], b""
+            for line in lines:
+                self._note(line, log)
+            log.flush()
+        if rest:
+            self._note(rest, log)
+
+    def _note(self, raw: bytes, log: TextIO) -> None:
+        line = raw.decode(errors="replace").rstrip("\r")
+        log.write(f"{time.monotonic() - self._launched_at:9.3f} {line}\n")
+        self.tail.append(line)
+        if self.spec.ready and re.search(self.spec.ready, line):
+            self.ready.set()
+
+
+def _describe_exit(code: int) -> str:
+    """Say in words how a process ended, for example `was ended by SIGKILL`."""
+    if code >= 0:
+        return f"ended with exit code {code}"
+    try:
+        return f"was ended by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"was ended by signal {-code}"
 
 
 def free_endpoint(endpoint: str) -> str:
@@ -189,22 +302,17 @@ def free_endpoint(endpoint: str) -> str:
     match = _ENDPOINT.fullmatch(endpoint)
     if match is None:
         raise StackError(f"endpoint {endpoint!r} is not of the form tcp/HOST:PORT")
-    host = match["host"]
     try:
-        return f"tcp/{host}:{_bind(host, int(match['port']))}"
+        return _listen(match["host"], int(match["port"]))
     except (OSError, OverflowError):
         pass
     try:
-        return f"tcp/{host}:{_bind(host, 0)}"
+        return _listen(match["host"], 0)
     except OSError as error:
-        raise StackError(f"endpoint {endpoint}: cannot listen on {host}: {error.strerror}") from error
+        raise StackError(f"endpoint {endpoint}: cannot listen there: {error.strerror}") from error
 
 
-def _bind(host: str, port: int) -> int:
-    with socket.socket() as probe:
-        # As servers do, so that connections of a stack that has just ended do not count.
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        probe.bind((host, port))
-        # With this option another listener shows only here.
-        probe.listen(1)
-        return int(probe.getsockname()[1])
+def _listen(host: str, port: int) -> str:
+    # As servers do: connections of a stack that has just ended do not count.
+    with socket.create_server((host, port), backlog=1) as probe:
+        return f"tcp/{host}:{probe.getsockname()[1]}"

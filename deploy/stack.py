@@ -33,6 +33,7 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta, Struct
 
+from zenoh_ice import ZenohIceError
 from zenoh_ice.toml_file import read_toml
 
 __all__ = ["ProcessSpec", "Stack", "StackError", "load_stack"]
@@ -46,7 +47,7 @@ Command = Annotated[tuple[str, ...], Meta(min_length=1, description="write a pro
 Seconds = Annotated[float, Meta(gt=0.0, lt=3600.0, description="write seconds above 0 and below 3600")]
 
 
-class StackError(Exception):
+class StackError(ZenohIceError):
     """A stack file is wrong: the message names the file, the line and the key."""
 
 

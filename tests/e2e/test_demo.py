@@ -21,8 +21,11 @@ def demo(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[ComponentPr
     """Start the demo, for the seconds of the parameter or for longer than any test takes."""
     pytest.importorskip("matplotlib")
     seconds = getattr(request, "param", 600)
+    stack = tmp_path / "demo.toml"
+    text = (REPOSITORY / "deploy" / "demo.toml").read_text("utf-8")
+    stack.write_text(text.replace('log_dir = "demo/logs"', f'log_dir = "{tmp_path}/logs"'))
     command = module(
-        "deploy", str(REPOSITORY / "deploy" / "demo.toml"), "--seconds", str(seconds), "--log-dir", str(tmp_path / "logs"),
+        "deploy", str(stack), "--seconds", str(seconds),
         "--set", "speed=3", "--set", f"report={tmp_path / 'report.html'}", "--set", f"endpoint={free_endpoint()}",
     )  # fmt: skip
     with ComponentProcess(command) as demo:

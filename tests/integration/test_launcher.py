@@ -352,17 +352,18 @@ def test_a_wrong_stack_file_is_one_line_on_stderr(tmp_path):
         [sys.executable, "-m", "deploy", str(path)], capture_output=True, text=True, timeout=LIMIT
     )
     assert done.returncode == 1
-    assert done.stderr == f"error: {path}:1: process[0]: name is missing\n"
+    assert done.stderr == f"deploy: error: {path}:1: process[0]: name is missing\n"
 
 
 def test_a_place_where_no_logs_can_be_written_is_named(bench):
     bench.add("first", SERVICE)
     bench.path("file").write_text("")
-    code, output = bench.run("--log-dir", str(bench.path("file") / "logs"))
+    bench._stack = bench._stack.replace("/logs", "/file/logs")
+    code, output = bench.run()
     assert code == 1
     assert (
         output.splitlines()[-1]
-        == f"error: {bench.path('file')}/logs: logs cannot be written there: Not a directory"
+        == f"deploy: error: {bench.path('file')}/logs: logs cannot be written there: Not a directory"
     )
 
 
