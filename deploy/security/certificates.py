@@ -7,7 +7,6 @@ that key can become anybody, so it belongs on no robot and on no router.
 from __future__ import annotations
 
 import ipaddress
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,17 +22,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 from zenoh_ice import ZenohIceError
 from zenoh_ice.text import printable
 
-__all__ = [
-    "LOCAL_HOSTS",
-    "Authority",
-    "SecurityFilesError",
-    "check_host",
-    "common_name",
-    "hosts_of",
-    "load_certificate",
-    "write_private",
-    "write_public",
-]
+__all__ = ["LOCAL_HOSTS", "Authority", "SecurityFilesError", "common_name", "hosts_of", "load_certificate"]
 
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 """Names under which every machine reaches itself."""
@@ -59,10 +48,21 @@ class Authority:
         """Return a new authority."""
         key = ec.generate_private_key(ec.SECP256R1())
         subject = _subject(name)
+        usage = x509.KeyUsage(
+            key_cert_sign=True,
+            crl_sign=True,
+            digital_signature=False,
+            content_commitment=False,
+            key_encipherment=False,
+            data_encipherment=False,
+            key_agreement=False,
+            encipher_only=False,
+            decipher_only=False,
+        )
         certificate = (
             _builder(subject, subject, key.public_key(), valid)
             .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
-            .add_extension(_key_usage(signs_certificates=True), critical=True)
+            .add_extension(usage, critical=True)
             .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
             .sign(key, hashes.SHA256())
         )
@@ -73,20 +73,17 @@ class Authority:
         """Read an authority from its two files; raises SecurityFilesError."""
         try:
             loaded = serialization.load_pem_private_key(key.read_bytes(), password=None)
-            if not isinstance(loaded, ec.EllipticCurvePrivateKey):
-                raise SecurityFilesError(f"{key}: not a key on an elliptic curve")
-            return cls(x509.load_pem_x509_certificate(certificate.read_bytes()), loaded)
         except OSError as error:
-            raise SecurityFilesError(f"{error.filename}: cannot be read: {error.strerror}") from error
+            raise SecurityFilesError(f"{key}: cannot be read: {error.strerror}") from error
         except (TypeError, ValueError) as error:
-            raise SecurityFilesError(
-                f"{certificate}, {key}: not the files of an authority: {error}"
-            ) from error
+            raise SecurityFilesError(f"{key}: not the key of an authority: {error}") from error
+        if not isinstance(loaded, ec.EllipticCurvePrivateKey):
+            raise SecurityFilesError(f"{key}: not a key on an elliptic curve")
+        return cls(load_certificate(certificate), loaded)
 
-    def save(self, certificate: Path, key: Path) -> None:
-        """Write the two files, the key readable by its owner alone; raises SecurityFilesError."""
-        write_private(key, _pem(self.key))
-        write_public(certificate, self.certificate.public_bytes(serialization.Encoding.PEM))
+    def files(self) -> tuple[bytes, bytes]:
+        """Return its certificate and its key in PEM."""
+        return _pem(self.certificate, self.key)
 
     def issue(self, name: str, hosts: Sequence[str], valid: timedelta) -> tuple[bytes, bytes]:
         """Return a certificate and its key in PEM.
@@ -102,7 +99,6 @@ class Authority:
         builder = (
             _builder(_subject(name), self.certificate.subject, key.public_key(), valid)
             .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
-            .add_extension(_key_usage(signs_certificates=False), critical=True)
             .add_extension(x509.ExtendedKeyUsage(usages), critical=False)
             .add_extension(
                 x509.AuthorityKeyIdentifier.from_issuer_public_key(self.key.public_key()), critical=False
@@ -111,8 +107,7 @@ class Authority:
         if hosts:
             names = x509.SubjectAlternativeName([_host(host) for host in dict.fromkeys(hosts)])
             builder = builder.add_extension(names, critical=False)
-        certificate = builder.sign(self.key, hashes.SHA256())
-        return certificate.public_bytes(serialization.Encoding.PEM), _pem(key)
+        return _pem(builder.sign(self.key, hashes.SHA256()), key)
 
 
 def load_certificate(path: Path) -> x509.Certificate:
@@ -140,25 +135,6 @@ def hosts_of(certificate: x509.Certificate) -> list[str]:
     return [str(name.value) for name in names]
 
 
-def write_private(path: Path, content: bytes) -> None:
-    """Write a new file that nobody but its owner may read; raises SecurityFilesError, also if it exists."""
-    try:
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(content)
-    except OSError as error:
-        raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
-
-
-def write_public(path: Path, content: bytes) -> None:
-    """Write a new file; raises SecurityFilesError, also if it exists."""
-    try:
-        with path.open("xb") as file:
-            file.write(content)
-    except OSError as error:
-        raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
-
-
 def _builder(
     subject: x509.Name, issuer: x509.Name, public_key: ec.EllipticCurvePublicKey, valid: timedelta
 ) -> x509.CertificateBuilder:
@@ -174,30 +150,10 @@ def _builder(
     )
 
 
-def _key_usage(*, signs_certificates: bool) -> x509.KeyUsage:
-    return x509.KeyUsage(
-        digital_signature=not signs_certificates,
-        key_cert_sign=signs_certificates,
-        crl_sign=signs_certificates,
-        content_commitment=False,
-        key_encipherment=False,
-        data_encipherment=False,
-        key_agreement=False,
-        encipher_only=False,
-        decipher_only=False,
-    )
-
-
 def _subject(name: str) -> x509.Name:
     if not _NAME.fullmatch(name):
         raise SecurityFilesError(f"{name!r} is no name: write 1 to 64 letters, digits, '_', '-' or '.'")
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
-
-
-def check_host(text: str) -> str:
-    """Return the name or address of a machine; raises SecurityFilesError for what is none."""
-    _host(text)
-    return text
 
 
 def _host(text: str) -> x509.GeneralName:
@@ -210,7 +166,9 @@ def _host(text: str) -> x509.GeneralName:
     return x509.DNSName(text)
 
 
-def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
-    return key.private_bytes(
+def _pem(certificate: x509.Certificate, key: ec.EllipticCurvePrivateKey) -> tuple[bytes, bytes]:
+    """Return a certificate and its key as they are written."""
+    encoded = key.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
+    return certificate.public_bytes(serialization.Encoding.PEM), encoded

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -14,26 +15,24 @@ from deploy.security.certificates import (
     LOCAL_HOSTS,
     Authority,
     SecurityFilesError,
-    check_host,
     common_name,
     hosts_of,
     load_certificate,
-    write_private,
-    write_public,
 )
-from zenoh_ice.endpoints import host_and_port, is_loopback
+from zenoh_ice.endpoints import is_loopback
 from zenoh_ice.settings import Settings, load_settings
 
 __all__ = ["SecurityFolder"]
 
 _AUTHORITY_VALID: Final = timedelta(days=3650)
 _AUTHORITY: Final = "authority"
+_ROUTER: Final = "router"
 _ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - the router is there to be reached by other machines
 
 _CLIENT_ROLES: Final = ("robot", "operator", "student")
 """The roles that the file of a router begins with."""
 
-_ROUTER: Final = """\
+_ROUTER_FILE: Final = """\
 # Settings of the router: nao router --config router.toml
 realm = {realm}
 mode = "router"
@@ -68,7 +67,7 @@ liveliness = false
 [security.users]
 {users}"""
 
-_CLIENT: Final = """\
+_CLIENT_FILE: Final = """\
 # Settings of {name}, who has the role {role} at the router: COMMAND --config {name}.toml
 realm = {realm}
 mode = "client"
@@ -92,33 +91,27 @@ class SecurityFolder:
         """Make everything for a router, a robot, an operator and students; return the files of settings.
 
         `hosts` are the names and addresses by which others reach the router; they connect to the first.
+        Raises ConfigurationException for a realm that is none, SecurityFilesError for such a host.
         """
-        Settings(realm=realm)  # before anything is written
-        host = check_host(hosts[0])
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise SecurityFilesError(f"{self.path}: cannot be made: {error.strerror}") from error
-        if self._key(_AUTHORITY).exists():
+        Settings(realm=realm)
+        if (self.path / "authority.key").exists():
             raise SecurityFilesError(
                 f"{self.path} has an authority already: `nao security add` makes certificates of it,"
                 " or choose another folder"
             )
-        endpoint = f"tls/{_in_brackets(_listening_host(hosts))}:{port}"
         authority = Authority.create(f"authority.{realm}"[:64], _AUTHORITY_VALID)
-        authority.save(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
-        self._issue(authority, "router", [*hosts, *LOCAL_HOSTS], valid)
-        settings = [self._settings("router")]
-        write_public(
-            settings[0],
-            _router_settings(realm, endpoint, {role: role for role in _CLIENT_ROLES}).encode(),
-        )
+        files = _pair(_AUTHORITY, authority.files())
+        files |= _pair(_ROUTER, authority.issue(_ROUTER, [*hosts, *LOCAL_HOSTS], valid))
+        users = "".join(_user_line(role, role) for role in _CLIENT_ROLES)
+        listen = json.dumps(f"tls/{_in_brackets(_listening_host(hosts))}:{port}")
+        files["router.toml"] = _ROUTER_FILE.format(
+            realm=json.dumps(realm), listen=listen, users=users
+        ).encode()
         for role in _CLIENT_ROLES:
-            self._issue(authority, role, (), valid)
-            settings.append(self._settings(role))
-            text = _client_settings(role, role, realm, f"tls/{_in_brackets(host)}:{port}")
-            write_public(settings[-1], text.encode())
-        return settings
+            connect = f"tls/{_in_brackets(hosts[0])}:{port}"
+            files |= _client_files(authority, role, role, realm=realm, connect=connect, valid=valid)
+        self._write(files)
+        return [self.path / name for name in files if name.endswith(".toml")]
 
     def add(self, name: str, role: str, *, valid: timedelta) -> list[Path]:
         """Issue a certificate for another user, and let the router know the user's role; return the files.
@@ -126,7 +119,7 @@ class SecurityFolder:
         The files are those that the user needs. Raises SecurityFilesError for a role that the router does not
         know, and for a name that is taken.
         """
-        router_file = self._settings("router")
+        router_file = self.path / "router.toml"
         router = load_settings(router_file, environment={})
         if role not in router.security.roles:
             raise SecurityFilesError(
@@ -135,13 +128,16 @@ class SecurityFolder:
         if name in router.security.users:
             raise SecurityFilesError(f"{router_file}: {name!r} is a user already")
         with_user = _with_user(router_file, name, role)
-        connect = self._endpoint_of_clients()
-        authority = Authority.load(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
-        self._issue(authority, name, (), valid)
-        own = self._settings(name)
-        write_public(own, _client_settings(name, role, router.realm, connect).encode())
+        client_file = self.path / f"{_CLIENT_ROLES[0]}.toml"
+        connect = load_settings(client_file, environment={}).connect
+        if not connect:
+            raise SecurityFilesError(f"{client_file}: `connect` names no router")
+        files = _client_files(
+            self._authority(), name, role, realm=router.realm, connect=connect[0], valid=valid
+        )
+        self._write(files)
         router_file.write_text(with_user, encoding="utf-8")
-        return [self._certificate(_AUTHORITY), self._certificate(name), self._key(name), own]
+        return [self.path / each for each in (f"{_AUTHORITY}.pem", *files)]
 
     def renew(self, name: str, *, valid: timedelta) -> None:
         """Issue a certificate anew, with a new key, in place of that of the same name."""
@@ -149,35 +145,41 @@ class SecurityFolder:
             raise SecurityFilesError(
                 f"{self.path}: an authority is not renewed: make another folder, and all certificates anew"
             )
-        old = load_certificate(self._certificate(name))
-        authority = Authority.load(self._certificate(_AUTHORITY), self._key(_AUTHORITY))
-        certificate, key = authority.issue(common_name(old), hosts_of(old), valid)
-        fresh = [(self._key(name), key, write_private), (self._certificate(name), certificate, write_public)]
-        for path, content, write in fresh:
-            write(path.with_suffix(f"{path.suffix}.new"), content)
-        for path, _, _ in fresh:
-            path.with_suffix(f"{path.suffix}.new").replace(path)
+        old = load_certificate(self.path / f"{name}.pem")
+        files = _pair(name, self._authority().issue(common_name(old), hosts_of(old), valid))
+        self._write({f"new.{each}": content for each, content in files.items()})
+        for each in files:
+            (self.path / f"new.{each}").replace(self.path / each)
 
-    def _issue(self, authority: Authority, name: str, hosts: Sequence[str], valid: timedelta) -> None:
-        certificate, key = authority.issue(name, hosts, valid)
-        write_private(self._key(name), key)
-        write_public(self._certificate(name), certificate)
+    def _authority(self) -> Authority:
+        return Authority.load(self.path / f"{_AUTHORITY}.pem", self.path / f"{_AUTHORITY}.key")
 
-    def _endpoint_of_clients(self) -> str:
-        file = self._settings(_CLIENT_ROLES[0])
-        connect = load_settings(file, environment={}).connect
-        if not connect or host_and_port(connect[0]) is None:
-            raise SecurityFilesError(f"{file}: `connect` names no router")
-        return connect[0]
+    def _write(self, files: Mapping[str, bytes]) -> None:
+        """Write new files; keys can be read by their owner alone. Raises SecurityFilesError if one exists."""
+        path = self.path
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            for name, content in files.items():
+                path = self.path / name
+                mode = 0o600 if path.suffix == ".key" else 0o666
+                descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+                with os.fdopen(descriptor, "wb") as file:
+                    file.write(content)
+        except OSError as error:
+            raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
 
-    def _certificate(self, name: str) -> Path:
-        return self.path / f"{name}.pem"
 
-    def _key(self, name: str) -> Path:
-        return self.path / f"{name}.key"
+def _pair(name: str, made: tuple[bytes, bytes]) -> dict[str, bytes]:
+    """Return the files of a certificate and its key."""
+    return dict(zip((f"{name}.pem", f"{name}.key"), made, strict=True))
 
-    def _settings(self, name: str) -> Path:
-        return self.path / f"{name}.toml"
+
+def _client_files(
+    authority: Authority, name: str, role: str, *, realm: str, connect: str, valid: timedelta
+) -> dict[str, bytes]:
+    """Return the certificate, the key and the settings of a robot or a user."""
+    settings = _CLIENT_FILE.format(name=name, role=role, realm=json.dumps(realm), connect=json.dumps(connect))
+    return _pair(name, authority.issue(name, (), valid)) | {f"{name}.toml": settings.encode()}
 
 
 def _listening_host(hosts: Sequence[str]) -> str:
@@ -190,11 +192,14 @@ def _in_brackets(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 
 
+def _user_line(name: str, role: str) -> str:
+    return f"{json.dumps(name)} = {json.dumps(role)}\n"
+
+
 def _with_user(file: Path, name: str, role: str) -> str:
     """Return the text of a router's file with one more user at its end; raises SecurityFilesError."""
-    line = f"{json.dumps(name)} = {json.dumps(role)}"
     before = file.read_text(encoding="utf-8")
-    after = f"{before.rstrip()}\n{line}\n"
+    after = f"{before.rstrip()}\n{_user_line(name, role)}"
     wanted = tomllib.loads(before)
     wanted["security"]["users"][name] = role
     if tomllib.loads(after) != wanted:
@@ -202,14 +207,3 @@ def _with_user(file: Path, name: str, role: str) -> str:
             f"{file}: [security.users] is not its last table; move it to the end of the file"
         )
     return after
-
-
-def _router_settings(realm: str, listen: str, users: dict[str, str]) -> str:
-    """Return the text of the router's file; `users` gives the role of each."""
-    lines = "".join(f"{json.dumps(user)} = {json.dumps(role)}\n" for user, role in users.items())
-    return _ROUTER.format(realm=json.dumps(realm), listen=json.dumps(listen), users=lines)
-
-
-def _client_settings(name: str, role: str, realm: str, connect: str) -> str:
-    """Return the text of the file of a robot or a user."""
-    return _CLIENT.format(name=name, role=role, realm=json.dumps(realm), connect=json.dumps(connect))

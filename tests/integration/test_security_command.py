@@ -91,7 +91,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
     assert (after.subject, hosts_of(after)) == (before.subject, hosts_of(before))
     assert check_security(load_settings(folder / "router.toml", environment={}).security) == []
     assert stat.S_IMODE((folder / "router.key").stat().st_mode) == 0o600
-    assert list(folder.glob("*.new")) == []
+    assert list(folder.glob("new.*")) == []
 
 
 @pytest.mark.parametrize(
@@ -106,6 +106,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
         (["add", "FOLDER/absent", "ann", "--role", "student"], "router.toml: cannot be read"),
         (["init", "FOLDER"], "has an authority already: `nao security add` makes certificates of it"),
         (["init", "FOLDER/other", "--host", "a b"], "'a b' is neither the name nor the address"),
+        (["init", "FOLDER/other", "--host", "robot.lab", "--host", "a b"], "'a b' is neither the name"),
         (["init", "FOLDER/other", "--realm", "a/b"], "a realm is"),
         (["renew", "FOLDER", "authority"], "an authority is not renewed"),
         (["renew", "FOLDER", "bob"], "bob.pem: cannot be read"),
