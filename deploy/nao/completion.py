@@ -108,7 +108,7 @@ def _by_kind(communicator: Communicator, names: Callable[[str, DynamicProxy], li
     from deploy.nao.connection import by_kind, find_servant, servants
 
     found: list[str] = []
-    for kind in by_kind(info for info in servants(communicator)):
+    for kind in by_kind(servants(communicator)):
         proxy = find_servant(communicator, kind[0].identity)
         found += [name for info in kind for name in names(info.identity, proxy)]
     return found

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any, Final
 
 import typer
+from rich.filesize import decimal
 
 from deploy.nao import NaoError
 from deploy.nao.connection import find_servant
 from deploy.nao.dynamic import DynamicProxy
-from deploy.nao.output import bytes_text, print_json
+from deploy.nao.output import print_json
 from deploy.nao.values import Json
 from zenoh_ice import initialize
 from zenoh_ice.reflection import RETURN_VALUE
@@ -61,7 +62,7 @@ def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: b
         print_json({"file": str(path), **figures, "time": taken})
         return
     when = "" if taken is None else f", taken at robot time {taken:.3f} s"
-    typer.echo(f"wrote {path}: {size[0]}x{size[1]}, {bytes_text(len(data))}{when}")
+    typer.echo(f"wrote {path}: {size[0]}x{size[1]}, {decimal(len(data))}{when}")
 
 
 def image_operation(proxy: DynamicProxy) -> str | None:

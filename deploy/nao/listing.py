@@ -7,6 +7,8 @@ from contextlib import suppress
 from fnmatch import fnmatchcase
 
 import msgspec
+from rich.table import Table
+from rich.text import Text
 
 from deploy.nao import NaoError
 from deploy.nao.connection import (
@@ -49,9 +51,6 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
     if as_json:
         print_json([_as_json(info, own[id(info)], processes[info.server]) for info in found])
         return
-    from rich.table import Table
-    from rich.text import Text
-
     table = Table(box=None, pad_edge=False, header_style="dim")
     # On a narrow terminal the names stay whole: they are what is typed next.
     longest = max(len(info.identity) for info in found)

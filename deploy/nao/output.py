@@ -7,18 +7,16 @@ import math
 import shutil
 import sys
 import textwrap
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import typer
+from rich.console import Console
+from rich.highlighter import JSONHighlighter
+from rich.text import Text
 
 from deploy.nao.values import Json
 
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.text import Text
-
 __all__ = [
-    "bytes_text",
     "console",
     "count_text",
     "duration_text",
@@ -42,7 +40,6 @@ _DIGITS: Final = 6
 """Significant digits of a number that are shown to a person."""
 _LONGEST_TEXT: Final = 2000
 _DURATIONS: Final = (("us", 1e6), ("ms", 1e3), ("s", 1))
-_SIZES: Final = (("B", 1), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9))
 
 
 def for_people() -> bool:
@@ -57,15 +54,11 @@ def width() -> int:
 
 def console() -> Console:
     """Return what writes tables and colors; without a terminal no colors, and lines of any length."""
-    from rich.console import Console
-
     return Console(highlight=False, width=None if for_people() else _ANY_LENGTH)
 
 
 def wrapped(text: str, indent: int) -> Text:
     """Return a text that is wrapped for a terminal, with its further lines indented."""
-    from rich.text import Text
-
     if for_people():
         margin = " " * indent
         text = textwrap.fill(
@@ -87,15 +80,10 @@ def print_json(value: Json) -> None:
 
 def print_value(value: Json) -> None:
     """Print a value so that a person can read it."""
-    if not for_people():
+    if for_people():
+        console().print(JSONHighlighter()(pretty(value, width())), soft_wrap=True)
+    else:
         typer.echo(pretty(value, width(), whole=True))
-        return
-    from rich.highlighter import JSONHighlighter
-    from rich.text import Text
-
-    text = Text(pretty(value, width()))
-    JSONHighlighter().highlight(text)
-    console().print(text, soft_wrap=True)
 
 
 def pretty(value: Json, columns: int, *, whole: bool = False) -> str:
@@ -127,27 +115,22 @@ def _layout(value: Json, columns: int, indent: int, before: int) -> str:
     if not isinstance(value, dict | list) or not value or before + len(flat) < columns:
         return flat
     margin = " " * (indent + _INDENT)
+    lines: list[str] = []
     if isinstance(value, dict):
-        entries = [(f"{margin}{_flat(key)}: ", item) for key, item in value.items()]
-    elif any(isinstance(item, dict | list) for item in value):
-        entries = [(margin, item) for item in value]
+        for key, item in value.items():
+            head = f"{margin}{_flat(key)}: "
+            lines.append(head + _layout(item, columns - 1, indent + _INDENT, len(head)))
     else:
-        return f"[\n{_filled([_flat(item) for item in value], columns, margin)}\n{' ' * indent}]"
-    body = ",\n".join(
-        head + _layout(item, columns - 1, indent + _INDENT, len(head)) for head, item in entries
-    )
-    return ("{%s}" if isinstance(value, dict) else "[%s]") % f"\n{body}\n{' ' * indent}"
-
-
-def _filled(items: list[str], columns: int, margin: str) -> str:
-    """Return plain items in lines that are as long as they may be."""
-    lines = [margin + items[0]]
-    for item in items[1:]:
-        if len(lines[-1]) + len(item) + 3 > columns:
-            lines.append(margin + item)
-        else:
-            lines[-1] += f", {item}"
-    return ",\n".join(lines)
+        filling = not any(isinstance(item, dict | list) for item in value)
+        for item in value:
+            text = _layout(item, columns - 1, indent + _INDENT, len(margin))
+            if filling and lines and len(lines[-1]) + len(text) + 3 <= columns:
+                lines[-1] += f", {text}"
+            else:
+                lines.append(margin + text)
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    body = ",\n".join(lines)
+    return f"{opening}\n{body}\n{' ' * indent}{closing}"
 
 
 def _flat(value: Json) -> str:
@@ -177,12 +160,6 @@ def duration_text(seconds: float) -> str:
 def rate_text(rate: float) -> str:
     """Return how often a second: `30.0 /s`."""
     return f"{_three_digits(rate)} /s"
-
-
-def bytes_text(size: float) -> str:
-    """Return a number of bytes: `86 B`, `57.6 kB`, `3.69 MB`."""
-    unit, scale = next(each for each in _SIZES if size < 1000 * each[1] or each[1] == 1e9)
-    return f"{size:.0f} B" if scale == 1 else f"{_three_digits(size / scale)} {unit}"
 
 
 def count_text(number: int, singular: str, plural: str = "") -> str:

@@ -7,6 +7,9 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
+from rich.markup import escape
+from rich.table import Table
+
 from deploy.nao.connection import ask_processes, find_servant, nobody, servants
 from deploy.nao.output import console, count_text, print_json, span_text
 from deploy.nao.values import Json, to_json
@@ -128,14 +131,10 @@ def _robot_lines(readings: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _escaped(text: str) -> str:
-    from rich.markup import escape
-
     return escape(printable(text))
 
 
 def _print_process(process: ProcessStatus, *, every_servant: bool) -> None:
-    from rich.table import Table
-
     out = console()
     where = f"pid {process.pid} on {_escaped(process.host)}, for {span_text(time.time() - process.since)}"
     out.print(f"[bold]{_escaped(process.program)}[/bold]  {where}")

@@ -13,15 +13,21 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, field
+from typing import Any, Final
 
 import typer
+from rich.console import Group, RenderableType
+from rich.filesize import decimal
+from rich.highlighter import JSONHighlighter
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
 
 from deploy.nao.call import shown_bytes
 from deploy.nao.connection import find_operation
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import (
-    bytes_text,
     console,
     count_text,
     duration_text,
@@ -36,9 +42,6 @@ from deploy.nao.values import Json, to_json
 from zenoh_ice import Sample, initialize
 from zenoh_ice.command import stop_on_signals
 from zenoh_ice.settings import Settings
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
 
 __all__ = ["StreamStatistics", "watch"]
 
@@ -69,14 +72,14 @@ def watch(
     with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address, streamed=True)
         with stop_on_signals() as stop:
-            watched = _Watched(proxy, name, rate, count or math.inf, seconds or math.inf, stop=stop)
-            with watched.follow():
-                if as_json:
-                    _print_samples(watched, with_values=with_values)
-                elif for_people():
-                    _show(watched, with_values=with_values)
-                else:
-                    _print_lines(watched)
+            limit = time.monotonic() + (seconds or math.inf)
+            watched = _Watched(proxy, name, rate, count or math.inf, limit, stop)
+            if as_json:
+                _print_samples(watched, with_values=with_values)
+            elif for_people():
+                _show(watched, with_values=with_values)
+            else:
+                _print_lines(watched)
 
 
 class StreamStatistics:
@@ -125,82 +128,71 @@ class StreamStatistics:
             self._arrivals.popleft()
 
 
+@dataclass(slots=True)
 class _Watched:
-    """A stream that is followed: its samples, counted as they are taken."""
+    """A stream that is followed until `left` samples have come, `limit` has passed, or `stop` is set."""
 
-    def __init__(
+    proxy: DynamicProxy
+    name: str
+    rate: float | None
+    left: float
+    limit: float
+    stop: threading.Event
+    statistics: StreamStatistics = field(default_factory=StreamStatistics)
+    newest: Sample[Any] | None = None
+
+    @property
+    def realm(self) -> str:
+        """The realm of the stream."""
+        return self.proxy.proxy.ice_getRealm()
+
+    @property
+    def title(self) -> str:
+        """The stream as it is typed."""
+        return f"{self.proxy.proxy.ice_getIdentity()}.{self.name}"
+
+    def follow(
         self,
-        proxy: DynamicProxy,
-        name: str,
-        rate: float | None,
-        count: float,
-        seconds: float,
-        *,
-        stop: threading.Event,
+        period: float,
+        report: Callable[[], object] = lambda: None,
+        take: Callable[[Sample[Any]], object] = lambda _: None,
     ) -> None:
-        self.title: Final = f"{proxy.proxy.ice_getIdentity()}.{name}"
-        self.type_id: Final = proxy.type_id
-        self.realm: Final = proxy.proxy.ice_getRealm()
-        self.statistics: Final = StreamStatistics()
-        self.newest: Sample[Any] | None = None
-        self.rate: Final = rate
-        self.is_there: Final = proxy.is_there
-        self._proxy: Final = proxy
-        self._name: Final = name
-        self._left = count
-        self._limit: Final = time.monotonic() + seconds
-        self._stop: Final = stop
-        self._arrived: Final[queue.Queue[tuple[Sample[Any], float, float]]] = queue.Queue(1)
-        self._ended: Final = threading.Event()
+        """Count samples and give each to `take`; call `report` once a period, and at the end."""
+        arrived: queue.Queue[tuple[Sample[Any], float, float]] = queue.Queue(1)
+        ended = threading.Event()
 
-    @contextmanager
-    def follow(self) -> Iterator[None]:
-        """Take samples while the context lasts."""
-        if self.rate:
-            most_waiting = 1  # the newest in its turn
-        else:  # images are large, and those who look at them want the newest
-            bulk = self._proxy.operation(self._name).result.holds_bytes
+        def on_sample(sample: Sample[Any]) -> None:
+            # Ages are taken here: afterwards they would have waited for the view.
+            entry = sample, time.monotonic(), time.time() - sample.wall_time
+            while not ended.is_set():
+                with suppress(queue.Full):
+                    arrived.put(entry, timeout=_LOOK)
+                    return
+
+        most_waiting = 1  # with a rate, the newest in its turn
+        if not self.rate:  # images are large, and those who look at them want the newest
+            bulk = self.proxy.operation(self.name).result.holds_bytes
             most_waiting = _FEW_WAITING if bulk else _MOST_WAITING
-        stream = self._proxy.stream(self._name)
-        with stream.subscribe(self._take, rate=self.rate, queue=most_waiting):
-            try:
-                yield
-            finally:
-                self._ended.set()
-
-    def _take(self, sample: Sample[Any]) -> None:
-        # Ages are taken here: afterwards they would have waited for the view.
-        arrived = sample, time.monotonic(), time.time() - sample.wall_time
-        while not self._ended.is_set():
-            with suppress(queue.Full):
-                self._arrived.put(arrived, timeout=_LOOK)
-                return
-
-    def samples(self, period: float, report: Callable[[], None] | None = None) -> Iterator[Sample[Any]]:
-        """Yield samples until the end or a signal; call a function once a period, and at the end."""
         due = time.monotonic() + period
-        try:
-            while not self._stop.is_set() and self._left > 0 and (now := time.monotonic()) < self._limit:
-                if now >= due:
-                    if report is not None:
+        with self.proxy.stream(self.name).subscribe(on_sample, rate=self.rate, queue=most_waiting):
+            try:
+                while not self.stop.is_set() and self.left > 0 and (now := time.monotonic()) < self.limit:
+                    if now >= due:
                         report()
-                    due = max(due + period, now)
-                try:
-                    wait = min(due, self._limit) - time.monotonic()
-                    sample, arrived, age = self._arrived.get(timeout=max(0.0, min(wait, _LOOK)))
-                except queue.Empty:
-                    continue
-                self.statistics.add(sample, arrived, age)
-                self.newest = sample
-                self._left -= 1
-                yield sample
-        finally:
-            if report is not None:
+                        due = max(due + period, now)
+                    wait = min(due, self.limit) - time.monotonic()
+                    with suppress(queue.Empty):
+                        self.newest, at, age = arrived.get(timeout=max(0.0, min(wait, _LOOK)))
+                        self.statistics.add(self.newest, at, age)
+                        self.left -= 1
+                        take(self.newest)
                 report()
+            finally:
+                ended.set()
 
     def value(self, sample: Sample[Any]) -> object:
         """Return what the sample brought: a value, or several by name."""
-        results = self._proxy.results(self._name, sample.value)
+        results = self.proxy.results(self.name, sample.value)
         return next(iter(results.values())) if len(results) == 1 else results
 
     def figures(self) -> list[tuple[str, str, str]]:
@@ -214,16 +206,17 @@ class _Watched:
         if ages:
             rows[1] = "age", duration_text(statistics.mean(ages)), f"at most {duration_text(max(ages))}"
         if self.newest is not None:
-            size = len(self._proxy.operation(self._name).result.pack_result(self.newest.value, self.title))
-            flow = f"{bytes_text(size * rate)} a second" if rate is not None else ""
-            rows.append(("size", bytes_text(size), flow))
+            size = len(self.proxy.operation(self.name).result.pack_result(self.newest.value, self.title))
+            flow = f"{decimal(int(size * rate))} a second" if rate is not None else ""
+            rows.append(("size", decimal(size), flow))
         name = "skipped" if self.rate else "lost"
         return [*rows, (name, str(figures.lost), f"of {figures.received + figures.lost}")]
 
 
 def _print_samples(watched: _Watched, *, with_values: bool) -> None:
     """Print every sample as a line of JSON."""
-    for sample in watched.samples(_LINE):
+
+    def print_sample(sample: Sample[Any]) -> None:
         line: dict[str, Json] = {
             "sequence": sample.sequence,
             "time": to_json(sample.time),
@@ -232,29 +225,24 @@ def _print_samples(watched: _Watched, *, with_values: bool) -> None:
         }
         print_json({**line, "value": to_json(watched.value(sample))} if with_values else line)
 
+    watched.follow(_LINE, take=print_sample)
+
 
 def _print_lines(watched: _Watched) -> None:
     """Print the figures once a second."""
-    typer.echo(f"{watched.title} of {watched.type_id} in realm {watched.realm}")
-
-    def report() -> None:
-        typer.echo("  ".join(f"{name} {text}" for name, text, _ in watched.figures()))
-
-    for _ in watched.samples(_LINE, report):
-        pass
+    typer.echo(f"{watched.title} of {watched.proxy.type_id} in realm {watched.realm}")
+    watched.follow(
+        _LINE, lambda: typer.echo("  ".join(f"{name} {text}" for name, text, _ in watched.figures()))
+    )
 
 
 def _show(watched: _Watched, *, with_values: bool) -> None:
     """Show figures and the newest value in place."""
-    from rich.live import Live
-
     with Live(console=console(), auto_refresh=False, vertical_overflow="crop") as live, _logs_above():
-
-        def draw() -> None:
-            live.update(_view(watched, live.console.height, with_values=with_values), refresh=True)
-
-        for _ in watched.samples(_REDRAW, draw):
-            pass
+        watched.follow(
+            _REDRAW,
+            lambda: live.update(_view(watched, live.console.height, with_values=with_values), refresh=True),
+        )
 
 
 @contextmanager
@@ -271,13 +259,8 @@ def _logs_above() -> Iterator[None]:
 
 
 def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
-    from rich.console import Group
-    from rich.highlighter import JSONHighlighter
-    from rich.table import Table
-    from rich.text import Text
-
     figures = watched.statistics
-    realm = f"  {watched.type_id.removeprefix('::')} in realm {watched.realm}"
+    realm = f"  {watched.proxy.type_id.removeprefix('::')} in realm {watched.realm}"
     head = Text.assemble((watched.title, "bold"), (realm, "dim"), no_wrap=True, overflow="ellipsis")
     grid = Table.grid(padding=(0, 2))
     for column in ({"style": "dim"}, {"justify": "right", "min_width": 8}, {"style": "dim"}):
@@ -287,7 +270,7 @@ def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
     parts: list[RenderableType] = [head, grid]
     if figures.restarts:
         parts.append(Text(f"the server was restarted ({count_text(figures.restarts, 'time')})", "yellow"))
-    if not watched.is_there():
+    if not watched.proxy.is_there():
         parts.append(Text("the server is gone; this goes on as soon as it is back", "bold red"))
     elif figures.silence() > _SILENCE:
         parts.append(Text(f"nothing came for {span_text(figures.silence())}", "yellow"))
@@ -296,7 +279,7 @@ def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
         lines = pretty(to_json(watched.value(watched.newest), shown_bytes), width()).splitlines()
         if len(lines) > room:
             lines = [*lines[: max(0, room - 1)], f"... {len(lines) - room + 1} more lines"]
-        text = Text("\n".join(lines), no_wrap=True, overflow="ellipsis")
-        JSONHighlighter().highlight(text)
+        text = JSONHighlighter()("\n".join(lines))
+        text.no_wrap, text.overflow = True, "ellipsis"
         parts += [Text(""), text]
     return Group(*parts)

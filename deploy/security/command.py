@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenoh_ice import ConfigurationException
-from zenoh_ice.settings import Settings, load_settings
+from zenoh_ice.settings import load_settings
 
 if TYPE_CHECKING:
     from deploy.security.folder import SecurityFolder
@@ -50,8 +50,8 @@ def init(
 ) -> None:
     """Make an authority, certificates, and the settings of a router, a robot, an operator and students."""
     hosts = host or [socket.gethostname()]
-    made = _folder(folder).create(realm=realm, hosts=hosts, port=port, valid=timedelta(days=days))
-    router, robot, *users = made
+    files = _folder(folder).create(realm=realm, hosts=hosts, port=port, valid=timedelta(days=days))
+    router, robot, *users = files
     typer.echo(f"{router}: start the router with it, on {hosts[0]}: nao router --config {router}")
     typer.echo(f"{robot}: for the robot's server: naoserver-sim --config {robot}")
     for user in users:
@@ -92,7 +92,7 @@ def show(file: _File) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    settings = _load(file)
+    settings = load_settings(file, environment={})
     security = settings.security
     if security.certificate:
         with _needs_cryptography():
@@ -107,8 +107,7 @@ def show(file: _File) -> None:
         table = Table(*columns, title=f"realm {settings.realm}")
         for name, role in security.roles.items():
             users = [user for user, granted in security.users.items() if granted == name]
-            lists = (users, role.call, role.read, role.serve)
-            cells = ("\n".join(items) or "-" for items in lists)
+            cells = ("\n".join(items) or "-" for items in (users, role.call, role.read, role.serve))
             table.add_row(name, *cells, "yes" if role.liveliness else "no")
         Console().print(table)
     elif settings.mode != "client":
@@ -124,15 +123,11 @@ def zenohd(file: _File) -> None:
     from zenoh_ice.security import check_security
     from zenoh_ice.session import nested, session_config
 
-    settings = _load(file, DEFAULTS)
+    settings = load_settings(file, defaults=DEFAULTS, environment={})
     check_router(settings)
     check_security(settings.security)
     typer.echo(f"// Made from {file.name} by `nao security zenohd`; do not edit.")
     typer.echo(json.dumps(nested(session_config(settings)), indent=2))
-
-
-def _load(file: Path, defaults: Mapping[str, object] | None = None) -> Settings:
-    return load_settings(file, defaults=defaults, environment={})
 
 
 def _folder(path: Path) -> SecurityFolder:

@@ -11,7 +11,7 @@ import typer.testing
 import zenoh
 from cryptography import x509
 
-from deploy.router import DEFAULTS, Router
+from deploy.router import DEFAULTS, serve
 from deploy.security.certificates import LOCAL_HOSTS, SecurityFilesError, hosts_of
 from deploy.security.command import app
 from tests.support.limits import LIMIT
@@ -125,9 +125,9 @@ def test_mistakes_change_nothing(folder: Path, arguments: list[str], message: st
 def test_a_router_starts_with_its_own_settings_alone(folder: Path) -> None:
     student = load_settings(folder / "student.toml", defaults=DEFAULTS, environment={})
     with pytest.raises(ConfigurationException, match=r"student.toml: mode = 'client': not the settings"):
-        Router(student)
+        serve(student, print)
     with pytest.raises(ConfigurationException, match=r"listen = \[\]: a router needs an endpoint"):
-        Router(load_settings(environment={"VISUALHFSM_LISTEN": ""}, defaults=DEFAULTS))
+        serve(load_settings(environment={"VISUALHFSM_LISTEN": ""}, defaults=DEFAULTS), print)
 
 
 def test_a_user_is_added_to_no_other_table(folder: Path) -> None:

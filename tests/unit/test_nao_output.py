@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from deploy.nao.images import png
-from deploy.nao.output import bytes_text, count_text, duration_text, pretty, span_text
+from deploy.nao.output import count_text, duration_text, pretty, span_text
 from deploy.nao.watch import StreamStatistics
 from zenoh_ice import Sample
 
@@ -67,9 +67,6 @@ def test_a_text_from_elsewhere_does_not_steer_the_terminal() -> None:
         (duration_text(0.00123), "1.23 ms"),
         (duration_text(4.5), "4.50 s"),
         (duration_text(-0.02), "-20.0 ms"),
-        (bytes_text(86), "86 B"),
-        (bytes_text(57_600), "57.6 kB"),
-        (bytes_text(3_686_400), "3.69 MB"),
         (span_text(119), "119 s"),
         (span_text(3600), "60 min"),
         (span_text(50 * 3600), "2 days"),
