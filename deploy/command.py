@@ -49,18 +49,14 @@ def launch(
     counts_itself = "seconds" in description.variables
     if seconds is not None and counts_itself:
         changes["seconds"] = f"{seconds:g}"
-    taken = False
     if description.endpoint and "endpoint" not in changes:
         changes["endpoint"] = free_endpoint(description.endpoint)
-        taken = changes["endpoint"] != description.endpoint
+        if changes["endpoint"] != description.endpoint:
+            typer.echo(f"{description.endpoint} is in use, perhaps by another robot server; another is taken")
     processes = description.with_variables(changes)
     logs = Path(description.log_dir)
     typer.echo(f"Starting {description.name}: {', '.join(process.name for process in processes)}")
     typer.echo(f"  logs in {logs}{', endpoint ' + changes['endpoint'] if description.endpoint else ''}")
-    if taken:
-        typer.echo(
-            f"  {description.endpoint} is in use, perhaps by another robot server; this stack keeps apart"
-        )
     limit = None if counts_itself or not seconds else seconds
     launcher = Launcher(processes, logs, typer.echo, limit)
     raise typer.Exit(asyncio.run(launcher.run()))

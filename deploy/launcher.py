@@ -235,7 +235,10 @@ class _StackProcess:
         for number in (signal.SIGINT, signal.SIGTERM):
             if self._child.returncode is None:
                 self._signal(number)
-                await self._wait_at_most(self.spec.stop_timeout, force)
+                ends = {asyncio.create_task(self._child.wait()), asyncio.create_task(force.wait())}
+                await asyncio.wait(ends, timeout=self.spec.stop_timeout, return_when=asyncio.FIRST_COMPLETED)
+                for end in ends:
+                    end.cancel()
         self._signal(signal.SIGKILL)
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self.wait(), _KILL_LIMIT)
@@ -247,13 +250,6 @@ class _StackProcess:
         assert self._child is not None
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._child.pid, number)
-
-    async def _wait_at_most(self, seconds: float, force: asyncio.Event) -> None:
-        assert self._child is not None
-        ends = {asyncio.create_task(self._child.wait()), asyncio.create_task(force.wait())}
-        await asyncio.wait(ends, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
-        for end in ends:
-            end.cancel()
 
     async def _copy_output(self, output: asyncio.StreamReader, log: TextIO) -> None:
         try:
@@ -288,10 +284,8 @@ def _describe_exit(code: int) -> str:
     """Say in words how a process ended, for example `was ended by SIGKILL`."""
     if code >= 0:
         return f"ended with exit code {code}"
-    try:
-        return f"was ended by {signal.Signals(-code).name}"
-    except ValueError:
-        return f"was ended by signal {-code}"
+    named = {number.value: number.name for number in signal.Signals}
+    return f"was ended by {named.get(-code, f'signal {-code}')}"
 
 
 def free_endpoint(endpoint: str) -> str:

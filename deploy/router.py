@@ -22,7 +22,6 @@ __all__ = ["DEFAULTS", "check_router", "serve"]
 DEFAULTS = {"mode": "router", "connect": (), "listen": (DEFAULT_ENDPOINT,), "log_level": "info"}
 """Settings of a router where they differ from those of other components."""
 
-
 _logger = logging.getLogger(__name__)
 
 

@@ -86,20 +86,19 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         if not self.processes:
             raise ValueError("there is no [[process]] in it")
         names = [process.name for process in self.processes]
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(f"two processes are named {name}")
         foreground = [process.name for process in self.processes if process.foreground]
         if len(foreground) > 1:
             raise ValueError(f"only one process can be foreground, not {', '.join(foreground)}")
         for number, process in enumerate(self.processes):
+            if process.name in names[:number]:
+                raise ValueError(f"two processes are named {process.name}")
             where = f"process {process.name}"
             for other in process.after:
-                if other not in names:
-                    raise ValueError(f"{where}: after names {other}, which is not a process of the stack")
                 # Order in the file is order of starting, which also rules out circles.
                 if other not in names[:number]:
-                    raise ValueError(f"{where}: after names {other}, which stands below it; move it up")
+                    below = "stands below it; move it up"
+                    wrong = below if other in names else "is not a process of the stack"
+                    raise ValueError(f"{where}: after names {other}, which {wrong}")
             for word in (*process.command, *process.environment.values()):
                 for variable in _VARIABLE.findall(word):
                     if variable not in self.values:

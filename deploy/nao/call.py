@@ -12,10 +12,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import typer
+
 from deploy.nao import NaoError
 from deploy.nao.connection import find_operation
 from deploy.nao.dynamic import DynamicProxy
-from deploy.nao.output import note, print_json, print_value
+from deploy.nao.output import print_json, print_value
 from deploy.nao.values import FromJson, Json, is_bytes, to_json
 from zenoh_ice import initialize
 from zenoh_ice.reflection import Member
@@ -38,8 +40,8 @@ def call(settings: Settings, address: str, words: Sequence[str], *, as_json: boo
         proxy, name = find_operation(communicator, address)
         maker = FromJson(proxy.schema, proxy.types, communicator.stringToProxy)
         arguments = _read_arguments(proxy, name, words, maker)
-        if maker.left_out:
-            note(f"not given, so zero: {', '.join(maker.left_out)}")
+        if maker.left_out and sys.stderr.isatty():
+            typer.secho(f"not given, so zero: {', '.join(maker.left_out)}", err=True, dim=True)
         results = proxy.invoke(name, arguments)
     result = next(iter(results.values())) if len(results) == 1 else results or None
     if as_json:

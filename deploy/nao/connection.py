@@ -22,6 +22,7 @@ from zenoh_ice.transport import Target
 __all__ = [
     "ask_processes",
     "by_kind",
+    "few",
     "find_operation",
     "find_servant",
     "listens",
@@ -32,15 +33,11 @@ __all__ = [
     "split",
 ]
 
-_QUIET: Final = 0.1
-"""Seconds without news after which all servants of a link are known; news comes within milliseconds."""
-_LONGEST_QUIET: Final = 0.5
-"""Seconds after which a link without any news has no servants."""
-_LONGEST: Final = 1.0
-"""Seconds after which a link is not waited for any longer."""
-_LOOK: Final = 0.02
-_ANSWER: Final = 1.0
-"""Seconds within which a process reports its status; one that does not hangs."""
+_QUIET: Final = 0.1  # s without news after which all servants of a link are known; it comes within ms
+_LONGEST_QUIET: Final = 0.5  # s after which a link without any news has no servants
+_LONGEST: Final = 1.0  # s after which a link is not waited for any longer
+_LOOK: Final = 0.02  # s
+_ANSWER: Final = 1.0  # s within which a process reports its status; one that does not hangs
 _AT_ONCE: Final = 16
 _CONNECTION: Final = 1.0  # s until a connection is made
 
@@ -72,19 +69,13 @@ def nobody(communicator: Communicator) -> ZenohIceError:
     """Return why a realm has no servants, with the realms that have some."""
     if not communicator.presence.linked():
         return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
-    others = sorted(_realms(communicator) - {communicator.realm})
-    if not others:
-        return NaoError(f"realm {communicator.realm!r} has no servants, and no other realm is known here")
-    return NaoError(f"realm {communicator.realm!r} has no servants; there is --realm {', '.join(others)}")
-
-
-def _realms(communicator: Communicator) -> set[str]:
-    """Return the realms in which anything is served."""
     tokens: list[str] = []
     watch = communicator.transport.watch("@servant/**", lambda token, _: tokens.append(token))
     time.sleep(_LONGEST_QUIET)
     watch.close()
-    return {token.split("/")[1] for token in tokens}
+    others = sorted({token.split("/")[1] for token in tokens} - {communicator.realm})
+    there_is = f"there is --realm {', '.join(others)}" if others else "and no other realm is known here"
+    return NaoError(f"realm {communicator.realm!r} has no servants; {there_is}")
 
 
 def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
@@ -95,7 +86,7 @@ def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
     return DynamicProxy(proxy)
 
 
-def split(communicator: Communicator, text: str) -> tuple[str, str]:
+def split(communicator: Communicator, text: str) -> tuple[DynamicProxy, str]:
     """Return servant and operation of `Servant.operation`, where the servant's name may have dots, too.
 
     The operation is empty when the text names a servant alone. Raises what a call raises when there is
@@ -103,14 +94,14 @@ def split(communicator: Communicator, text: str) -> tuple[str, str]:
     """
     identity, dot, name = text.rpartition(".")
     if not dot:
-        return text, ""
+        return find_servant(communicator, text), ""
     # Only the servants that are there show whether `Hfsm.follow_ball` is one, or one with its operation.
-    wanted, whole = (target_of(communicator.stringToProxy(each)) for each in (identity, text))
-    if _is_there(communicator, wanted):
-        return identity, name
-    if communicator.presence.interfaces(whole):
-        return text, ""
-    raise communicator.presence.explain_absence(wanted)
+    wanted, whole = (communicator.stringToProxy(each) for each in (identity, text))
+    if _is_there(communicator, target_of(wanted)):
+        return DynamicProxy(wanted), name
+    if communicator.presence.interfaces(target_of(whole)):
+        return DynamicProxy(whole), ""
+    raise communicator.presence.explain_absence(target_of(wanted))
 
 
 def find_operation(
@@ -121,30 +112,31 @@ def find_operation(
     Where a stream is wanted, the servant alone will do if it has only one. Raises NaoError, with what there
     is, when the servant has no such operation, and what a call raises when it is not there.
     """
-    identity, name = split(communicator, text)
-    proxy = find_servant(communicator, identity)
+    proxy, name = split(communicator, text)
     choices = [each for each in proxy.interface_operations.values() if each.streamed or not streamed]
-    if name:
-        if not operation_of(proxy, identity, name, choices).streamed and streamed:
-            there_is = f"there is {_examples(identity, choices)}" if choices else f"{identity} has no streams"
-            raise NaoError(f"{identity}.{name} is no stream, it can only be called; {there_is}")
+    there_is = _examples(proxy, choices)
+    if name and (operation_of(proxy, name, choices).streamed or not streamed):
         return proxy, name
     if streamed and not choices:
-        raise NaoError(f"{identity} has no streams, it can only be called")
+        raise NaoError(f"{proxy.identity} has no streams, it can only be called")
+    if name:
+        raise NaoError(f"{proxy.identity}.{name} is no stream, it can only be called; there is {there_is}")
     if streamed and len(choices) == 1:
         return proxy, choices[0].name
-    raise NaoError(f"name an operation of {identity}, such as {_examples(identity, choices)}")
+    raise NaoError(f"name an operation of {proxy.identity}, such as {there_is}")
 
 
 def operation_of(
-    proxy: DynamicProxy, identity: str, name: str, choices: Sequence[OperationDescription]
+    proxy: DynamicProxy, name: str, choices: Sequence[OperationDescription]
 ) -> OperationDescription:
     """Return an operation of a servant; raises NaoError, with what it could be, when it has none."""
     known = proxy.operations.get(name)
     if known is None:
         near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
-        hint = f"did you mean {identity}.{near[0]}?" if near else f"there is {_examples(identity, choices)}"
-        raise NaoError(f"{identity} has no operation {name!r}; {hint}")
+        hint = (
+            f"did you mean {proxy.identity}.{near[0]}?" if near else f"there is {_examples(proxy, choices)}"
+        )
+        raise NaoError(f"{proxy.identity} has no operation {name!r}; {hint}")
     return known
 
 
@@ -179,11 +171,15 @@ def listens(endpoint: str) -> bool | None:
         return False
 
 
-def _examples(identity: str, operations: Sequence[OperationDescription]) -> str:
+def _examples(proxy: DynamicProxy, operations: Sequence[OperationDescription]) -> str:
     if not operations:
         return "ice_ping and its kin alone"
-    names = [f"{identity}.{each.name}" for each in operations]
-    return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+    return few([f"{proxy.identity}.{each.name}" for each in operations], 8)
+
+
+def few(names: Sequence[str], most: int = 3) -> str:
+    """Return the first of some names."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def ask_processes(

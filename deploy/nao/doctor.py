@@ -23,7 +23,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from deploy.nao.connection import ask_processes, find_servant, listens, nobody, process_name, servants
+from deploy.nao.connection import ask_processes, few, find_servant, listens, nobody, process_name, servants
 from deploy.nao.output import console, count_text, duration_text, print_json, wrapped
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
@@ -343,7 +343,7 @@ def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterato
     for server, status in processes.items():
         if not isinstance(status, ProcessStatus):
             wrong = True
-            served = _few([info.identity for info in found if info.server == server])
+            served = few([info.identity for info in found if info.server == server])
             text = f"the process that serves {served} does not answer: {status}"
             yield _fail(text, "if it is stopped or hangs, end it and start it again")
             continue
@@ -373,7 +373,7 @@ def _check_identities(found: list[ServantInfo], processes: _Processes) -> Iterat
         whose = " and ".join(process_name(processes[server], server) for server in together)
         yield _fail(
             f"{whose} serve the same {count_text(len(names), 'name')}, so calls reach one of them:"
-            f" {_few(names)}",
+            f" {few(names)}",
             "end one of them, or start it with another --realm",
         )
 
@@ -393,7 +393,7 @@ def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
                 differing.setdefault(type_id, []).append(info.identity)
     for type_id, identities in differing.items():
         yield _fail(
-            f"{_few(identities)}: another version of {type_id} than the one installed here",
+            f"{few(identities)}: another version of {type_id} than the one installed here",
             "install the same version on both sides; after a change of the IDL run codegen, and start again",
         )
     if not differing:
@@ -442,7 +442,3 @@ def _check_clock(communicator: Communicator, found: list[ServantInfo]) -> Findin
     if rate == 0:
         return _note("the robot's time is paused", "resume it, if it is not meant to be")
     return _ok(f"the robot's time passes {rate:.2f} times as fast as the wall's")
-
-
-def _few(names: list[str]) -> str:
-    return ", ".join(names[:3]) + (" ..." if len(names) > 3 else "")

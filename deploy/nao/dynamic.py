@@ -166,6 +166,7 @@ class DynamicProxy:
 
         Raises what a call raises, and MarshalException when what it sends describes no interface.
         """
+        self.identity: Final = proxy.ice_getIdentity()
         self.schema: Final = proxy.ice_describe()
         self.type_id: Final = self.schema.interface
         self.fingerprint: Final = printable(self.schema.definitions[self.type_id].fingerprint)
@@ -193,11 +194,11 @@ class DynamicProxy:
     def signature(self, name: str) -> str:
         """Return an operation as Slice has it: `HeadPose setPose(double pan, double tilt)`."""
         operation = self.operations[name]
-        returned = [self.type_text(each) for each in operation.results if each.name == RETURN_VALUE]
+        results = {each.name: self.type_text(each) for each in operation.results}
+        returned = results.pop(RETURN_VALUE, "void")
         parameters = [f"{self.type_text(each)} {each.name}" for each in operation.parameters]
-        results = [each for each in operation.results if each.name != RETURN_VALUE]
-        outs = [f"out {self.type_text(each)} {each.name}" for each in results]
-        return f"{returned[0] if returned else 'void'} {name}({', '.join([*parameters, *outs])})"
+        outs = [f"out {kind} {each}" for each, kind in results.items()]
+        return f"{returned} {name}({', '.join([*parameters, *outs])})"
 
     def type_text(self, member: Member) -> str:
         """Return the type of a member, a parameter or a result as it is shown."""

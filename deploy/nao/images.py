@@ -14,16 +14,14 @@ from deploy.nao import NaoError
 from deploy.nao.connection import find_servant
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import print_json
-from deploy.nao.values import Json
 from zenoh_ice import initialize
 from zenoh_ice.reflection import RETURN_VALUE
 from zenoh_ice.settings import Settings
 
 __all__ = ["image_operation", "png", "save_image"]
 
+# The pixel format that a camera is asked for, by the ending of the file.
 _FORMATS: Final = {".png": "RGB8", ".ppm": "RGB8", ".jpg": "JPEG", ".jpeg": "JPEG"}
-"""The pixel format that a camera is asked for, by the ending of the file."""
-
 _MEMBERS: Final = {"description", "pixelData"}
 _COMPRESSION: Final = 6
 
@@ -58,8 +56,8 @@ def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: b
     except OSError as error:
         raise NaoError(f"cannot write {path}: {error.strerror}") from error
     if as_json:
-        figures: dict[str, Json] = {"width": size[0], "height": size[1], "bytes": len(data)}
-        print_json({"file": str(path), **figures, "time": taken})
+        figures = {"width": size[0], "height": size[1], "bytes": len(data), "time": taken}
+        print_json({"file": str(path), **figures})
         return
     when = "" if taken is None else f", taken at robot time {taken:.3f} s"
     typer.echo(f"wrote {path}: {size[0]}x{size[1]}, {decimal(len(data))}{when}")
@@ -77,7 +75,6 @@ def image_operation(proxy: DynamicProxy) -> str | None:
 
 
 def _encode(width: int, height: int, pixel_format: str, data: bytes, suffix: str) -> bytes:
-    """Return the contents of the file."""
     if pixel_format == "JPEG":
         return data
     if pixel_format != "RGB8" or width <= 0 or height <= 0 or len(data) != 3 * width * height:

@@ -11,16 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from deploy.nao import NaoError
-from deploy.nao.connection import (
-    ask_processes,
-    by_kind,
-    find_servant,
-    nobody,
-    operation_of,
-    process_name,
-    servants,
-    split,
-)
+from deploy.nao.connection import ask_processes, by_kind, nobody, operation_of, process_name, servants, split
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import console, count_text, for_people, print_json, span_text, wrapped
 from deploy.nao.values import Json
@@ -103,15 +94,14 @@ def describe(settings: Settings, address: str, *, as_json: bool) -> None:
     Raises NaoError for an operation that there is not, and what a call raises.
     """
     with initialize(settings) as communicator:
-        identity, name = split(communicator, address)
-        proxy = find_servant(communicator, identity)
+        proxy, name = split(communicator, address)
     shown = list(proxy.interface_operations.values())
     if name:
-        shown = [operation_of(proxy, identity, name, shown)]
+        shown = [operation_of(proxy, name, shown)]
     if as_json:
         print_json(
             {
-                "servant": identity,
+                "servant": proxy.identity,
                 "interface": proxy.type_id,
                 "fingerprint": proxy.fingerprint,
                 "operations": msgspec.to_builtins(shown),
@@ -119,7 +109,7 @@ def describe(settings: Settings, address: str, *, as_json: bool) -> None:
         )
         return
     out = console()
-    out.print(f"{identity} is a {proxy.type_id.removeprefix('::')}  (fingerprint {proxy.fingerprint})")
+    out.print(f"{proxy.identity} is a {proxy.type_id.removeprefix('::')}  (fingerprint {proxy.fingerprint})")
     for operation in shown:
         marks = ["stream"] * operation.streamed + ["idempotent"] * operation.idempotent
         marked = f"  [{', '.join(marks)}]" if marks else ""

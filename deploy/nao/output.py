@@ -21,11 +21,9 @@ __all__ = [
     "count_text",
     "duration_text",
     "for_people",
-    "note",
     "pretty",
     "print_json",
     "print_value",
-    "rate_text",
     "span_text",
     "width",
     "wrapped",
@@ -33,11 +31,9 @@ __all__ = [
 
 _ANY_LENGTH: Final = 1 << 16  # columns
 _INDENT: Final = 2
-_MOST_ITEMS: Final = 32
-"""Items of a list that are shown to a person; some more, if those are all."""
+_MOST_ITEMS: Final = 32  # of a list that are shown to a person; a few more, if those are all
 _FEW: Final = 8
-_DIGITS: Final = 6
-"""Significant digits of a number that are shown to a person."""
+_DIGITS: Final = 6  # significant ones, of a number that is shown to a person
 _LONGEST_TEXT: Final = 2000
 _DURATIONS: Final = (("us", 1e6), ("ms", 1e3), ("s", 1))
 
@@ -65,12 +61,6 @@ def wrapped(text: str, indent: int) -> Text:
             text, width(), subsequent_indent=margin, break_long_words=False, break_on_hyphens=False
         )
     return Text(text)
-
-
-def note(text: str) -> None:
-    """Write a remark for people beside the result; programs do not get it."""
-    if sys.stderr.isatty():
-        typer.secho(text, err=True, dim=True)
 
 
 def print_json(value: Json) -> None:
@@ -155,11 +145,6 @@ def duration_text(seconds: float) -> str:
         return "-"
     unit, scale = next(each for each in _DURATIONS if abs(seconds) * each[1] < 1000 or each[1] == 1)
     return f"{_three_digits(seconds * scale)} {unit}"
-
-
-def rate_text(rate: float) -> str:
-    """Return how often a second: `30.0 /s`."""
-    return f"{_three_digits(rate)} /s"
 
 
 def count_text(number: int, singular: str, plural: str = "") -> str:

@@ -7,10 +7,11 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
+import msgspec
 from rich.markup import escape
 from rich.table import Table
 
-from deploy.nao.connection import ask_processes, find_servant, nobody, servants
+from deploy.nao.connection import ask_processes, few, find_servant, nobody, servants
 from deploy.nao.output import console, count_text, print_json, span_text
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
@@ -21,8 +22,7 @@ from zenoh_ice.text import printable
 __all__ = ["status"]
 
 _MOST_EVENTS: Final = 5
-_MOST_SERVANTS: Final = 8
-"""Servants of a process that are shown, besides those with troubles."""
+_MOST_SERVANTS: Final = 8  # of a process that are shown, besides those with troubles
 
 
 def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
@@ -37,8 +37,12 @@ def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
         processes = ask_processes(communicator, found)
         readings = _read_robot(communicator, found)
     if as_json:
-        shown = [_as_json(server, process) for server, process in processes.items()]
-        print_json({"realm": settings.realm, "robot": readings, "processes": shown})
+        shown = [
+            {"id": server}
+            | ({"error": str(each)} if isinstance(each, ZenohIceError) else msgspec.to_builtins(each))
+            for server, each in processes.items()
+        ]
+        print_json({"realm": settings.realm, "robot": readings, "processes": [*shown]})
         return
     out = console()
     for name, text in _robot_lines(readings):
@@ -50,14 +54,7 @@ def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
         else:
             names = [info.identity for info in found if info.server == server]
             out.print(f"[bold]process {_escaped(server[:8])}[/bold]  [bold red]does not answer[/bold red]")
-            out.print(f"  it serves {_escaped(', '.join(names[:6]))}" + (" ..." if len(names) > 6 else ""))
-
-
-def _as_json(server: str, process: ProcessStatus | ZenohIceError) -> Json:
-    if not isinstance(process, ProcessStatus):
-        return {"id": server, "error": str(process)}
-    figures: Any = to_json(process)
-    return {"id": server, **figures}
+            out.print(f"  it serves {_escaped(few(names, 6))}")
 
 
 # The robot: what is asked of each of its interfaces, and what people are shown of the answer.

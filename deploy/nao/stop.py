@@ -104,9 +104,7 @@ class _StopButton:
             self._safety = None
             self._say("LOST: the robot is out of reach; a stop is sent as soon as it is back")
         elif self._safety is None and (present or not self._searched):
-            self._searched = (
-                True  # where nobody is known, only once: it takes seconds in which no key is read
-            )
+            self._searched = True  # with nobody known only once: it takes seconds that read no key
             try:
                 self._safety = find_servant(self._communicator, _SAFETY)
             except ZenohIceError as error:

@@ -78,18 +78,17 @@ class FromJson:
 
     def zero(self, kind: str) -> object:
         """Return the value of a type that was given none."""
-        return self.make(kind, self._zero(kind), "")
-
-    def _zero(self, kind: str) -> object:
-        """Return what stands in JSON for a type that was given no value."""
+        empty: object
         match self._schema.kind(kind):
             case "sequence":
-                return []
+                empty = []
             case "dictionary" | "struct":
-                return {}
+                empty = {}
             case "enumeration":  # the first, unless the IDL numbers them otherwise
-                return min((each.value for each in self._schema.definitions[kind].enumerators), default=None)
-        return _ZEROS.get(kind)
+                empty = min((each.value for each in self._schema.definitions[kind].enumerators), default=None)
+            case _:
+                empty = _ZEROS.get(kind)
+        return self.make(kind, empty, "")
 
     def _filled(self, struct: type[Any], type_id: str, value: Mapping[str, Any], path: str) -> object:
         """Return a struct or an object of a class with members that JSON stands for.

@@ -34,7 +34,6 @@ from deploy.nao.output import (
     for_people,
     pretty,
     print_json,
-    rate_text,
     span_text,
     width,
 )
@@ -149,7 +148,7 @@ class _Watched:
     @property
     def title(self) -> str:
         """The stream as it is typed."""
-        return f"{self.proxy.proxy.ice_getIdentity()}.{self.name}"
+        return f"{self.proxy.identity}.{self.name}"
 
     def follow(
         self,
@@ -202,7 +201,7 @@ class _Watched:
         rows = [("rate", "-", ""), ("age", "-", "")]
         if intervals and rate is not None:
             every = f"every {duration_text(min(intervals))} to {duration_text(max(intervals))}"
-            rows[0] = "rate", rate_text(rate), every
+            rows[0] = "rate", f"{rate:.1f} /s", every
         if ages:
             rows[1] = "age", duration_text(statistics.mean(ages)), f"at most {duration_text(max(ages))}"
         if self.newest is not None:

@@ -96,7 +96,7 @@ def show(file: _File) -> None:
     security = settings.security
     if security.certificate:
         with _needs_cryptography():
-            from deploy.security.certificates import common_name, load_certificate
+            from deploy.security.folder import common_name, load_certificate
         certificate = load_certificate(Path(security.certificate))
         known = f"known as {common_name(certificate)}, until {certificate.not_valid_after_utc:%Y-%m-%d}"
     else:

@@ -1,36 +1,44 @@
-"""A folder with an authority, the certificates that it issued, and the settings that go with them."""
+"""A folder with an authority, its certificates for mutual TLS, and the settings that go with them.
+
+The authority is one for a laboratory or a class: its key lies in a file beside the certificates. Whoever has
+that key can become anybody, so it belongs on no robot and on no router.
+"""
 
 from __future__ import annotations
 
+import ipaddress
 import json
 import os
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Final
 
-from deploy.security.certificates import (
-    LOCAL_HOSTS,
-    Authority,
-    SecurityFilesError,
-    common_name,
-    hosts_of,
-    load_certificate,
-)
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from zenoh_ice import ZenohIceError
 from zenoh_ice.endpoints import is_loopback
 from zenoh_ice.settings import Settings, load_settings
+from zenoh_ice.text import printable
 
-__all__ = ["SecurityFolder"]
+__all__ = ["SecurityFilesError", "SecurityFolder", "common_name", "hosts_of", "load_certificate"]
 
+_LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")  # under which every machine reaches itself
+_NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
+_HOST: Final = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9\-]{0,62})(\.[A-Za-z0-9\-]{1,63})*")
+_CLOCKS_APART: Final = timedelta(minutes=10)  # by which the clocks of two machines may differ
 _AUTHORITY_VALID: Final = timedelta(days=3650)
 _AUTHORITY: Final = "authority"
 _ROUTER: Final = "router"
 _ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - the router is there to be reached by other machines
 
-_CLIENT_ROLES: Final = ("robot", "operator", "student")
-"""The roles that the file of a router begins with."""
+_CLIENT_ROLES: Final = ("robot", "operator", "student")  # with which the file of a router begins
 
 _ROUTER_FILE: Final = """\
 # Settings of the router: nao router --config router.toml
@@ -81,6 +89,10 @@ key = "{name}.key"
 """
 
 
+class SecurityFilesError(ZenohIceError):
+    """A certificate, a key or a file of settings cannot be made or read: the message names the file."""
+
+
 @dataclass(frozen=True, slots=True)
 class SecurityFolder:
     """The folder of an authority; every method raises SecurityFilesError for a file that is in the way."""
@@ -99,9 +111,9 @@ class SecurityFolder:
                 f"{self.path} has an authority already: `nao security add` makes certificates of it,"
                 " or choose another folder"
             )
-        authority = Authority.create(f"authority.{realm}"[:64], _AUTHORITY_VALID)
-        files = _pair(_AUTHORITY, authority.files())
-        files |= _pair(_ROUTER, authority.issue(_ROUTER, [*hosts, *LOCAL_HOSTS], valid))
+        authority = _Authority.create(f"authority.{realm}"[:64], _AUTHORITY_VALID)
+        files = _pem(_AUTHORITY, authority.certificate, authority.key)
+        files |= _pem(_ROUTER, *authority.issue(_ROUTER, [*hosts, *_LOCAL_HOSTS], valid))
         users = "".join(_user_line(role, role) for role in _CLIENT_ROLES)
         listen = json.dumps(f"tls/{_in_brackets(_listening_host(hosts))}:{port}")
         files["router.toml"] = _ROUTER_FILE.format(
@@ -146,13 +158,13 @@ class SecurityFolder:
                 f"{self.path}: an authority is not renewed: make another folder, and all certificates anew"
             )
         old = load_certificate(self.path / f"{name}.pem")
-        files = _pair(name, self._authority().issue(common_name(old), hosts_of(old), valid))
+        files = _pem(name, *self._authority().issue(common_name(old), hosts_of(old), valid))
         self._write({f"new.{each}": content for each, content in files.items()})
         for each in files:
             (self.path / f"new.{each}").replace(self.path / each)
 
-    def _authority(self) -> Authority:
-        return Authority.load(self.path / f"{_AUTHORITY}.pem", self.path / f"{_AUTHORITY}.key")
+    def _authority(self) -> _Authority:
+        return _Authority.load(self.path / f"{_AUTHORITY}.pem", self.path / f"{_AUTHORITY}.key")
 
     def _write(self, files: Mapping[str, bytes]) -> None:
         """Write new files; keys can be read by their owner alone. Raises SecurityFilesError if one exists."""
@@ -169,17 +181,12 @@ class SecurityFolder:
             raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
 
 
-def _pair(name: str, made: tuple[bytes, bytes]) -> dict[str, bytes]:
-    """Return the files of a certificate and its key."""
-    return dict(zip((f"{name}.pem", f"{name}.key"), made, strict=True))
-
-
 def _client_files(
-    authority: Authority, name: str, role: str, *, realm: str, connect: str, valid: timedelta
+    authority: _Authority, name: str, role: str, *, realm: str, connect: str, valid: timedelta
 ) -> dict[str, bytes]:
     """Return the certificate, the key and the settings of a robot or a user."""
     settings = _CLIENT_FILE.format(name=name, role=role, realm=json.dumps(realm), connect=json.dumps(connect))
-    return _pair(name, authority.issue(name, (), valid)) | {f"{name}.toml": settings.encode()}
+    return _pem(name, *authority.issue(name, (), valid)) | {f"{name}.toml": settings.encode()}
 
 
 def _listening_host(hosts: Sequence[str]) -> str:
@@ -207,3 +214,138 @@ def _with_user(file: Path, name: str, role: str) -> str:
             f"{file}: [security.users] is not its last table; move it to the end of the file"
         )
     return after
+
+
+@dataclass(frozen=True, slots=True)
+class _Authority:
+    """Who vouches for certificates: its own certificate, and the key that signs."""
+
+    certificate: x509.Certificate
+    key: ec.EllipticCurvePrivateKey
+
+    @classmethod
+    def create(cls, name: str, valid: timedelta) -> _Authority:
+        """Return a new authority."""
+        key = ec.generate_private_key(ec.SECP256R1())
+        subject = _subject(name)
+        usage = x509.KeyUsage(
+            key_cert_sign=True,
+            crl_sign=True,
+            digital_signature=False,
+            content_commitment=False,
+            key_encipherment=False,
+            data_encipherment=False,
+            key_agreement=False,
+            encipher_only=False,
+            decipher_only=False,
+        )
+        builder = (
+            _builder(subject, subject, key.public_key(), valid)
+            .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+            .add_extension(usage, critical=True)
+            .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
+        )
+        return cls(builder.sign(key, hashes.SHA256()), key)
+
+    @classmethod
+    def load(cls, certificate: Path, key: Path) -> _Authority:
+        """Read an authority from its two files; raises SecurityFilesError."""
+        try:
+            loaded = serialization.load_pem_private_key(key.read_bytes(), password=None)
+        except OSError as error:
+            raise SecurityFilesError(f"{key}: cannot be read: {error.strerror}") from error
+        except (TypeError, ValueError) as error:
+            raise SecurityFilesError(f"{key}: not the key of an authority: {error}") from error
+        if not isinstance(loaded, ec.EllipticCurvePrivateKey):
+            raise SecurityFilesError(f"{key}: not a key on an elliptic curve")
+        return cls(load_certificate(certificate), loaded)
+
+    def issue(
+        self, name: str, hosts: Sequence[str], valid: timedelta
+    ) -> tuple[x509.Certificate, ec.EllipticCurvePrivateKey]:
+        """Return a certificate and its key.
+
+        `name` is the common name, by which access is granted. With `hosts`, the names and addresses under
+        which others reach it, the certificate serves whoever listens too; without, only who connects.
+        Raises SecurityFilesError for a name or a host that is none.
+        """
+        key = ec.generate_private_key(ec.SECP256R1())
+        usages = [ExtendedKeyUsageOID.CLIENT_AUTH]
+        if hosts:
+            usages.append(ExtendedKeyUsageOID.SERVER_AUTH)
+        builder = (
+            _builder(_subject(name), self.certificate.subject, key.public_key(), valid)
+            .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+            .add_extension(x509.ExtendedKeyUsage(usages), critical=False)
+            .add_extension(
+                x509.AuthorityKeyIdentifier.from_issuer_public_key(self.key.public_key()), critical=False
+            )
+        )
+        if hosts:
+            names = x509.SubjectAlternativeName([_host(host) for host in dict.fromkeys(hosts)])
+            builder = builder.add_extension(names, critical=False)
+        return builder.sign(self.key, hashes.SHA256()), key
+
+
+def load_certificate(path: Path) -> x509.Certificate:
+    """Read a certificate in PEM; raises SecurityFilesError."""
+    try:
+        return x509.load_pem_x509_certificate(path.read_bytes())
+    except OSError as error:
+        raise SecurityFilesError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise SecurityFilesError(f"{path}: no certificate in PEM") from error
+
+
+def common_name(certificate: x509.Certificate) -> str:
+    """Return the name by which access is granted to who shows a certificate; empty if it has none."""
+    names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+    return printable(str(names[0].value)) if names else ""
+
+
+def hosts_of(certificate: x509.Certificate) -> list[str]:
+    """Return the names and addresses for which a certificate serves whoever listens."""
+    try:
+        names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except x509.ExtensionNotFound:
+        return []
+    return [str(name.value) for name in names]
+
+
+def _builder(
+    subject: x509.Name, issuer: x509.Name, public_key: ec.EllipticCurvePublicKey, valid: timedelta
+) -> x509.CertificateBuilder:
+    now = datetime.now(UTC)
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(public_key)
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - _CLOCKS_APART)
+        .not_valid_after(now + valid)
+    )
+
+
+def _subject(name: str) -> x509.Name:
+    if not _NAME.fullmatch(name):
+        raise SecurityFilesError(f"{name!r} is no name: write 1 to 64 letters, digits, '_', '-' or '.'")
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+
+
+def _host(text: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ipaddress.ip_address(text))
+    except ValueError:
+        pass
+    if not _HOST.fullmatch(text):
+        raise SecurityFilesError(f"{text!r} is neither the name nor the address of a machine")
+    return x509.DNSName(text)
+
+
+def _pem(name: str, certificate: x509.Certificate, key: ec.EllipticCurvePrivateKey) -> dict[str, bytes]:
+    """Return the files of a certificate and its key."""
+    encoded = key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    return {f"{name}.pem": certificate.public_bytes(serialization.Encoding.PEM), f"{name}.key": encoded}

@@ -12,8 +12,8 @@ import zenoh
 from cryptography import x509
 
 from deploy.router import DEFAULTS, serve
-from deploy.security.certificates import LOCAL_HOSTS, SecurityFilesError, hosts_of
 from deploy.security.command import app
+from deploy.security.folder import SecurityFilesError, hosts_of
 from tests.support.limits import LIMIT
 from tests.support.security import Keys
 from tests.support.stranger import session_of
@@ -66,7 +66,7 @@ def test_the_router_of_one_machine_listens_there_alone(
 
 def test_the_router_is_known_by_every_name_that_it_has(folder: Path) -> None:
     certificate = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
-    assert hosts_of(certificate) == ["robot.lab", "192.168.1.5", *LOCAL_HOSTS]
+    assert hosts_of(certificate) == ["robot.lab", "192.168.1.5", "localhost", "127.0.0.1", "::1"]
 
 
 def test_nobody_else_reads_keys(folder: Path) -> None:
