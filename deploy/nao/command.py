@@ -182,9 +182,9 @@ def status(
 
 @_command("nao doctor", "nao doctor --connect tcp/192.168.1.20:7447", "nao doctor --json")
 def doctor(*, settings: Settings, json: _Json = False) -> None:
-    """Look for what does not work here, and say how to fix it.
+    """Look for what does not work here, and report how to fix it.
 
-    It looks at what is installed, at the machine, and at the network. The exit code is 1 if something failed.
+    It checks what is installed, the machine and the network. The exit code is 1 if something failed.
     """
     from deploy.nao.doctor import examine
 
@@ -202,7 +202,7 @@ def stop(
     *,
     settings: Settings,
     reason: Annotated[
-        str, typer.Argument(metavar="REASON", help="What the robot tells everybody whom it refuses.")
+        str, typer.Argument(metavar="REASON", help="Reason that callers get whom the robot refuses.")
     ] = "nao stop",
     ready: Annotated[
         bool, typer.Option("--ready", help="Hold a link open, and stop at Enter, space or Ctrl-C.")

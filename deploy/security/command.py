@@ -78,10 +78,10 @@ def add(
 @app.command(epilog="Examples:\n\nnao security renew keys router --days 180")
 def renew(
     folder: _Folder,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose certificate is issued anew.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose certificate is replaced.")],
     days: _Days = 365,
 ) -> None:
-    """Issue a certificate anew, with a new key, before the old one expires."""
+    """Replace a certificate by a new one with a new key, before it expires."""
     _folder(folder).renew(name, valid=timedelta(days=days))
     typer.echo(f"{name} needs {folder / f'{name}.pem'} and {folder / f'{name}.key'}, and to be started again")
 

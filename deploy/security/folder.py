@@ -152,10 +152,10 @@ class SecurityFolder:
         return [self.path / each for each in (f"{_AUTHORITY}.pem", *files)]
 
     def renew(self, name: str, *, valid: timedelta) -> None:
-        """Issue a certificate anew, with a new key, in place of that of the same name."""
+        """Replace the certificate of a name by a new one with a new key."""
         if name == _AUTHORITY:
             raise SecurityFilesError(
-                f"{self.path}: an authority is not renewed: make another folder, and all certificates anew"
+                f"{self.path}: an authority is not renewed: make another folder with new certificates"
             )
         old = load_certificate(self.path / f"{name}.pem")
         files = _pem(name, *self._authority().issue(common_name(old), hosts_of(old), valid))
