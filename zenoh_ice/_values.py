@@ -1,9 +1,8 @@
-"""What travels beside plain structs: classes, which are told apart on the wire, and proxies, as text.
+"""What msgspec alone does not decode: classes, which may arrive as one that extends them, and proxies, as text.
 
-For each type that msgspec alone cannot decode there is a form that it decodes and checks, in which a class is
-one of all that are known to extend it, a proxy is its text, and a member with a default value is required all
-the same: a payload of empty maps must not grow a hundredfold. What was decoded is then turned into the types
-of the interface.
+For each such type there is a wire type that msgspec decodes and checks: one of all known classes in place of
+a class, and a struct whose members with default values are required all the same, as a payload of empty maps
+must not grow a hundredfold. Values of wire types become those of the interface as they are decoded.
 """
 
 from __future__ import annotations
@@ -11,24 +10,14 @@ from __future__ import annotations
 import itertools
 import re
 import sys
+import threading
 import types
 from abc import ABC, abstractmethod
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import reduce
 from operator import or_
-from typing import (
-    Annotated,
-    Any,
-    Final,
-    Generic,
-    NamedTuple,
-    Self,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-)
+from typing import Annotated, Any, Final, Generic, Self, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
@@ -44,7 +33,6 @@ __all__ = [
     "Struct",
     "Value",
     "arrives_as_it_is",
-    "classes_made",
     "derived_classes",
     "type_ids_of",
 ]
@@ -62,25 +50,19 @@ It holds the type ids of the class and of those that it extends, the nearest fir
 them: a receiver that does not know the first takes the value as one of the next.
 """
 
-_counter: Final = itertools.count(1)
-_made: int = 0
-
 S = TypeVar("S", bound=msgspec.Struct)
 
-_Convert = Callable[[Any, "Resolve | None"], Any]
-
 _MOST_SLICED: Final = 16  # unknown classes in one payload
-_PROXY_TEXT: Final = Annotated[str, msgspec.Meta(pattern=PROXY_TEXT, max_length=300)]
-# A type field as MessagePack has it: key, header of the text, type ids.
-_TYPE_ENTRY: Final = re.compile(
-    rb"\xa5@type(?:[\xa0-\xbf]|\xd9.|\xda..)((?:::\w+)+(?: (?:::\w+)+)*)", re.DOTALL
-)
-_UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
+_UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '(::[\w: ]+)' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
+_WIRE_MODULE: Final = ""  # no module has this name: what was loaded is told from what was made here by it
 
 # Beside the classes that a union is made of, as msgspec asks for the type field only where there are several.
 # It never arrives: no text is longer than 0 and shorter than 1.
 _Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
 _NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
+
+_counter: Final = itertools.count(1)
+_classes_made: int = 0  # what was built from all of them is stale when it grew
 
 
 class Struct(msgspec.Struct):
@@ -100,8 +82,9 @@ class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
 
     def __init_subclass__(cls, **options: Any) -> None:  # noqa: ANN401 - those of msgspec
         super().__init_subclass__(**options)
-        global _made  # noqa: PLW0603 - the types of a process are global
-        _made = next(_counter)
+        global _classes_made  # noqa: PLW0603 - the types of a process are global
+        if cls.__module__ != _WIRE_MODULE:
+            _classes_made = next(_counter)
 
 
 class Reference(ABC):
@@ -121,11 +104,6 @@ Resolve = Callable[[str], Reference]
 """Makes an untyped proxy of its text."""
 
 
-def classes_made() -> int:
-    """Return how many classes were made so far: what was built from all of them is stale when it grew."""
-    return _made
-
-
 def derived_classes(cls: type[Value]) -> dict[str, type[Value]]:
     """Return a class and every known one that extends it, near or far, by type id.
 
@@ -133,15 +111,15 @@ def derived_classes(cls: type[Value]) -> dict[str, type[Value]]:
     unloaded, and of a module that was loaded again those of the last time do.
     """
     found = {type_ids_of(cls)[0]: cls}
-    waiting = list(cls.__subclasses__())
-    while waiting:
-        derived = waiting.pop(0)
-        waiting += derived.__subclasses__()
-        being_made = derived.__struct_config__.tag is None  # by another thread
-        if derived.__module__ in sys.modules and not being_made:
-            type_id = type_ids_of(derived)[0]
-            if type_id != type_ids_of(derived.__mro__[1])[0]:
-                found[type_id] = derived
+    waiting = [cls]
+    for each in waiting:  # which grows meanwhile
+        for derived in each.__subclasses__():
+            waiting.append(derived)
+            being_made = derived.__struct_config__.tag is None  # by another thread
+            if derived.__module__ in sys.modules and not being_made:
+                type_id = type_ids_of(derived)[0]
+                if type_id != type_ids_of(each)[0]:
+                    found[type_id] = derived
     return found
 
 
@@ -150,25 +128,18 @@ def type_ids_of(cls: type[Value]) -> list[str]:
     return str(cls.__struct_config__.tag).split()
 
 
-class _Form(NamedTuple):
-    """What msgspec decodes, and what turns that into the type of the interface, unless it is that already."""
-
-    wire: Any
-    convert: _Convert | None
-
-
-class _Decoders(NamedTuple):
-    """Decoders and conversions for the classes that were known at a time."""
-
-    classes: int
-    """How many classes there were."""
-    by_sliced: dict[tuple[str, ...], tuple[msgspec.msgpack.Decoder[Any], _Convert]]
-    """By the type entries of payloads with unknown classes; for all other payloads by none."""
-
-
 def arrives_as_it_is(struct: type[msgspec.Struct]) -> bool:
     """Return whether msgspec alone can decode a struct."""
-    return _Forms(()).of(struct).convert is None
+    made = _WireTypes(())
+    return made.of(struct) is struct and not made.has_references
+
+
+class _Here(threading.local):
+    resolve: Resolve | None = None
+    """Makes the proxies of the payload that this thread decodes."""
+
+
+_here: Final = _Here()
 
 
 class Arrival(Generic[S]):
@@ -176,125 +147,85 @@ class Arrival(Generic[S]):
 
     def __init__(self, struct: type[S]) -> None:
         self._struct: Final = struct
-        self._decoders = _Decoders(-1, {})
+        self._built = self._build(())
 
     def decode(self, payload: bytes, resolve: Resolve | None) -> S:
         """Return the struct that a payload holds, its proxies made by a function.
 
         Raises what msgspec raises, and MarshalException for a proxy without one.
         """
-        decoder, convert = self._decoder(())
+        _here.resolve = resolve
         try:
-            arrived = decoder.decode(payload)
-        except msgspec.ValidationError as error:
-            if not _UNKNOWN_CLASS.match(str(error)):
-                raise
-            decoder, convert = self._decoder(_type_entries(payload))
-            arrived = decoder.decode(payload)
-        struct: S = convert(arrived, resolve)
-        return struct
+            for _ in range(_MOST_SLICED):
+                made, sliced, decoder = self._built  # at once: other threads decode, too
+                if made != _classes_made:
+                    _, sliced, decoder = self._built = self._build(())
+                try:
+                    return decoder.decode(payload)
+                except msgspec.ValidationError as error:
+                    unknown = _UNKNOWN_CLASS.match(str(error))
+                    if unknown is None or unknown[1] in sliced:
+                        raise
+                    self._built = self._build((*sliced[1 - _MOST_SLICED :], unknown[1]))
+            return self._built[2].decode(payload)
+        finally:
+            _here.resolve = None
 
-    def _decoder(self, sliced: tuple[str, ...]) -> tuple[msgspec.msgpack.Decoder[Any], _Convert]:
-        """Return decoder and conversion, which take these classes, if they are unknown, for known bases."""
-        decoders = self._decoders
-        if decoders.classes != classes_made() or len(decoders.by_sliced) > _MOST_SLICED:
-            decoders = self._decoders = _Decoders(classes_made(), {})  # at once: other threads decode, too
-        known = decoders.by_sliced.get(sliced)
-        if known is None:
-            form = _Forms(sliced).of(self._struct)
-            assert form.convert is not None
-            known = decoders.by_sliced[sliced] = msgspec.msgpack.Decoder(form.wire), form.convert
-        return known
-
-
-def _type_entries(payload: bytes) -> tuple[str, ...]:
-    """Return what could be the type fields in a payload."""
-    found = {match[1].decode("ascii", "replace") for match in _TYPE_ENTRY.finditer(payload)}
-    return tuple(sorted(found)[:_MOST_SLICED])
+    def _build(self, sliced: tuple[str, ...]) -> tuple[int, tuple[str, ...], msgspec.msgpack.Decoder[S]]:
+        """Return a decoder that takes these unknown classes for known bases, and what it was built from."""
+        made = _classes_made
+        return made, sliced, msgspec.msgpack.Decoder(_WireTypes(sliced).of(self._struct), dec_hook=_proxy)
 
 
-class _Forms:
-    """The forms of a type and of all that it is made of."""
+def _proxy(kind: type[Reference], text: object) -> Reference:
+    """Return the proxy that a text in a payload stands for."""
+    if not isinstance(text, str) or not re.match(PROXY_TEXT, text):
+        raise ValueError(f"Expected a proxy, got {text!r}")  # msgspec adds where
+    if _here.resolve is None:
+        raise MarshalException(f"the proxy {text} needs a communicator to arrive")
+    return kind.ice_fromWire(text, _here.resolve)
 
-    def __init__(self, sliced: Iterable[str]) -> None:
-        self._sliced: Final = tuple(sliced)
-        self._structs: dict[type, _Form] = {}
+
+class _WireTypes:
+    """The wire types of a type and of all that it is made of."""
+
+    def __init__(self, sliced: tuple[str, ...]) -> None:
+        self.has_references = False
+        self._sliced: Final = sliced
+        self._structs: dict[type, type[msgspec.Struct]] = {}
         self._classes: dict[str, type[msgspec.Struct]] = {}
         self._waiting: list[tuple[type[Value], type[msgspec.Struct]]] = []
-        self._makers: dict[type, _Convert] = {}
 
-    def of(self, kind: Any) -> _Form:  # noqa: ANN401 - a type or what stands for one in annotations
-        """Return the form of a type."""
-        form = self._of(kind)
+    def of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
+        """Return the wire type of a type: itself where msgspec alone can decode it."""
+        wire_type = self._of(kind)
         while self._waiting:  # classes refer to each other: their members come when all classes are there
             cls, wire = self._waiting.pop()
-            fields = self._fields(cls)
-            wire.__annotations__.update({field.name: form.wire for field, form in fields})
-            self._makers[wire] = _maker(cls, fields)
-        return form
+            wire.__annotations__.update(self._members(cls))
+        return wire_type
 
-    def _of(self, kind: Any) -> _Form:  # noqa: ANN401 - as above
+    def _of(self, kind: Any) -> Any:  # noqa: ANN401 - as above
         origin, arguments = get_origin(kind), get_args(kind)
-        if origin is Annotated:
-            form = self._of(arguments[0])
-            return _Form(kind, None) if form.convert is None else form
         if origin is Union or origin is types.UnionType:
-            return self._union(kind, arguments)
-        if origin is list:
-            return self._list(kind, arguments[0])
-        if origin is dict:
-            return self._dict(kind, *arguments)
-        if isinstance(kind, type):
-            if issubclass(kind, Value):
-                return _Form(self._class(kind), self._make)
-            if issubclass(kind, msgspec.Struct):
-                return self._struct(kind)
-            if issubclass(kind, Reference):
-                return _Form(_PROXY_TEXT, _proxy_of(kind))
-        return _Form(kind, None)
+            return reduce(or_, map(self._of, arguments))
+        if origin in {list, dict}:
+            return origin[tuple(map(self._of, arguments))]
+        if not isinstance(kind, type):
+            return kind
+        if issubclass(kind, Value):
+            return self._class(kind)
+        self.has_references |= issubclass(kind, Reference)
+        return self._struct(kind) if issubclass(kind, msgspec.Struct) else kind
 
-    def _union(self, kind: Any, arguments: tuple[Any, ...]) -> _Form:  # noqa: ANN401 - as above
-        forms = [self._of(argument) for argument in arguments]
-        # Of what codegen writes, at most one part of a union is not None.
-        convert = next((form.convert for form in forms if form.convert is not None), None)
-        if convert is None:
-            return _Form(kind, None)
-        some: _Convert = convert
-        return _Form(
-            reduce(or_, [form.wire for form in forms]),
-            lambda value, resolve: None if value is None else some(value, resolve),
-        )
-
-    def _list(self, kind: Any, element: Any) -> _Form:  # noqa: ANN401 - as above
-        wire, convert = self._of(element)
-        if convert is None:
-            return _Form(kind, None)
-        return _Form(
-            list[wire],  # type: ignore[valid-type]
-            lambda value, resolve: [convert(item, resolve) for item in value],
-        )
-
-    def _dict(self, kind: Any, key: Any, value: Any) -> _Form:  # noqa: ANN401 - as above
-        keys, values = self._of(key), self._of(value)
-        if keys.convert is None and values.convert is None:
-            return _Form(kind, None)
-        convert_key, convert_value = keys.convert or _same, values.convert or _same
-        return _Form(
-            dict[keys.wire, values.wire],  # type: ignore[name-defined]
-            lambda items, resolve: {
-                convert_key(key, resolve): convert_value(item, resolve) for key, item in items.items()
-            },
-        )
-
-    def _struct(self, cls: type[msgspec.Struct]) -> _Form:
+    def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         if cls not in self._structs:
-            self._structs[cls] = _Form(cls, None)  # in itself, as Slice has it of classes alone
-            fields = self._fields(cls)
-            if not all(
-                form.convert is None and (field.required or _optional(field)) for field, form in fields
+            self._structs[cls] = cls  # in itself, as Slice has it of classes alone
+            members = self._members(cls)
+            if any(
+                members[field.name] != field.type or not (field.required or _optional(field))
+                for field in msgspec.structs.fields(cls)
             ):
-                wire = _wire_struct(cls, {field.name: form.wire for field, form in fields})
-                self._structs[cls] = _Form(wire, _maker(cls, fields))
+                self._structs[cls] = _wire_struct(cls, members)
         return self._structs[cls]
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
@@ -309,16 +240,13 @@ class _Forms:
 
     def _wire_class(self, cls: type[Value], tag: str) -> type[msgspec.Struct]:
         if tag not in self._classes:
-            wire = _wire_struct(cls, {}, tag=tag, tag_field=TYPE_FIELD)
-            self._classes[tag] = wire
-            self._waiting.append((cls, wire))
+            members = dict.fromkeys(cls.__struct_fields__, object)
+            self._classes[tag] = _wire_struct(cls, members, tag=tag)
+            self._waiting.append((cls, self._classes[tag]))
         return self._classes[tag]
 
-    def _make(self, arrived: Any, resolve: Resolve | None) -> Any:  # noqa: ANN401 - of any class
-        return self._makers[type(arrived)](arrived, resolve)
-
-    def _fields(self, cls: type[msgspec.Struct]) -> list[tuple[msgspec.structs.FieldInfo, _Form]]:
-        return [(field, self._of(field.type)) for field in msgspec.structs.fields(cls)]
+    def _members(self, cls: type[msgspec.Struct]) -> dict[str, Any]:
+        return {field.name: self._of(field.type) for field in msgspec.structs.fields(cls)}
 
 
 def _optional(field: msgspec.structs.FieldInfo) -> bool:
@@ -326,42 +254,20 @@ def _optional(field: msgspec.structs.FieldInfo) -> bool:
     return not field.required and type(None) in get_args(field.type)
 
 
-def _wire_struct(
-    cls: type[msgspec.Struct],
-    types_: dict[str, Any],
-    **tag: Any,  # noqa: ANN401 - for msgspec
-) -> type[msgspec.Struct]:
-    """Return a struct of the same members, of other types if they are given."""
-    members: list[Any] = []
-    for field in msgspec.structs.fields(cls):
-        member = (field.name, types_.get(field.name, object))
-        members.append((*member, None) if _optional(field) else member)
-    rename = {field.name: field.encode_name for field in msgspec.structs.fields(cls)}
-    return msgspec.defstruct(cls.__name__, members, bases=(Struct,), rename=rename, kw_only=True, **tag)
+def _wire_struct(cls: type[msgspec.Struct], members: dict[str, Any], **tag: str) -> type[msgspec.Struct]:
+    """Return a struct whose members have other types; what is decoded as one becomes one of the given."""
 
+    def become(self: msgspec.Struct) -> None:
+        self.__class__ = cls
 
-def _maker(cls: type[msgspec.Struct], fields: list[tuple[msgspec.structs.FieldInfo, _Form]]) -> _Convert:
-    """Return what makes a struct from its wire form."""
-    plan = [(field.name, form.convert) for field, form in fields]
-
-    def make(arrived: Any, resolve: Resolve | None) -> msgspec.Struct:  # noqa: ANN401
-        members = {}
-        for name, convert in plan:
-            member = getattr(arrived, name)
-            members[name] = member if convert is None else convert(member, resolve)
-        return cls(**members)
-
-    return make
-
-
-def _proxy_of(kind: type[Reference]) -> _Convert:
-    def convert(text: str, resolve: Resolve | None) -> Reference:
-        if resolve is None:
-            raise MarshalException(f"the proxy {text} needs a communicator to arrive")
-        return kind.ice_fromWire(text, resolve)
-
-    return convert
-
-
-def _same(value: Any, _: Resolve | None) -> Any:  # noqa: ANN401 - whatever it is
-    return value
+    fields = msgspec.structs.fields(cls)
+    return msgspec.defstruct(
+        cls.__name__,
+        [(f.name, members[f.name], None) if _optional(f) else (f.name, members[f.name]) for f in fields],
+        bases=(cls,),
+        namespace={"__post_init__": become},
+        module=_WIRE_MODULE,
+        rename={field.name: field.encode_name for field in fields},
+        kw_only=True,
+        **tag,
+    )
