@@ -61,7 +61,7 @@ byte_sequences = st.builds(lambda size, fill: bytes([fill]) * size, sizes, st.in
     )
 )
 def test_pieces_together_are_the_value(value: Arguments) -> None:
-    gathered = CODEC.gather((value.image, value.others, value.note), "it")
+    gathered = CODEC.gather_result((value.image, value.others, value.note), "it")
     assert len(gathered) == len(bytes(gathered))
     large = [data for data in (value.image.shape.mask, value.image.pixels) if len(data) >= LARGE]
     taken = gathered.large if isinstance(gathered, Pieces) else []
@@ -77,22 +77,22 @@ def test_pieces_together_are_what_msgspec_encodes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(pieces, "LARGE", large)
     for size in (0, large - 1, large, large + 1):
         value = Arguments(Image(Shape(1, b"m" * size), b"p" * size, "c"), [b"o" * size], None)
-        gathered = CODEC.gather((value.image, value.others, value.note), "it")
+        gathered = CODEC.gather_result((value.image, value.others, value.note), "it")
         assert bytes(gathered) == msgspec.msgpack.encode(value)
 
 
 def test_the_value_keeps_its_bytes() -> None:
     image = Image(Shape(1, b""), b"x" * LARGE, "")
-    CODEC.gather((image, [], None), "it")
+    CODEC.gather_result((image, [], None), "it")
     assert image.pixels == b"x" * LARGE
 
 
 @pytest.mark.parametrize("pixels", [bytearray(LARGE), memoryview(bytes(LARGE)), np.zeros(LARGE, np.uint8)])
 def test_what_may_change_is_copied_at_once(pixels: object) -> None:
-    gathered = CODEC.gather((Image(Shape(1, b""), pixels, ""), [], None), "it")  # type: ignore[arg-type]
+    gathered = CODEC.gather_result((Image(Shape(1, b""), pixels, ""), [], None), "it")  # type: ignore[arg-type]
     assert isinstance(gathered, bytes)
     assert CODEC.unpack(gathered, "it").image.pixels == bytes(LARGE)
 
 
 def test_what_is_no_struct_is_left_to_the_receiver() -> None:
-    assert msgspec.msgpack.decode(bytes(CODEC.gather((None, [], None), "it")))["image"] is None
+    assert msgspec.msgpack.decode(bytes(CODEC.gather_result((None, [], None), "it")))["image"] is None

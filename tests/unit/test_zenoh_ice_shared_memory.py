@@ -67,7 +67,7 @@ def image(fill: int, size: int = LARGE) -> tuple[int, bytes, bytes, str]:
 
 
 def pieces(fill: int, size: int = LARGE) -> Pieces:
-    gathered = CODEC.gather(image(fill, size), "it")
+    gathered = CODEC.gather_result(image(fill, size), "it")
     assert isinstance(gathered, Pieces)
     return gathered
 
@@ -99,7 +99,7 @@ def test_what_is_lent_arrives_as_it_was(sender: SharedMemory, reader: SharedMemo
 
 def test_several_large_sequences_arrive_at_their_places(sender: SharedMemory, reader: SharedMemory) -> None:
     value = 3, b"p" * LARGE, b"m" * (2 * LARGE), "both"
-    gathered = CODEC.gather(value, "it")
+    gathered = CODEC.gather_result(value, "it")
     assert isinstance(gathered, Pieces)
     reference = sender.lend(gathered, NEAR)
     assert reference is not None
