@@ -1,4 +1,4 @@
-"""What msgspec alone does not decode: classes, which may arrive as one that extends them, and proxies, as text.
+"""What msgspec alone does not decode: classes, which may arrive as what extends them, and proxies, as text.
 
 For each such type there is a wire type that msgspec decodes and checks: one of all known classes in place of
 a class, and a struct whose members with default values are required all the same, as a payload of empty maps

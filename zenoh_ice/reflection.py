@@ -14,20 +14,23 @@ first asks. A servant sends those of its interface as the answer to `ice_describ
 from __future__ import annotations
 
 import keyword
-import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from functools import lru_cache
 from importlib import resources
 from typing import Annotated, Any, Final, Literal
 
 import msgspec
+from msgspec import Meta
 
+from ._codec import DECODE_ERRORS, misfit
 from .exceptions import ConfigurationException, MarshalException, ZenohIceError
 from .interface import OBJECT_TYPE_ID, Interface
-from .text import cut, printable
+from .text import printable
 
 __all__ = [
-    "OBJECT_DEFINITION",
+    "OBJECT_OPERATIONS",
     "RETURN_VALUE",
     "Definition",
     "Enumerator",
@@ -52,26 +55,27 @@ _BUILTIN_TYPES: Final = frozenset(
     {"bool", "byte", "short", "int", "long", "float", "double", "string", "Object", "Value"}
 )
 _TYPE_KINDS: Final = frozenset({"interface", "struct", "class", "enumeration", "sequence", "dictionary"})
-# As in Slice a name neither begins nor ends with an underscore nor has two together: `__init__` and the like
-# cannot be members.
-_NAME: Final = re.compile(r"[A-Za-z](?:_?[A-Za-z0-9])*", re.ASCII)
-_LONGEST_NAME: Final = 256  # characters, with all that it is in
-_LONGEST_SHOWN: Final = 200  # characters of what is wrong
 _LARGEST_SCHEMA: Final = 1 << 18
 """Characters of a schema that are read or sent; the largest of ours has 20,000."""
 _DEEPEST: Final = 32
-"""Types within types, or types that extend each other."""
-_WIDEST: Final = 64
-"""Types that a sequence or a dictionary is written with, all in all."""
+"""Types within types, both of a dictionary, or types that extend each other."""
 
-_LONGEST_DIFFERENCE: Final = 1024  # characters; one side of it is what the other process says
+# As in Slice a name neither begins nor ends with an underscore nor has two together: `__init__` and the like
+# cannot be members.
+_SIMPLE: Final = "[A-Za-z](?:_?[A-Za-z0-9])*"
+_SCOPED: Final = f"(?:::{_SIMPLE})+"
+_Name = Annotated[str, Meta(pattern=rf"\A{_SIMPLE}\Z", max_length=256)]
+_TypeId = Annotated[str, Meta(pattern=rf"\A{_SCOPED}\Z", max_length=256)]
+_TypeName = Annotated[
+    str, Meta(pattern=rf"\A(?:[A-Za-z]+|(?:Object|Value|{_SCOPED})\*|{_SCOPED})\Z", max_length=256)
+]
 
 
 class Member(msgspec.Struct, frozen=True, omit_defaults=True):
     """A member of a struct, a class or an exception, a parameter, or a result."""
 
-    name: str
-    type: str
+    name: _Name
+    type: _TypeName
     doc: str = ""
     optional: bool = False
     default: bool | int | float | str | None = None
@@ -81,20 +85,20 @@ class Member(msgspec.Struct, frozen=True, omit_defaults=True):
 class Enumerator(msgspec.Struct, frozen=True, omit_defaults=True):
     """A value of an enumeration."""
 
-    name: str
-    value: Annotated[int, msgspec.Meta(ge=0, le=(1 << 31) - 1)]
+    name: _Name
+    value: Annotated[int, Meta(ge=0, le=(1 << 31) - 1)]
     doc: str = ""
 
 
 class OperationDescription(msgspec.Struct, frozen=True, omit_defaults=True):
     """An operation of an interface."""
 
-    name: str
+    name: _Name
     doc: str = ""
     parameters: tuple[Member, ...] = ()
     results: tuple[Member, ...] = ()
     """What it returns, by the name `returnValue`, and its out parameters."""
-    exceptions: dict[str, str] = {}
+    exceptions: dict[_TypeId, str] = {}
     """Type ids of the exceptions that it throws, each with its doc."""
     idempotent: bool = False
     streamed: bool = False
@@ -113,15 +117,15 @@ class Definition(msgspec.Struct, frozen=True, omit_defaults=True):
     fingerprint: str
     """The beginning of the digest of its canonical form, which changes with what travels and nothing else."""
     doc: str = ""
-    bases: tuple[str, ...] = ()
+    bases: tuple[_TypeId, ...] = ()
     members: tuple[Member, ...] = ()
     """Its own members, without those of its bases."""
     operations: tuple[OperationDescription, ...] = ()
     enumerators: tuple[Enumerator, ...] = ()
-    element: str = ""
-    key: str = ""
-    value: str = ""
-    type: str = ""
+    element: _TypeName = ""
+    key: _TypeName = ""
+    value: _TypeName = ""
+    type: _TypeName = ""
     constant: bool | int | float | str | None = None
 
 
@@ -129,7 +133,7 @@ class Schema(msgspec.Struct, frozen=True):
     """An interface, what it extends, and every type that they use."""
 
     interface: str
-    definitions: dict[str, Definition]
+    definitions: dict[_TypeId, Definition]
     """All of them, by type id."""
 
     def lineage(self, type_id: str) -> list[str]:
@@ -179,29 +183,23 @@ class Schema(msgspec.Struct, frozen=True):
         return f"optional {text}" if optional else text
 
 
-OBJECT_DEFINITION: Final = Definition(
-    kind="interface",
-    module="",
-    name="Object",
-    fingerprint="",
-    operations=(
-        OperationDescription("ice_ping", idempotent=True),
-        OperationDescription(
-            "ice_isA",
-            parameters=(Member("id", "string"),),
-            results=(Member(RETURN_VALUE, "bool"),),
-            idempotent=True,
-        ),
-        OperationDescription("ice_id", results=(Member(RETURN_VALUE, "string"),), idempotent=True),
-        OperationDescription("ice_ids", results=(Member(RETURN_VALUE, "sequence<string>"),), idempotent=True),
-        OperationDescription("ice_describe", results=(Member(RETURN_VALUE, "string"),), idempotent=True),
-    ),
+def _returning(kind: str, name: str, *parameters: Member) -> OperationDescription:
+    results = (Member(RETURN_VALUE, kind),)
+    return OperationDescription(name, parameters=parameters, results=results, idempotent=True)
+
+
+OBJECT_OPERATIONS: Final = (
+    OperationDescription("ice_ping", idempotent=True),
+    _returning("bool", "ice_isA", Member("id", "string")),
+    _returning("string", "ice_id"),
+    _returning("sequence<string>", "ice_ids"),
+    _returning("string", "ice_describe"),
 )
-"""What every servant answers besides its interface."""
+"""What every servant answers besides the operations of its interface."""
 
 
 class _PackageSchema(msgspec.Struct):
-    definitions: dict[str, Definition]
+    definitions: dict[_TypeId, Definition]
 
 
 @lru_cache(maxsize=64)
@@ -225,19 +223,15 @@ def describe(generated: type[Any]) -> Definition:
 
     Subclasses of them are described as what they extend. Raises ConfigurationException for others.
     """
+    interface = getattr(generated, "ice_interface", None)
+    own_id = interface.type_id if isinstance(interface, Interface) else None
     for cls in generated.__mro__:
         package, _, module = cls.__module__.rpartition(".")
-        if not package or package == __package__:
-            continue
-        interface = vars(cls).get("ice_interface")
-        try:
-            definitions = describe_package(package)
-        except ConfigurationException:
-            continue
-        for type_id, definition in definitions.items():
-            named = definition.module == module and definition.name == cls.__name__
-            if named or (isinstance(interface, Interface) and interface.type_id == type_id):
-                return definition
+        with suppress(ConfigurationException):
+            for type_id, definition in describe_package(package).items():
+                named = definition.module == module and definition.name == cls.__name__
+                if named or type_id == own_id:
+                    return definition
     raise ConfigurationException(f"{generated.__qualname__} is not, and does not extend, what codegen made")
 
 
@@ -247,7 +241,8 @@ def schema_of(interface: Interface) -> Schema:
     Raises ConfigurationException when a package that it needs has none.
     """
     if interface.type_id == OBJECT_TYPE_ID:
-        return Schema(OBJECT_TYPE_ID, {OBJECT_TYPE_ID: OBJECT_DEFINITION})
+        plain = Definition(kind="interface", module="", name="Object", fingerprint="")
+        return Schema(OBJECT_TYPE_ID, {OBJECT_TYPE_ID: plain})
     package = interface.module.rpartition(".")[0]
     slice_module = interface.type_id.rpartition("::")[0]
     root = package.rsplit(".", slice_module.count("::"))[0]
@@ -301,114 +296,77 @@ def _used_types(definition: Definition) -> list[str]:
 def parse_schema(text: str) -> Schema:
     """Return the schema that another process sent, checked, so that it can be used without further care.
 
-    Raises MarshalException, with the name of what is wrong, for a text that is too large or no schema, and
-    for a schema that names what it does not describe, or has types that hold or extend themselves.
+    Raises MarshalException, with the name or the path of what is wrong, for a text that is too large or no
+    schema, and for a schema that names what it does not describe, or has types that hold themselves.
     """
     if len(text) > _LARGEST_SCHEMA:
         raise _malformed(f"it has {len(text)} characters where at most {_LARGEST_SCHEMA} are read")
     try:
         schema = msgspec.json.decode(text, type=Schema)
-    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
-        raise _malformed(printable(str(error), _LONGEST_SHOWN)) from error
+    except DECODE_ERRORS as error:
+        raise misfit(error, _MALFORMED) from error
     if schema.kind(schema.interface) != "interface":
         raise _malformed("it does not describe its interface", schema.interface)
-    _Checker(schema).check()
+    for type_id, definition in schema.definitions.items():
+        _check_references(schema, type_id, definition)
+    weights: dict[str, int] = {}
+    for type_id in schema.definitions:
+        _weigh(schema, type_id, weights)
+    for type_id, definition in schema.definitions.items():
+        _check_unique(type_id, definition.enumerators)
+        if definition.kind != "interface":
+            _check_unique(type_id, schema.members(type_id))
+        for operation in definition.operations:
+            _check_unique(f"{type_id}::{operation.name}", operation.parameters)
+            _check_unique(f"{type_id}::{operation.name}", operation.results)
+    _check_unique(schema.interface, [operation for _, operation in schema.operations()])
     return schema
 
 
-class _Checker:
-    def __init__(self, schema: Schema) -> None:
-        self._schema: Final = schema
-        self._sizes: dict[str, tuple[int, int]] = {}
-        self._around: list[str] = []
+def _check_references(schema: Schema, type_id: str, definition: Definition) -> None:
+    """Raise MarshalException when a definition names what the schema does not describe."""
+    for base in definition.bases:
+        if schema.kind(base) != definition.kind:
+            raise _malformed(f"it does not describe what {type_id!r} extends", base)
+    if len(definition.bases) > 1 and definition.kind != "interface":
+        raise _malformed("only an interface can extend several", type_id)
+    for used in _used_types(definition):
+        if not (used in _BUILTIN_TYPES or used.endswith("*") or schema.kind(used) in _TYPE_KINDS):
+            raise _malformed("it does not describe a type", used)
+    for thrown in {name for operation in definition.operations for name in operation.exceptions}:
+        if schema.kind(thrown) != "exception":
+            raise _malformed("it does not describe an exception", thrown)
 
-    def check(self) -> None:
-        for type_id, definition in self._schema.definitions.items():
-            self._check_type_id(type_id)
-            self._check_bases(type_id, definition)
-        for type_id, definition in self._schema.definitions.items():
-            self._check_names(type_id, (each.name for each in definition.enumerators))
-            if definition.kind != "interface":
-                self._check_names(type_id, (each.name for each in self._schema.members(type_id)))
-            for operation in definition.operations:
-                self._check_operation(type_id, operation)
-            for used in _used_types(definition):
-                self._size(used)
-        own = self._schema.interface
-        self._check_names(own, (operation.name for _, operation in self._schema.operations()))
 
-    def _check_operation(self, type_id: str, operation: OperationDescription) -> None:
-        for members in (operation.parameters, operation.results):
-            self._check_names(f"{type_id}::{operation.name}", (each.name for each in members))
-        for thrown in operation.exceptions:
-            if self._schema.kind(thrown) != "exception":
-                raise _malformed("it does not describe an exception", thrown)
+def _weigh(schema: Schema, name: str, weights: dict[str, int], around: int = 0) -> int:
+    """Return how deep types lie within a type, those of dictionaries added: so many write its name at most.
 
-    def _check_type_id(self, type_id: str) -> None:
-        root, *names = type_id.split("::")
-        if root or not names or len(type_id) > _LONGEST_NAME or not all(map(_NAME.fullmatch, names)):
-            raise _malformed("there is what is no scoped name of Slice", type_id)
+    Raises MarshalException when they are too many.
+    """
+    definition = schema.definitions.get(name)
+    if definition is None or definition.kind == "interface":
+        return 1
+    if name not in weights and around <= _DEEPEST:
+        by_value = definition.kind in {"struct", "sequence", "dictionary"}  # a class may be null
+        within = (*definition.bases, *(_used_types(definition) if by_value else ()))
+        each = [_weigh(schema, inner, weights, around + 1) for inner in within]
+        weights[name] = 1 + (sum(each) if definition.kind == "dictionary" else max(each, default=0))
+    if weights.get(name, _DEEPEST + 1) > _DEEPEST:
+        raise _malformed(f"a type holds or extends itself, or lies more than {_DEEPEST} deep", name)
+    return weights[name]
 
-    def _check_names(self, where: str, names: Iterable[str]) -> None:
-        seen: set[str] = set()
-        for name in names:
-            if len(name) > _LONGEST_NAME or not _NAME.fullmatch(name):
-                raise _malformed(f"{_shown(where)} has what is no name of Slice", name)
-            if name in seen:
-                raise _malformed(f"{_shown(where)} has a name twice", name)
-            seen.add(name)
 
-    def _check_bases(self, type_id: str, definition: Definition) -> None:
-        for base in definition.bases:
-            if self._schema.kind(base) != definition.kind:
-                raise _malformed(f"it does not describe what {_shown(type_id)} extends", base)
-        if definition.kind == "interface":
-            return
-        next_id, length = type_id, 0
-        while bases := self._schema.definitions[next_id].bases:
-            length += 1
-            next_id = bases[0]
-            if len(bases) > 1 or length > _DEEPEST or next_id not in self._schema.definitions:
-                raise _malformed("a type extends itself, or too many", type_id)
+def _check_unique(where: str, named: Iterable[Member | Enumerator | OperationDescription]) -> None:
+    for name, count in Counter(each.name for each in named).items():
+        if count > 1:
+            raise _malformed(f"{where!r} has a name twice", name)
 
-    def _size(self, name: str) -> tuple[int, int]:
-        """Return how deep types lie within a type, and of how many it is written; raises MarshalException."""
-        if name in _BUILTIN_TYPES:
-            return 1, 1
-        if name.endswith("*"):
-            if name not in {"Object*", "Value*"}:
-                self._check_type_id(name.removesuffix("*"))
-            return 1, 1
-        if (known := self._sizes.get(name)) is not None:
-            return known
-        definition = self._schema.definitions.get(name)
-        if definition is None or definition.kind not in _TYPE_KINDS:
-            raise _malformed("it does not describe a type", name)
-        if name in self._around:
-            raise _malformed("a type holds itself", name)
-        depth = width = 1
-        if definition.kind in {"struct", "sequence", "dictionary"}:
-            self._around.append(name)
-            if len(self._around) > _DEEPEST:
-                raise _malformed("types are nested too deeply", name)
-            sizes = [self._size(each) for each in _used_types(definition)]
-            self._around.pop()
-            depth += max((inner for inner, _ in sizes), default=0)
-            if definition.kind != "struct":
-                width += sum(inner for _, inner in sizes)
-        if depth > _DEEPEST or width > _WIDEST:
-            raise _malformed("types are nested too deeply", name)
-        self._sizes[name] = depth, width
-        return depth, width
+
+_MALFORMED: Final = "malformed schema of an interface"
 
 
 def _malformed(problem: str, name: str | None = None) -> MarshalException:
-    told = problem if name is None else f"{problem}: {_shown(name)}"
-    return MarshalException(f"malformed schema of an interface: {told}")
-
-
-def _shown(name: str) -> str:
-    return repr(cut(name, _LONGEST_SHOWN))
+    return MarshalException(f"{_MALFORMED}: {problem}" + ("" if name is None else f": {name!r}"))
 
 
 def describe_difference(found: Schema, wanted: Interface) -> str:
@@ -419,7 +377,7 @@ def describe_difference(found: Schema, wanted: Interface) -> str:
         expected = schema_of(wanted)
     except ZenohIceError as error:
         return f"the difference is not known ({error})"
-    return printable(first_difference(expected, found.part(wanted.type_id)), _LONGEST_DIFFERENCE)
+    return printable(first_difference(expected, found.part(wanted.type_id)), 1024)
 
 
 def first_difference(expected: Schema, found: Schema) -> str:
@@ -444,19 +402,15 @@ def canonical_lines(schema: Schema) -> dict[str, str]:
     return {
         subject: subject + rest
         for type_id, definition in schema.definitions.items()
+        if definition.kind not in {"sequence", "dictionary", "constant"}  # what uses them writes them out
         for subject, rest in _lines(schema, type_id, definition)
     }
 
 
 def _lines(schema: Schema, type_id: str, definition: Definition) -> Iterator[tuple[str, str]]:
-    match definition.kind:
-        case "interface" | "struct" | "class" | "exception":
-            bases = ", ".join(sorted(definition.bases))
-            yield f"{definition.kind} {type_id}", f" extends {bases}" if bases else ""
-        case "enumeration":
-            yield f"enum {type_id}", ""
-        case _:  # what uses them says what they are made of
-            return
+    kind = "enum" if definition.kind == "enumeration" else definition.kind
+    bases = ", ".join(sorted(definition.bases))
+    yield f"{kind} {type_id}", f" extends {bases}" if bases else ""
     for member in definition.members:
         yield f"{type_id}::{member.name}", f": {_type(schema, member)}"
     for enumerator in definition.enumerators:

@@ -18,7 +18,7 @@ from zenoh_ice.generated import Byte, Int, Interface, Long, Operation, Short, St
 from zenoh_ice.interface import Value
 from zenoh_ice.proxy import StreamedCall
 from zenoh_ice.reflection import (
-    OBJECT_DEFINITION,
+    OBJECT_OPERATIONS,
     RETURN_VALUE,
     Definition,
     Member,
@@ -173,7 +173,7 @@ class DynamicProxy:
         self.types: Final = Types(self.schema)
         self.interface_operations: Final = {each.name: each for _, each in self.schema.operations()}
         """Those of its interface and of what that extends, by name."""
-        self.operations: Final = {each.name: each for each in OBJECT_DEFINITION.operations}
+        self.operations: Final = {each.name: each for each in OBJECT_OPERATIONS}
         self.operations.update(self.interface_operations)
         self._made = {
             name: made

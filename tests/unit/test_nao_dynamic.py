@@ -181,20 +181,30 @@ LONG = "x" * 9000
         (text_of(C={"kind": "class", "bases": ["::m::B"]}), "what '::m::C' extends: '::m::B'"),
         (text_of(C={"kind": "class", "bases": ["::m::I"]}), "what '::m::C' extends: '::m::I'"),
         # Types that hold or extend themselves, or go too deep.
-        (text_of(S=struct(("s", "::m::S"))), "a type holds itself: '::m::S'"),
-        (text_of(Q={"kind": "sequence", "element": "::m::Q"}), "a type holds itself: '::m::Q'"),
-        (text_of(C={"kind": "class", "bases": ["::m::C"]}), "extends itself, or too many: '::m::C'"),
-        (text_of(taking("::m::Q49"), Q0={"kind": "sequence", "element": "int"}, **SEQUENCES), "too deeply"),
-        (text_of(D0={"kind": "dictionary", "key": "int", "value": "int"}, **DICTIONARIES), "too deeply"),
-        (text_of(taking("::m::S299"), S0=struct(("x", "int")), **STRUCTS), "too deeply"),
+        (text_of(S=struct(("s", "::m::S"))), "holds or extends itself, or lies more than 32 deep: '::m::S'"),
+        (text_of(Q={"kind": "sequence", "element": "::m::Q"}), "holds or extends itself, or lies"),
+        (text_of(C={"kind": "class", "bases": ["::m::C"]}), "holds or extends itself, or lies"),
+        (
+            text_of(taking("::m::Q49"), Q0={"kind": "sequence", "element": "int"}, **SEQUENCES),
+            "lies more than 32 deep: ",
+        ),
+        (
+            text_of(D0={"kind": "dictionary", "key": "int", "value": "int"}, **DICTIONARIES),
+            "lies more than 32 deep: ",
+        ),
+        (text_of(taking("::m::S299"), S0=struct(("x", "int")), **STRUCTS), "lies more than 32 deep: "),
         # Names.
-        (text_of(taking("::m::x?*")), "no scoped name of Slice: '::m::x?'"),
-        (text_of(**{"::m::__init__": struct()}), "no scoped name of Slice: '::m::__init__'"),
-        (text_of(**{f"::m::{LONG}": struct()}), "no scoped name of Slice: '::m::xxx"),
+        (text_of(taking("::m::x?*")), "Z' at $.definitions[...].operations[0].parameters[0].type"),
+        (text_of(taking("text*")), "Z' at $.definitions[...].operations[0].parameters[0].type"),
+        (text_of(**{"::m::__init__": struct()}), "Z' - at `key` in `$.definitions`"),
+        (
+            text_of(**{f"::m::{LONG}": struct()}),
+            "Expected `str` of length <= 256 - at `key` in `$.definitions`",
+        ),
         (text_of(S=struct(("x", "int"), ("x", "long"))), "'::m::S' has a name twice: 'x'"),
         (text_of({"name": "f"}, {"name": "f"}), "'::m::I' has a name twice: 'f'"),
         *(
-            (text_of(S=struct((name, "int"))), "'::m::S' has what is no name of Slice: ")
+            (text_of(S=struct((name, "int"))), " at $.definitions[...].members[0].name")
             for name in ("__init__", "__class__", "_x", "x_", "a__b", "a b", "", LONG, "\x1b[2J")
         ),
         (
