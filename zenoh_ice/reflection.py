@@ -1,8 +1,7 @@
 """Describe generated types and interfaces at run time: members, operations, docs and fingerprints.
 
-    >>> from zenoh_ice.reflection import describe
-    >>> from interfaces.nao import PoseHeadPrx
-    >>> [operation.name for operation in describe(PoseHeadPrx).operations]
+    >>> from zenoh_ice.reflection import describe_package
+    >>> [operation.name for operation in describe_package("interfaces.nao")["::nao::PoseHead"].operations]
     ['setPose', 'setSpeed', 'stop', 'getPose', 'getLimits']
 
 Names and types are those of Slice, from the root: `::nao::HeadPose`, `sequence` types by their name.
@@ -16,10 +15,9 @@ from __future__ import annotations
 import keyword
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from functools import lru_cache
 from importlib import resources
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 from msgspec import Meta
@@ -38,7 +36,6 @@ __all__ = [
     "OperationDescription",
     "Schema",
     "canonical_lines",
-    "describe",
     "describe_difference",
     "describe_package",
     "first_difference",
@@ -56,7 +53,7 @@ _BUILTIN_TYPES: Final = frozenset(
 )
 _TYPE_KINDS: Final = frozenset({"interface", "struct", "class", "enumeration", "sequence", "dictionary"})
 _LARGEST_SCHEMA: Final = 1 << 18
-"""Characters of a schema that are read or sent; the largest of ours has 20,000."""
+"""Characters of a schema that are read; the largest of ours has 20,000."""
 _DEEPEST: Final = 32
 """Types within types, both of a dictionary, or types that extend each other."""
 
@@ -160,13 +157,8 @@ class Schema(msgspec.Struct, frozen=True):
                 yield type_id, operation
 
     def as_json(self) -> str:
-        """Return what `parse_schema` reads; raises ConfigurationException when it is too large to be sent."""
-        text = msgspec.json.encode(self).decode()
-        if len(text) > _LARGEST_SCHEMA:
-            raise ConfigurationException(
-                f"the schema of {self.interface} has {len(text)} characters where {_LARGEST_SCHEMA} are sent"
-            )
-        return text
+        """Return what `parse_schema` reads."""
+        return msgspec.json.encode(self).decode()
 
     def kind(self, type_name: str) -> str:
         """Return the kind of what a type is called; nothing for builtin types and proxies."""
@@ -211,28 +203,11 @@ def describe_package(package: str) -> dict[str, Definition]:
     try:
         data = (resources.files(package) / _SCHEMA_FILE).read_bytes()
         return msgspec.json.decode(data, type=_PackageSchema).definitions
-    except (OSError, ImportError, TypeError, ValueError, msgspec.MsgspecError) as error:
+    except (OSError, ImportError, TypeError, ValueError) as error:
         raise ConfigurationException(
             f"{package or 'what stands in no package'} has no readable {_SCHEMA_FILE}:"
             f" generate it with codegen ({error})"
         ) from error
-
-
-def describe(generated: type[Any]) -> Definition:
-    """Return the description of a generated class: struct, enumeration, exception, proxy or servant.
-
-    Subclasses of them are described as what they extend. Raises ConfigurationException for others.
-    """
-    interface = getattr(generated, "ice_interface", None)
-    own_id = interface.type_id if isinstance(interface, Interface) else None
-    for cls in generated.__mro__:
-        package, _, module = cls.__module__.rpartition(".")
-        with suppress(ConfigurationException):
-            for type_id, definition in describe_package(package).items():
-                named = definition.module == module and definition.name == cls.__name__
-                if named or type_id == own_id:
-                    return definition
-    raise ConfigurationException(f"{generated.__qualname__} is not, and does not extend, what codegen made")
 
 
 def schema_of(interface: Interface) -> Schema:

@@ -17,7 +17,7 @@ from tests.conftest import Pair
 from tests.support.limits import LIMIT
 from tests.support.slice_compiler import imported
 from zenoh_ice import InterfaceMismatchException, MarshalException
-from zenoh_ice.reflection import describe
+from zenoh_ice.reflection import describe_package
 
 SOURCE = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
 ZOO = """
@@ -272,8 +272,9 @@ def test_operations_can_have_names_that_python_keeps_for_itself(tmp_path: Path, 
         assert names._from.wait(timeout=LIMIT).value == 8
 
 
-def test_generated_classes_describe_themselves(api: Any) -> None:
-    leaf = describe(api.Leaf)
+def test_generated_packages_describe_what_they_define(api: Any) -> None:
+    definitions = describe_package(api.__package__)
+    leaf = definitions["::everything::Leaf"]
     assert (leaf.kind, leaf.bases) == ("class", ("::everything::Node",))
     assert [(member.name, member.optional, member.default) for member in leaf.members] == [
         ("weight", False, 3),
@@ -281,9 +282,10 @@ def test_generated_classes_describe_themselves(api: Any) -> None:
         ("other", True, None),
         ("last", False, None),
     ]
-    assert describe(api.Node).doc == "A node of a tree."
-    assert describe(make_servant(api).__class__).name == "Better"
-    (maybe,) = (operation for operation in describe(api.CameraPrx).operations if operation.name == "maybe")
+    assert definitions["::everything::Node"].doc == "A node of a tree."
+    assert definitions[make_servant(api).ice_interface.type_id].name == "Better"
+    camera = definitions[api.CameraPrx.ice_interface.type_id]
+    (maybe,) = (operation for operation in camera.operations if operation.name == "maybe")
     assert [(member.name, member.type, member.optional) for member in maybe.parameters] == [
         ("a", "string", True),
         ("b", "int", False),

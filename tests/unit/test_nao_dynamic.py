@@ -29,6 +29,7 @@ from zenoh_ice._values import TYPE_FIELD
 from zenoh_ice._wire import decode_error
 from zenoh_ice.interface import Interface
 from zenoh_ice.reflection import Schema, parse_schema, schema_of
+from zenoh_ice.servant import OBJECT_INTERFACE
 
 EVERYTHING = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
 DESK: Any = Desk()
@@ -122,6 +123,12 @@ def make_all(text: str) -> Schema:
     for _, operation in schema.operations():
         types.operation(operation)
     return schema
+
+
+def test_a_plain_object_is_an_interface_without_operations() -> None:
+    schema = make_all(schema_of(OBJECT_INTERFACE).as_json())
+    assert schema.interface == "::Ice::Object"
+    assert not list(schema.operations())
 
 
 def test_an_exception_may_have_members_of_any_name() -> None:
