@@ -264,8 +264,8 @@ class _PolledInlet:
             _logger.debug("no sample of %s: %s", self._operation.name, error)
             return None
         self._count += 1
-        payload = self._operation.result.pack_result(value, f"sample of {self._operation.name}")
-        return Arrived(payload, _stamped(encode_sample_attachment("", self._count, now), self._clock))
+        payload = self._operation.result.gather_result(value, f"sample of {self._operation.name}")
+        return Arrived(bytes(payload), _stamped(encode_sample_attachment("", self._count, now), self._clock))
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         """Call a function with each sample that is published."""

@@ -8,15 +8,15 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial, reduce
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
-from msgspec import inspect
 
-from ._values import TYPE_FIELD, Arrival, Reference, Resolve, Value, arrives_as_it_is, derived_classes
+from ._values import TYPE_FIELD, Arrival, Reference, Resolve, Value, WireTypes
 from .exceptions import MarshalException
 from .text import printable
 
@@ -100,15 +100,14 @@ class Pieces:
 
 def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
     """Return the ways to the byte sequences in a struct: the names of the members on each of them."""
-    return tuple(_paths(inspect.type_info(struct)))
-
-
-def _paths(node: inspect.Type) -> list[tuple[str, ...]]:
-    if isinstance(node, inspect.BytesType):
-        return [()]
-    if isinstance(node, inspect.StructType) and not issubclass(node.cls, Value):
-        return [(field.name, *rest) for field in node.fields for rest in _paths(field.type)]
-    return []
+    found: list[tuple[str, ...]] = []
+    for field in msgspec.structs.fields(struct):
+        kind = field.type
+        if kind is bytes:
+            found.append((field.name,))
+        elif isinstance(kind, type) and issubclass(kind, msgspec.Struct) and not issubclass(kind, Value):
+            found += ((field.name, *rest) for rest in byte_sequences(kind))
+    return tuple(found)
 
 
 def _marked(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, bytes]) -> Any:  # noqa: ANN401
@@ -128,17 +127,13 @@ def _encode_foreign(value: object) -> object:
     """Return what msgspec can encode in place of proxies, and of arrays and scalars of numpy and its like."""
     if isinstance(value, Reference):
         return value.ice_toWire()
-    try:
+    with suppress(TypeError):
         view = memoryview(value)  # type: ignore[arg-type]
-    except TypeError:
-        pass
-    else:
         if view.format == "B" and view.ndim > 0:
             return view.cast("B") if view.c_contiguous else view.tobytes()
-    to_list = getattr(value, "tolist", None)
-    if to_list is None:
-        raise TypeError(f"a {type(value).__name__} cannot travel")
-    return to_list()
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"a {type(value).__name__} cannot travel")
 
 
 _encode: Final = msgspec.msgpack.Encoder(enc_hook=_encode_foreign).encode
@@ -176,7 +171,7 @@ class Codec(Generic[S]):
     @cached_property
     def holds_bytes(self) -> bool:
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        return _holds_bytes(inspect.type_info(self.struct), set())
+        return WireTypes(self.struct).holds_bytes
 
     @cached_property
     def value_of(self) -> Callable[[S], object]:
@@ -187,7 +182,7 @@ class Codec(Generic[S]):
 
     @cached_property
     def _decoder(self) -> msgspec.msgpack.Decoder[S] | None:
-        return msgspec.msgpack.Decoder(self.struct) if arrives_as_it_is(self.struct) else None
+        return msgspec.msgpack.Decoder(self.struct) if WireTypes(self.struct).plain else None
 
     @cached_property
     def _arrival(self) -> Arrival[S]:
@@ -214,15 +209,11 @@ class Codec(Generic[S]):
         except _ENCODE_ERRORS as error:
             raise _not_encoded(error, what) from error
 
-    def pack_result(self, value: object, what: str) -> bytes:
+    def gather_result(self, value: object, what: str) -> bytes | Pieces:
         """Return what stands for the struct, None, a value or a tuple, as MessagePack.
 
-        Raises MarshalException when it does not fit.
+        Large byte sequences stay where they are, as pieces. Raises MarshalException for what does not fit.
         """
-        return bytes(self.gather_result(value, what))
-
-    def gather_result(self, value: object, what: str) -> bytes | Pieces:
-        """Do as `pack_result` does, but leave large byte sequences where they are, as pieces."""
         count = self._count
         if count == 1:
             struct = self._make(value)
@@ -291,22 +282,3 @@ def misfit(error: BaseException, what: str) -> MarshalException:
         if match := _MISSING_FIELD.search(message):
             path = f"{path}.{match[1]}"
     return MarshalException(f"{what}: {printable(message)}" + (f" at {path}" if path else ""), path)
-
-
-def _holds_bytes(node: inspect.Type, seen: set[type]) -> bool:
-    within: list[inspect.Type] = []
-    match node:
-        case inspect.BytesType():
-            return True
-        case inspect.StructType(cls=cls, fields=fields) if cls not in seen:
-            seen.add(cls)
-            within += (field.type for field in fields)
-            if issubclass(cls, Value):
-                within += map(inspect.type_info, derived_classes(cls).values())
-        case inspect.ListType(item_type=item):
-            within.append(item)
-        case inspect.DictType(key_type=key, value_type=value):
-            within += (key, value)
-        case inspect.UnionType(types=types):
-            within += types
-    return any(_holds_bytes(each, seen) for each in within)

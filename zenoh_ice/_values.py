@@ -15,7 +15,7 @@ import types
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable
-from functools import reduce
+from functools import lru_cache, reduce
 from operator import or_
 from typing import Annotated, Any, Final, Generic, Self, TypeVar, Union, get_args, get_origin
 
@@ -32,7 +32,7 @@ __all__ = [
     "Resolve",
     "Struct",
     "Value",
-    "arrives_as_it_is",
+    "WireTypes",
     "derived_classes",
     "type_ids_of",
 ]
@@ -53,7 +53,11 @@ them: a receiver that does not know the first takes the value as one of the next
 S = TypeVar("S", bound=msgspec.Struct)
 
 _MOST_SLICED: Final = 16  # unknown classes in one payload
-_UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '(::[\w: ]+)' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
+_UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
+# A type field as MessagePack has it: key, header of the text, type ids.
+_TYPE_ENTRY: Final = re.compile(
+    rb"\xa5@type(?:[\xa0-\xbf]|\xd9.|\xda..)((?:::\w+)+(?: (?:::\w+)+)*)", re.DOTALL
+)
 _WIRE_MODULE: Final = ""  # no module has this name: what was loaded is told from what was made here by it
 
 # Beside the classes that a union is made of, as msgspec asks for the type field only where there are several.
@@ -110,6 +114,11 @@ def derived_classes(cls: type[Value]) -> dict[str, type[Value]]:
     A subclass without a type id of its own, made by hand, does not count; nor do classes of modules that were
     unloaded, and of a module that was loaded again those of the last time do.
     """
+    return _derived_classes(cls, _classes_made)
+
+
+@lru_cache(maxsize=64)  # wire types are subclasses, too: a flood of unknown classes must not make this slow
+def _derived_classes(cls: type[Value], classes_made: int) -> dict[str, type[Value]]:  # noqa: ARG001
     found = {type_ids_of(cls)[0]: cls}
     waiting = [cls]
     for each in waiting:  # which grows meanwhile
@@ -128,12 +137,6 @@ def type_ids_of(cls: type[Value]) -> list[str]:
     return str(cls.__struct_config__.tag).split()
 
 
-def arrives_as_it_is(struct: type[msgspec.Struct]) -> bool:
-    """Return whether msgspec alone can decode a struct."""
-    made = _WireTypes(())
-    return made.of(struct) is struct and not made.has_references
-
-
 class _Here(threading.local):
     resolve: Resolve | None = None
     """Makes the proxies of the payload that this thread decodes."""
@@ -147,7 +150,8 @@ class Arrival(Generic[S]):
 
     def __init__(self, struct: type[S]) -> None:
         self._struct: Final = struct
-        self._built = self._build(())
+        self._decoders: tuple[int, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = -1, {}
+        """How many classes there were, and decoders by the unknown classes that they take for known bases."""
 
     def decode(self, payload: bytes, resolve: Resolve | None) -> S:
         """Return the struct that a payload holds, its proxies made by a function.
@@ -156,25 +160,23 @@ class Arrival(Generic[S]):
         """
         _here.resolve = resolve
         try:
-            for _ in range(_MOST_SLICED):
-                made, sliced, decoder = self._built  # at once: other threads decode, too
-                if made != _classes_made:
-                    _, sliced, decoder = self._built = self._build(())
-                try:
-                    return decoder.decode(payload)
-                except msgspec.ValidationError as error:
-                    unknown = _UNKNOWN_CLASS.match(str(error))
-                    if unknown is None or unknown[1] in sliced:
-                        raise
-                    self._built = self._build((*sliced[1 - _MOST_SLICED :], unknown[1]))
-            return self._built[2].decode(payload)
+            return self._decoder(()).decode(payload)
+        except msgspec.ValidationError as error:
+            if not _UNKNOWN_CLASS.match(str(error)):
+                raise
+            unknown = {match[1].decode() for match in _TYPE_ENTRY.finditer(payload)}
+            return self._decoder(tuple(sorted(unknown)[:_MOST_SLICED])).decode(payload)
         finally:
             _here.resolve = None
 
-    def _build(self, sliced: tuple[str, ...]) -> tuple[int, tuple[str, ...], msgspec.msgpack.Decoder[S]]:
-        """Return a decoder that takes these unknown classes for known bases, and what it was built from."""
-        made = _classes_made
-        return made, sliced, msgspec.msgpack.Decoder(_WireTypes(sliced).of(self._struct), dec_hook=_proxy)
+    def _decoder(self, sliced: tuple[str, ...]) -> msgspec.msgpack.Decoder[S]:
+        made, decoders = self._decoders
+        if made != _classes_made or len(decoders) > _MOST_SLICED:
+            _, decoders = self._decoders = _classes_made, {}  # at once: other threads decode, too
+        if sliced not in decoders:
+            wire = WireTypes(self._struct, sliced).root
+            decoders[sliced] = msgspec.msgpack.Decoder(wire, dec_hook=_proxy)
+        return decoders[sliced]
 
 
 def _proxy(kind: type[Reference], text: object) -> Reference:
@@ -186,25 +188,27 @@ def _proxy(kind: type[Reference], text: object) -> Reference:
     return kind.ice_fromWire(text, _here.resolve)
 
 
-class _WireTypes:
-    """The wire types of a type and of all that it is made of."""
+class WireTypes:
+    """The wire types of a struct and of all that it is made of, with some unknown classes among them."""
 
-    def __init__(self, sliced: tuple[str, ...]) -> None:
-        self.has_references = False
+    def __init__(self, struct: type[msgspec.Struct], sliced: tuple[str, ...] = ()) -> None:
         self._sliced: Final = sliced
         self._structs: dict[type, type[msgspec.Struct]] = {}
         self._classes: dict[str, type[msgspec.Struct]] = {}
         self._waiting: list[tuple[type[Value], type[msgspec.Struct]]] = []
-
-    def of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
-        """Return the wire type of a type: itself where msgspec alone can decode it."""
-        wire_type = self._of(kind)
+        self._holds: set[type] = set()
+        self.root: Final = self._struct(struct)
         while self._waiting:  # classes refer to each other: their members come when all classes are there
             cls, wire = self._waiting.pop()
             wire.__annotations__.update(self._members(cls))
-        return wire_type
+        self.holds_bytes: Final = bytes in self._holds
+        """Whether a byte sequence stands anywhere in the struct."""
+        self.plain: Final = self.root is struct and not any(
+            issubclass(each, Reference) for each in self._holds
+        )
+        """Whether msgspec alone can decode the struct."""
 
-    def _of(self, kind: Any) -> Any:  # noqa: ANN401 - as above
+    def _of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
         origin, arguments = get_origin(kind), get_args(kind)
         if origin is Union or origin is types.UnionType:
             return reduce(or_, map(self._of, arguments))
@@ -214,8 +218,10 @@ class _WireTypes:
             return kind
         if issubclass(kind, Value):
             return self._class(kind)
-        self.has_references |= issubclass(kind, Reference)
-        return self._struct(kind) if issubclass(kind, msgspec.Struct) else kind
+        if issubclass(kind, msgspec.Struct):
+            return self._struct(kind)
+        self._holds.add(kind)
+        return kind
 
     def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         if cls not in self._structs:
@@ -254,7 +260,9 @@ def _optional(field: msgspec.structs.FieldInfo) -> bool:
     return not field.required and type(None) in get_args(field.type)
 
 
-def _wire_struct(cls: type[msgspec.Struct], members: dict[str, Any], **tag: str) -> type[msgspec.Struct]:
+def _wire_struct(
+    cls: type[msgspec.Struct], members: dict[str, Any], tag: str | None = None
+) -> type[msgspec.Struct]:
     """Return a struct whose members have other types; what is decoded as one becomes one of the given."""
 
     def become(self: msgspec.Struct) -> None:
@@ -269,5 +277,5 @@ def _wire_struct(cls: type[msgspec.Struct], members: dict[str, Any], **tag: str)
         module=_WIRE_MODULE,
         rename={field.name: field.encode_name for field in fields},
         kw_only=True,
-        **tag,
+        tag=tag,
     )

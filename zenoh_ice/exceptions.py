@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import msgspec
@@ -145,12 +146,13 @@ class UserException(ZenohIceError):
     @classmethod
     def ice_from_members(cls, members: msgspec.Struct) -> UserException:
         """Make the exception from the members that arrived."""
-        return cls(**{name: getattr(members, name) for name in members.__struct_fields__})
+        return cls(**msgspec.structs.asdict(members))
 
     @classmethod
     def ice_type_ids(cls) -> list[str]:
         """Return the type ids from the exception's own to that of its outermost declared base."""
-        return [base.ice_type_id for base in _declared_bases(cls)]
+        declared = [vars(base)["ice_type_id"] for base in cls.__mro__ if "ice_type_id" in vars(base)]
+        return declared[:-1]  # without the root's
 
     @classmethod
     def ice_subclasses(cls) -> Iterator[type[UserException]]:
@@ -160,9 +162,8 @@ class UserException(ZenohIceError):
             yield from subclass.ice_subclasses()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # By name: of what Exception does of itself, some constructors take no positions.
-        members = {name: getattr(self, name) for name in self.Members.__struct_fields__}
-        return _with_members, (type(self), members), self.__dict__
+        # By name: some constructors take no positions.
+        return partial(type(self), **msgspec.structs.asdict(self.ice_members())), (), self.__dict__
 
     def __str__(self) -> str:
         values = ", ".join(
@@ -176,13 +177,3 @@ class UserException(ZenohIceError):
         # It may have come from elsewhere; the member has it as it came.
         shown = printable(str(what))
         return cut(f"{shown} ({values})") if values else shown
-
-
-def _with_members(cls: type[UserException], members: dict[str, Any]) -> UserException:
-    return cls(**members)
-
-
-def _declared_bases(cls: type[UserException]) -> Iterator[type[UserException]]:
-    for base in cls.__mro__:
-        if issubclass(base, UserException) and base is not UserException and "ice_type_id" in vars(base):
-            yield base

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Any, Final, Generic, ParamSpec, TypeVar
 
@@ -58,10 +58,8 @@ class Operation(Generic[P, V]):
         """Whether it may be called one way: it returns nothing and declares no exceptions."""
         return not self.result.fields and not self.exceptions
 
-    def __repr__(self) -> str:
-        return f"<operation {self.name}>"
 
-
+@dataclass(eq=False, repr=False)
 class Interface:
     """An interface: its type id, its own operations, and the interfaces that it extends.
 
@@ -69,30 +67,21 @@ class Interface:
     type that it uses. `module` is the generated module; beside it lies the schema that describes them.
     """
 
-    def __init__(
-        self,
-        type_id: str,
-        *,
-        bases: tuple[Interface, ...] = (),
-        operations: tuple[Operation[..., Any], ...] = (),
-        fingerprint: str = "",
-        module: str = "",
-    ) -> None:
-        self.type_id: Final = type_id
-        self.bases: Final = bases
-        self.operations: Final = operations
-        for operation in operations:
-            operation.interface = self
-        self.fingerprint: Final = fingerprint
-        self.module: Final = module
+    type_id: str
+    _: KW_ONLY
+    bases: tuple[Interface, ...] = ()
+    operations: tuple[Operation[..., Any], ...] = ()
+    fingerprint: str = ""
+    module: str = ""
 
-    def __repr__(self) -> str:
-        return f"<interface {self.type_id} {self.fingerprint}>"
+    def __post_init__(self) -> None:
+        for operation in self.operations:
+            operation.interface = self
 
     @cached_property
     def lineage(self) -> tuple[Interface, ...]:
         """The interface and every one that it extends, itself first, each once."""
-        return tuple(dict.fromkeys(self._walk()))
+        return tuple(dict.fromkeys((self, *(each for base in self.bases for each in base.lineage))))
 
     @cached_property
     def type_ids(self) -> tuple[str, ...]:
@@ -115,8 +104,3 @@ class Interface:
         Each is to be called, as each stops only what its own interface commands.
         """
         return tuple(operation for operation in self.all_operations.values() if operation.stop)
-
-    def _walk(self) -> Iterator[Interface]:
-        yield self
-        for base in self.bases:
-            yield from base._walk()

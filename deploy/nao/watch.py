@@ -205,7 +205,7 @@ class _Watched:
         if ages:
             rows[1] = "age", duration_text(statistics.mean(ages)), f"at most {duration_text(max(ages))}"
         if self.newest is not None:
-            size = len(self.proxy.operation(self.name).result.pack_result(self.newest.value, self.title))
+            size = len(self.proxy.operation(self.name).result.gather_result(self.newest.value, self.title))
             flow = f"{decimal(int(size * rate))} a second" if rate is not None else ""
             rows.append(("size", decimal(size), flow))
         name = "skipped" if self.rate else "lost"
