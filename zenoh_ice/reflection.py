@@ -48,6 +48,7 @@ RETURN_VALUE: Final = "returnValue"
 """The name of what an operation returns, among its results."""
 
 _SCHEMA_FILE: Final = "schema.json"
+_MALFORMED: Final = "malformed schema of an interface"
 _BUILTIN_TYPES: Final = frozenset(
     {"bool", "byte", "short", "int", "long", "float", "double", "string", "Object", "Value"}
 )
@@ -129,7 +130,7 @@ class Definition(msgspec.Struct, frozen=True, omit_defaults=True):
 class Schema(msgspec.Struct, frozen=True):
     """An interface, what it extends, and every type that they use."""
 
-    interface: str
+    interface: _TypeId
     definitions: dict[_TypeId, Definition]
     """All of them, by type id."""
 
@@ -335,9 +336,6 @@ def _check_unique(where: str, named: Iterable[Member | Enumerator | OperationDes
     for name, count in Counter(each.name for each in named).items():
         if count > 1:
             raise _malformed(f"{where!r} has a name twice", name)
-
-
-_MALFORMED: Final = "malformed schema of an interface"
 
 
 def _malformed(problem: str, name: str | None = None) -> MarshalException:

@@ -180,6 +180,10 @@ LONG = "x" * 9000
         (text_of(I=struct()), "does not describe its interface: '::m::I'"),
         (text_of(taking("int"), S={"kind": "union"}), "Invalid enum value 'union'"),
         (" " * (1 << 18) + text_of(), "characters where at most 262144 are read"),
+        (
+            json.dumps({"interface": LONG, "definitions": {}}),
+            "Expected `str` of length <= 256 at $.interface",
+        ),
         # Types that it does not describe.
         (text_of(taking("::m::S")), "does not describe a type: '::m::S'"),
         (text_of(taking("text")), "does not describe a type: 'text'"),
