@@ -147,7 +147,7 @@ class TestServer:
     ) -> None:
         a_call_works(pair)
         with closing(shared_memory()) as memory:
-            data = CALCULATOR.all_operations["echo"].arguments.gather((bytes(1 << 16),), "it")
+            data = CALCULATOR.all_operations["echo"].arguments.gather_result(bytes(1 << 16), "it")
             assert isinstance(data, Pieces)
             reference = memory.lend(data, NEAR)
             (reply,) = intruder.ask(PREFIX + "echo", reference or b"\x90", ATTACHMENTS[0])
