@@ -89,10 +89,9 @@ class Pool:
         self._inline: Final = size == 0
         self._name: Final = name
         self._places: Final[dict[type, Callable[[Any], Job | None]]] = {}
-        self._order: Final = threading.Lock()
         self._numbers: Final = itertools.count()
-        self._next = 0
-        self._early: Final[dict[int, Callable[[], Job | None] | None]] = {}
+        self._next = 0  # whose turn it is to be placed
+        self._placed: Final = threading.Condition()
         self._lock: Final = threading.Lock()
         self._threads: set[threading.Thread] = set()
         self._idle = 0
@@ -109,7 +108,7 @@ class Pool:
     def place(self, kind: type, place: Callable[[Any], Job | None]) -> None:
         """Let a function make jobs, or None, of the objects of a type that are put among the jobs.
 
-        It is called in the order in which they were put, whichever threads run the jobs.
+        It is called in the order in which they were put, whichever threads run the jobs; it raises nothing.
         """
         self._places[kind] = place
 
@@ -126,19 +125,18 @@ class Pool:
             job()
             return
         with self._lock:
-            queue = self._lines.get(line)
-            if queue is None:
-                if len(self._lines) >= _MOST_LINES:
+            jobs = self._lines.get(line)
+            if jobs is not None:
+                if len(jobs) > _MOST_QUEUED:  # its first one runs
                     raise BusyException(
-                        f"{line}: {_MOST_LINES} others wait already; this call was not executed"
+                        f"{line}: {_MOST_QUEUED} calls wait already; this one was not executed"
                     )
-                self._lines[line] = deque()
-            elif len(queue) >= _MOST_QUEUED:
-                raise BusyException(f"{line}: {_MOST_QUEUED} calls wait already; this one was not executed")
-            else:
-                queue.append(job)
+                jobs.append(job)
                 return
-        self.jobs.put(lambda: self._run_line(line, job))
+            if len(self._lines) >= _MOST_LINES:
+                raise BusyException(f"{line}: {_MOST_LINES} others wait already; this call was not executed")
+            self._lines[line] = deque([job])
+        self.jobs.put(partial(self._run_line, line))
 
     def holds_line(self, line: object) -> bool:
         """Return whether jobs of a line wait or run: later ones must not overtake them."""
@@ -194,9 +192,9 @@ class Pool:
     def _work(self) -> None:
         _context.pool = self
         mark_thread()
-        jobs, lock = self.jobs, self._lock
+        jobs, lock, placed = self.jobs, self._lock, self._placed
         # One step of C code takes a job and its number: no other thread gets the interpreter in between, so
-        # the numbers are in the order of the queue. `slice` makes the pair.
+        # the numbers are in the order of the queue. `slice` makes the pair: its start, and its stop.
         take = map(slice, iter(partial(jobs.get, timeout=_IDLE_LIMIT), self), self._numbers).__next__
         try:
             while True:
@@ -208,7 +206,14 @@ class Pool:
                             self._idle -= 1
                             return
                     continue
-                job = self._in_order(taken.stop, taken.start)
+                job, number = taken.start, taken.stop
+                place = self._places.get(type(job))
+                with placed:
+                    while self._next != number:  # another thread is about to place what was put before
+                        placed.wait()
+                    job = job if place is None else place(job)
+                    self._next += 1
+                    placed.notify_all()
                 if taken.start is None:
                     jobs.put(None)  # for the next thread
                     return
@@ -229,36 +234,18 @@ class Pool:
             with lock:
                 self._threads.discard(threading.current_thread())
 
-    def _in_order(self, number: int, taken: Any) -> Job | None:  # noqa: ANN401 - a job, or what becomes one
-        """Return the job of what was taken; None where that has to wait for what was put before it."""
-        place = self._places.get(type(taken))
-        with self._order:
-            if number != self._next:
-                # Another thread has what comes before it, and goes on with it.
-                self._early[number] = None if place is None else partial(place, taken)
-                return taken if place is None else None
-            self._next += 1
-            job: Job | None = taken if place is None else place(taken)
-            while self._next in self._early:
-                following = self._early.pop(self._next)
-                self._next += 1
-                if following is not None and (late := following()) is not None:
-                    self.jobs.put(late)
-        return job
-
-    def _run_line(self, line: object, job: Job) -> None:
+    def _run_line(self, line: object) -> None:
+        jobs = self._lines[line]
         try:
             with self.blocked():
-                job()
+                jobs[0]()
         finally:
             with self._lock:
-                queue = self._lines[line]
-                following = queue.popleft() if queue else None
-                if following is None:
+                jobs.popleft()
+                if not jobs:
                     del self._lines[line]
-            if following is not None:
-                after = following
-                self.jobs.put(lambda: self._run_line(line, after))
+            if jobs:
+                self.jobs.put(partial(self._run_line, line))
 
 
 class Coroutines:

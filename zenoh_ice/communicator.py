@@ -9,7 +9,6 @@ import os
 import re
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import ExitStack
@@ -48,7 +47,8 @@ _MOST_CALLS: Final = 256  # that are kept for other proxies: each has a querier
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
 _ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
-# s after which a wait of the main thread looks up: a signal that another thread takes does not wake it.
+_MOST_RIVALS: Final = 16  # processes that serve what we do
+_MOST_NAMED: Final = 8  # servants in a message
 
 _logger = logging.getLogger(__name__)
 
@@ -108,8 +108,7 @@ class Communicator:
         self._adapters: list[ObjectAdapter] = []
         self._calls: Final[dict[tuple[object, ...], _Call]] = {}
         self._futures: Final[set[Future[Any]]] = set()
-        self._rivals: set[tuple[str, str]] = set()  # that were reported: id of the session, and identity
-        self._rival_reports: Final[deque[float]] = deque(maxlen=_MOST_REPORTS)  # when
+        self._rivals: set[str] = set()  # sessions that were reported
         self._clock = clock
         self._clock_lock: Final = threading.Lock()
         self._shutdown: Final = threading.Event()
@@ -183,7 +182,7 @@ class Communicator:
     def call_of(self, proxy: ObjectPrx, operation: Operation[..., Any], timeout: float) -> _Call:
         """Return what calls an operation of a proxy's servant; proxies share it."""
         self.check()
-        oneway = proxy.ice_isOneway()
+        oneway = proxy._oneway
         key = proxy._target, operation, proxy.ice_interface, timeout, oneway
         with self._lock:
             call = self._calls.get(key)
@@ -405,60 +404,40 @@ class Communicator:
     def _report_rivals(self) -> None:
         """Log an error for each process that serves what we do, started before either knew of the other."""
         own = {target.identity for target in list(self.served)}
-        found = {
-            (info.server, info.identity)
-            for info in self.presence.servants(self.realm)
-            if info.server != self.client_id and info.identity in own
-        }
-        now, reports = time.monotonic(), self._rival_reports
+        servants = self.presence.servants(self.realm)
+        found = {info.server for info in servants if info.identity in own} - {self.client_id}
         with self._lock:
-            ended, new = _by_server(self._rivals - found), _by_server(found - self._rivals)
-            self._rivals &= found
-            for server in list(new):
-                if len(reports) == _MOST_REPORTS and now - reports[0] < _MOST_REPORTS:
-                    del new[server]  # reported at a later change, if it is still there
-                else:
-                    reports.append(now)
-                    self._rivals |= {(server, identity) for identity in new[server]}
-        for server, identities in ended.items():
-            _logger.warning("%s no longer served by session %s beside this process", _are(identities), server)
-        for server, identities in new.items():
-            self.pool.submit(partial(self._report_rival, server, identities))  # it may take a while
+            ended = self._rivals - found
+            # A realm may be flooded with tokens: the others are reported when these have gone.
+            new = sorted(found - self._rivals)[: _MOST_RIVALS - len(self._rivals & found)]
+            self._rivals = (self._rivals & found) | set(new)
+        for server in ended:
+            _logger.warning("what this process serves is no longer served by session %s, too", server)
+        for server in new:
+            self.pool.submit(partial(self._report_rival, server))  # it may take a while
 
-    def _report_rival(self, server: str, identities: list[str]) -> None:
+    def _report_rival(self, server: str) -> None:
         try:
             status = self.processStatus(server, timeout=_STATUS_LIMIT)
         except SystemException:
             who = "another process"
+            servants = self.presence.servants(self.realm)
+            theirs = {info.identity for info in servants if info.server == server}
         else:
             who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
+            theirs = {name.partition("@")[0] for name in status.servants}
+        names = sorted(theirs & {target.identity for target in list(self.served)})
+        more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
         _logger.error(
-            "%s served in realm %s by %s, session %s, too: each call reaches one of both, and their streams "
-            "mix; stop one, or give it another --realm",
-            _are(identities),
+            "%s%s %s served in realm %s by %s, session %s, too: each call reaches one of both, and their "
+            "streams mix; stop one, or give it another --realm",
+            ", ".join(names[:_MOST_NAMED]),
+            more,
+            "is" if len(names) == 1 else "are",
             self.realm,
             who,
             server,
         )
-
-
-_MOST_NAMED: Final = 8  # servants in a message
-_MOST_REPORTS: Final = 16  # of rivals within as many seconds: a realm may be flooded with tokens
-
-
-def _by_server(rivals: set[tuple[str, str]]) -> dict[str, list[str]]:
-    """Return the identities that each session serves."""
-    found: dict[str, list[str]] = {}
-    for server, identity in sorted(rivals):
-        found.setdefault(server, []).append(identity)
-    return found
-
-
-def _are(identities: list[str]) -> str:
-    """Return some identities and a verb."""
-    more = len(identities) - _MOST_NAMED
-    names = ", ".join(identities[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-    return f"{names} {'is' if len(identities) == 1 else 'are'}"
 
 
 _live: Final[set[Communicator]] = set()

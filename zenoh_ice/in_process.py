@@ -31,26 +31,48 @@ from .transport import (
     Target,
 )
 
-__all__ = ["InProcessTransport", "LocalCalls", "Pool"]
+__all__ = ["InProcessTransport", "Pool"]
 
 _numbers: Final = itertools.count(1)
 
 _logger = logging.getLogger(__name__)
 
 
-class LocalCalls:
-    """Calls of servants of this process, on threads of the pool, for callers that wait for the answer."""
+class InProcessTransport:
+    """Join the servants and the proxies of one process, without a network.
+
+    With a pool of no threads all happens at once, on the thread that calls or publishes.
+    """
+
+    endpoints: Final[Sequence[str]] = ()
+    token_delay: Final = 0.0
 
     def __init__(self, pool: Pool) -> None:
-        self._pool: Final = pool
+        self.id: Final = f"{next(_numbers):x}"
+        self.pool: Final = pool
+        self.receivers: Final[dict[Target, Receiver]] = {}
         self._pending: Final[set[Future[Answer]]] = set()
         self._closed = False
+        self._lock: Final = threading.RLock()
+        self._inlets: Final[dict[str, list[_Inlet]]] = {}
+        self._outlets: Final[dict[str, list[_Outlet]]] = {}
+        self._tokens: Final[dict[str, None]] = {}
+        self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
+        self._status: Final[dict[str, Callable[[], bytes]]] = {}  # by realm
+
+    def explain_unreachable(self) -> str:
+        """Return nothing: it connects to nobody."""
+        return ""
+
+    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+        """Return what calls the servant that has the identity when it is called."""
+        return _Caller(self, target, operation.name, timeout)
 
     def call(
         self, receiver: Receiver, name: str, payload: bytes, attachment: bytes, timeout: float
     ) -> Outcome:
-        """Call a servant and return the outcome; raises NoAnswer at the limit, and after `close`."""
-        pool, answer = self._pool, Future[Answer]()
+        """Call a receiver and wait for the answer; raises NoAnswer at the limit, and after `close`."""
+        answer = Future[Answer]()
 
         def reply(ok: bool, payload: bytes | Pieces) -> None:
             with suppress(InvalidStateError):
@@ -67,13 +89,13 @@ class LocalCalls:
 
         self._pending.add(answer)
         if self._closed:
-            self.close()
+            self._let_go()
         elif receiver.runs_here:
             call()
         else:
-            pool.submit(call)
+            self.pool.submit(call)
         try:
-            with pool.blocked():
+            with self.pool.blocked():
                 ok, result = answer.result(timeout)
         except TimeoutError:
             raise NoAnswer(timed_out=True) from None
@@ -81,54 +103,13 @@ class LocalCalls:
             self._pending.discard(answer)
         return ok, _arrived(result)
 
-    def close(self) -> None:
-        """Let those who wait go."""
-        self._closed = True
-        for answer in tuple(self._pending):
-            with suppress(InvalidStateError):
-                answer.set_exception(NoAnswer(timed_out=False))
-
-
-class InProcessTransport:
-    """Join the servants and the proxies of one process, without a network.
-
-    With a pool of no threads all happens at once, on the thread that calls or publishes.
-    """
-
-    endpoints: Final[Sequence[str]] = ()
-    token_delay: Final = 0.0
-
-    def __init__(self, pool: Pool) -> None:
-        self.id: Final = f"{next(_numbers):x}"
-        self.calls: Final = LocalCalls(pool)
-        self._pool: Final = pool
-        self._lock: Final = threading.RLock()
-        self._receivers: Final[dict[Target, Receiver]] = {}
-        self._inlets: Final[dict[str, list[_Inlet]]] = {}
-        self._outlets: Final[dict[str, list[_Outlet]]] = {}
-        self._tokens: Final[dict[str, None]] = {}
-        self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
-        self._status: Final[dict[str, Callable[[], bytes]]] = {}  # by realm
-
-    def explain_unreachable(self) -> str:
-        """Return nothing: it connects to nobody."""
-        return ""
-
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return what calls an operation."""
-        return _Caller(self, target, operation.name, timeout)
-
-    def receiver(self, target: Target) -> Receiver | None:
-        """Return what takes the calls of a target."""
-        return self._receivers.get(target)
-
     def serve(self, target: Target, receiver: Receiver) -> Served:
         """Give the calls of a target to a receiver."""
-        self._receivers[target] = receiver
+        self.receivers[target] = receiver
 
         def close() -> None:
-            if self._receivers.get(target) is receiver:
-                del self._receivers[target]
+            if self.receivers.get(target) is receiver:
+                del self.receivers[target]
 
         return Closing(close)
 
@@ -195,9 +176,16 @@ class InProcessTransport:
 
     def close(self) -> None:
         """End calls that wait, and the streams."""
-        self.calls.close()
+        self._closed = True
+        self._let_go()
         for inlet in [inlet for inlets in list(self._inlets.values()) for inlet in list(inlets)]:
             inlet.close()
+
+    def _let_go(self) -> None:
+        """Let those who wait for an answer go."""
+        for answer in tuple(self._pending):
+            with suppress(InvalidStateError):
+                answer.set_exception(NoAnswer(timed_out=False))
 
     def _notify(self, token: str, *, came: bool) -> None:
         with self._lock:
@@ -210,8 +198,6 @@ class InProcessTransport:
 
 
 class _Caller:
-    """Call an operation of the servant that has the identity when it is called."""
-
     def __init__(self, transport: InProcessTransport, target: Target, operation: str, timeout: float) -> None:
         self._transport: Final = transport
         self._target: Final = target
@@ -219,17 +205,14 @@ class _Caller:
         self._timeout: Final = timeout
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        """Call and wait for the answer."""
-        receiver = self._transport.receiver(self._target)
+        receiver = self._transport.receivers.get(self._target)
         if receiver is None:
             raise NoAnswer(timed_out=False)
-        return self._transport.calls.call(receiver, self._operation, payload, attachment, self._timeout)
+        return self._transport.call(receiver, self._operation, payload, attachment, self._timeout)
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        """Call, on a thread of the pool."""
-
         def call() -> None:
             outcome: Outcome | SystemException
             try:
@@ -238,16 +221,15 @@ class _Caller:
                 outcome = error
             done(outcome)
 
-        self._transport._pool.submit(call)
+        self._transport.pool.submit(call)
         return lambda: None
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        """Call without an answer."""
-        receiver = self._transport.receiver(self._target)
+        receiver = self._transport.receivers.get(self._target)
         if receiver is not None:
             execute = receiver.admit(self._operation, payload, attachment, _discard)
             if execute is not None:
-                self._transport._pool.submit(execute)
+                self._transport.pool.submit(execute)
 
 
 class _Outlet:

@@ -7,7 +7,6 @@ import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from functools import partial
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -26,7 +25,6 @@ from ._codec import DECODE_ERRORS, misfit
 from ._values import Reference, Resolve
 from ._wire import decode_error, encode_call_attachment
 from .exceptions import (
-    CommunicatorDestroyedException,
     ConfigurationException,
     InterfaceMismatchException,
     MarshalException,
@@ -38,7 +36,7 @@ from .interface import Interface, Operation
 from .reflection import Schema, describe_difference, parse_schema
 from .servant import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
 from .streams import Delivery, Sample, Samples, StreamReader, Subscription
-from .transport import NoAnswer, Outcome, Target
+from .transport import NoAnswer, Outcome, Parted, Target
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -145,14 +143,6 @@ class ObjectPrx(Reference):
         """Return a copy whose calls wait for their answers."""
         return type(self)(self._communicator, self._target, self._timeout)
 
-    def ice_isOneway(self) -> bool:
-        """Return whether calls are sent and not answered."""
-        return self._oneway
-
-    def ice_isTwoway(self) -> bool:
-        """Return whether calls wait for their answers."""
-        return not self._oneway
-
     # What every servant answers.
 
     def ice_ping(self) -> None:
@@ -180,12 +170,7 @@ class ObjectPrx(Reference):
 
     # How generated code calls.
 
-    def ice_invoke(
-        self,
-        operation: Operation[P, V],
-        *args: P.args,
-        **kwargs: P.kwargs,
-    ) -> V:
+    def ice_invoke(self, operation: Operation[P, V], *args: P.args, **kwargs: P.kwargs) -> V:
         """Call an operation and wait for its outcome.
 
         Raises the exceptions that the operation declares, or a SystemException; always within the limit.
@@ -200,10 +185,15 @@ class ObjectPrx(Reference):
             return cast("V", call.send(payload, attachment))
         started = time.monotonic()
         try:
-            outcome = call.call(payload, attachment)
+            ok, answer = call.call(payload, attachment)
         except NoAnswer as end:
-            outcome = call.retry(args, end, started)
-        return cast("V", call.result(outcome))
+            ok, answer = call.retry(payload, attachment, end, started)
+        if ok and isinstance(answer, bytes):
+            try:
+                return cast("V", call.value_of(call.decode(answer)))
+            except DECODE_ERRORS as error:
+                raise misfit(error, f"reply of {call.what}") from error
+        return cast("V", call.result(ok, answer))
 
     def ice_invokeAsync(
         self,
@@ -331,8 +321,8 @@ class _Call:
         self._numbers: Final = communicator.call_numbers
         self._pack: Final = operation.arguments.pack
         self._limit: Final = settings.size_limit(holds_bytes=operation.arguments.holds_bytes)
-        self._decode: Final = operation.result.decoder(communicator.stringToProxy)
-        self._value_of: Final = operation.result.value_of
+        self.decode: Final = operation.result.decoder(communicator.stringToProxy)
+        self.value_of: Final = operation.result.value_of
         caller = communicator.transport.caller(target, operation, timeout=timeout)
         self.call: Final = caller.call
         self._begin: Final = caller.begin
@@ -345,24 +335,17 @@ class _Call:
             raise MarshalException(
                 f"{self.what}: a request of {len(payload)} bytes where at most {self._limit} are sent"
             )
-        if self._communicator.destroyed:
-            raise CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
+        if self._communicator.destroyed:  # after a fork the session must not be touched
+            self._communicator.check()
         number = next(self._numbers)
         return payload, encode_call_attachment(self._fingerprint, number, self._client, self._patience)
 
-    def result(self, outcome: Outcome) -> object:
+    def result(self, ok: bool, answer: bytes | Parted) -> object:
         """Return what an operation returns, or raise what it raises."""
-        ok, payload = outcome
+        operation, resolve = self._operation, self._communicator.stringToProxy
         if ok:
-            if isinstance(payload, bytes):
-                try:
-                    return self._value_of(self._decode(payload))
-                except DECODE_ERRORS as error:
-                    raise misfit(error, f"reply of {self.what}") from error
-            resolve = self._communicator.stringToProxy
-            return self._operation.result.unpack_result(payload, f"reply of {self.what}", resolve)
-        declared, resolve = self._operation.exceptions, self._communicator.stringToProxy
-        failure = decode_error(cast("bytes", payload), declared, self.what, resolve)
+            return operation.result.unpack_result(answer, f"reply of {self.what}", resolve)
+        failure = decode_error(cast("bytes", answer), operation.exceptions, self.what, resolve)
         # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
         if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
             proxy = ObjectPrx(self._communicator, self._target, self._timeout)
@@ -372,7 +355,7 @@ class _Call:
             )
         raise failure
 
-    def retry(self, arguments: tuple[Any, ...], end: NoAnswer, started: float) -> Outcome:
+    def retry(self, payload: bytes, attachment: bytes, end: NoAnswer, started: float) -> Outcome:
         """Call an idempotent operation once more if its server was lost and is back.
 
         Otherwise raise what says why there was no answer.
@@ -391,7 +374,7 @@ class _Call:
             raise error
         again = time.monotonic()
         try:
-            return self.call(*self.request(arguments))
+            return self.call(payload, attachment)
         except NoAnswer as second:
             raise communicator.explain_no_answer(target, self.what, again, self._timeout, second) from None
 
@@ -406,32 +389,27 @@ class _Call:
         """Call without waiting, and let a future have the outcome."""
         if future.done():  # cancelled while its servant was looked for
             return
+        payload, attachment = self.request(arguments)
         started = time.monotonic()
-        cancel = self._begin(*self.request(arguments), partial(self._finish, arguments, future, started))
-        future.add_done_callback(lambda done: cancel() if done.cancelled() else None)
 
-    def _finish(
-        self,
-        arguments: tuple[Any, ...],
-        future: Future[Any],
-        started: float,
-        outcome: Outcome | SystemException,
-    ) -> None:
-        """Let a future have an outcome, on a thread of the pool."""
-        if future.done():
-            return
-        try:
-            if isinstance(outcome, NoAnswer):
-                with self._communicator.pool.blocked():  # which may ask others for the reason, and call again
-                    outcome = self.retry(arguments, outcome, started)
-            if isinstance(outcome, SystemException):
-                raise outcome
-            result = self.result(outcome)
-        except BaseException as error:  # noqa: BLE001 - the future raises it
-            fail(future, error)
-        else:
-            with suppress(InvalidStateError):  # cancelled meanwhile
-                future.set_result(result)
+        def finish(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
+            if future.done():
+                return
+            try:
+                if isinstance(outcome, NoAnswer):
+                    with self._communicator.pool.blocked():  # it may call again
+                        outcome = self.retry(payload, attachment, outcome, started)
+                if isinstance(outcome, SystemException):
+                    raise outcome
+                result = self.result(*outcome)
+            except BaseException as error:  # noqa: BLE001 - the future raises it
+                fail(future, error)
+            else:
+                with suppress(InvalidStateError):  # cancelled meanwhile
+                    future.set_result(result)
+
+        cancel = self._begin(payload, attachment, finish)
+        future.add_done_callback(lambda done: cancel() if done.cancelled() else None)
 
 
 def _difference(proxy: ObjectPrx, wanted: Interface) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import dataclass
+from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeVar
 
@@ -30,7 +31,6 @@ from .exceptions import (
     ObjectNotExistException,
     OperationNotExistException,
     TimeoutException,
-    UserException,
     ZenohIceError,
 )
 from .interface import OBJECT_TYPE_ID, Interface, Operation
@@ -203,20 +203,8 @@ class _Turn:
         self.width: Final = width
         self.changed: Final = threading.Condition()
         self.running = 0
-        self.waiting: deque[_Waiting] = deque()
+        self.waiting: deque[_Call] = deque()
         self.waiting_bytes = 0
-
-
-class _Waiting(NamedTuple):
-    """A call that waits for its turn."""
-
-    served: ServedObject
-    method: _Method
-    payload: bytes
-    about: Attachment
-    reply: Reply
-    since: float
-    """The moment of the monotonic clock at which it came."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,6 +223,26 @@ class _Method:
     """Of the interfaces from which callers may be generated; None for what every servant has."""
 
 
+class _Call(NamedTuple):
+    """A call that came."""
+
+    served: ServedObject
+    method: _Method
+    payload: bytes
+    about: Attachment
+    reply: Reply
+    since: float
+    """The moment of the monotonic clock at which it came."""
+
+
+class _Stage(Enum):
+    """How far a call came: what goes wrong means something else in each."""
+
+    ADMITTED = 0
+    EXECUTED = 1
+    RETURNED = 2
+
+
 class ServedObject:
     """A servant under one identity: takes its calls from the transport, and answers each of them."""
 
@@ -250,10 +258,9 @@ class ServedObject:
         width = _CONCURRENT_CALLS if servant.ice_concurrent else 1
         self._turn: Final[_Turn] = servant.__dict__.setdefault(_TURN, _Turn(width))
         self._most_bytes: Final = communicator.settings.max_bulk_size
-        self._taken = 0
+        self._executed = 0
         self._failed = 0
         self._refused = 0
-        self._refused_in_turn = 0
         self._running = 0
         self._unanswered = 0
         self._unanswered_bytes = 0
@@ -281,41 +288,74 @@ class ServedObject:
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
             if attachment is not None:
                 about = decode_attachment(bytes(attachment))
+            call = _Call(self, method, data, about, reply, time.monotonic())
             with turn.changed:
                 if self._withdrawn:
                     raise ObjectNotExistException(f"{self.target.identity} is no longer served")
                 # A servant that calls itself must not wait for its own turn.
                 if turn.running >= turn.width and turn not in _here.turns:
-                    self._enqueue(_Waiting(self, method, data, about, reply, time.monotonic()))
+                    self._enqueue(call)
                     return None
                 turn.running += 1
                 self._running += 1
-                self._taken += 1
         except ZenohIceError as error:
             return partial(reply, *self._refuse(error, about))
-        return partial(self._run, method, data, about, reply)
+        return partial(self._run, call)
 
-    def _run(self, method: _Method, payload: bytes, about: Attachment, reply: Reply) -> None:
-        """Execute a call whose turn it is, then those that wait for the turn."""
-        served, turn, waited = self, self._turn, 0.0
-        while True:
+    def _run(self, call: _Call) -> None:
+        """Execute and answer a call whose turn it is, then let the next one have the turn."""
+        # One flat way: each step into another function costs a small call more than what is done there.
+        _, method, payload, about, reply, since = call
+        operation, timeout, turn, turns = method.operation, about.timeout, self._turn, _here.turns
+        stage = _Stage.ADMITTED
+        try:
+            if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
+                raise self._mismatch(about.fingerprint, method)
+            if timeout > 0:
+                now = time.monotonic()
+                late = now - since >= timeout * _DOUBTFUL
+                if late or self._communicator.pulse.running_since <= now - timeout:
+                    _check_patience(call)
+            arguments = msgspec.structs.astuple(method.decode(payload))
+            if operation.amd:
+                self._check_unanswered(len(payload), method.what)
+            stage = _Stage.EXECUTED
+            current = Current(
+                self.target.identity, operation.name, about.call_id, timeout, self._communicator
+            )
+            turns.append(turn)
             try:
-                served._execute(method, payload, about, reply, waited)
-            except BaseException as error:
-                _logger.exception("internal error in %s", method.what)
-                reply(False, encode_error(unknown_exception(error)))
+                result = method.function(*arguments, current)
+            finally:
+                turns.pop()
+            stage = _Stage.RETURNED
+            if operation.amd and (future := self._future_of(result)) is not None:
+                self._answer_later(call, future)
+            else:
+                reply(True, operation.result.gather_result(result, method.what))
+        except BaseException as error:  # noqa: BLE001 - answered; not even CancelledError may end the thread
+            problem = error
+            if stage is _Stage.RETURNED and not operation.amd and inspect.iscoroutine(result):
+                result.close()  # or Python warns that nobody waited for it
+                text = f'{method.what}: only an operation marked ["amd"] may be a coroutine'
+                problem = MarshalException(text)
+            reply(*self._failure(problem, call, stage))
+        finally:
             with turn.changed:
                 turn.running -= 1
-                served._running -= 1
-                if served._withdrawn:
+                self._running -= 1
+                self._executed += stage is not _Stage.ADMITTED
+                if self._withdrawn:
                     turn.changed.notify_all()  # `drain` waits for the end of calls
-                following = self._take_turn()
-            if following is None:
-                return
-            served, method, payload, about, reply, since = following
-            waited = time.monotonic() - since
+                following = turn.waiting.popleft() if turn.waiting and turn.running < turn.width else None
+                if following is not None:
+                    turn.waiting_bytes -= len(following.payload)
+                    turn.running += 1
+                    following.served._running += 1
+            if following is not None:
+                self._communicator.pool.submit(partial(following.served._run, following))
 
-    def _enqueue(self, call: _Waiting) -> None:
+    def _enqueue(self, call: _Call) -> None:
         """Let a call wait for its turn; raises BusyException when too many do. Holds the turn's lock."""
         turn, size = self._turn, len(call.payload)
         most = _MOST_WAITING if call.about.timeout > 0 else _MOST_ONEWAY
@@ -326,66 +366,6 @@ class ServedObject:
             )
         turn.waiting.append(call)
         turn.waiting_bytes += size
-
-    def _take_turn(self) -> _Waiting | None:
-        """Return the call that waits first, if it is its turn now. Holds the turn's lock."""
-        turn = self._turn
-        if not turn.waiting or turn.running >= turn.width:
-            return None
-        following = turn.waiting.popleft()
-        turn.waiting_bytes -= len(following.payload)
-        turn.running += 1
-        following.served._running += 1
-        following.served._taken += 1
-        return following
-
-    def _execute(
-        self, method: _Method, payload: bytes, about: Attachment, reply: Reply, waited: float
-    ) -> None:
-        """Execute a call whose turn it is, and answer it, unless its servant does so later."""
-        # One flat way: each step into another function costs a small call more than what is done there.
-        operation, timeout = method.operation, about.timeout
-        try:
-            if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
-                raise self._mismatch(about.fingerprint, method)
-            if timeout > 0:
-                running_since = self._communicator.pulse.running_since
-                if waited >= timeout * _DOUBTFUL or running_since <= time.monotonic() - timeout:
-                    _check_patience(about, method, waited)
-            arguments = msgspec.structs.astuple(method.decode(payload))
-            if operation.amd:
-                self._check_unanswered(len(payload), method.what)
-        except DECODE_ERRORS as error:
-            reply(*self._refuse_in_turn(misfit(error, method.what), about))
-            return
-        except ZenohIceError as error:
-            reply(*self._refuse_in_turn(error, about))
-            return
-        current = Current(
-            self.target.identity,
-            operation.name,
-            about.call_id,
-            timeout,
-            self._communicator,
-        )
-        turns = _here.turns
-        turns.append(self._turn)
-        try:
-            result = method.function(*arguments, current)
-        except BaseException as error:  # noqa: BLE001 - logged; not even CancelledError may end the thread
-            reply(*self._failure(error, method, about.client))
-            return
-        finally:
-            turns.pop()
-        if operation.amd and (future := self._future_of(result)) is not None:
-            self._answer_later(method, future, reply, len(payload), about)
-            return
-        try:
-            answer = operation.result.gather_result(result, method.what)
-        except MarshalException as error:
-            reply(*self._unfit(result, error, method))
-            return
-        reply(True, answer)
 
     # Answers that come later.
 
@@ -398,43 +378,35 @@ class ServedObject:
             )
 
     def _future_of(self, result: object) -> Future[Any] | None:
-        if isinstance(result, Future):
-            return result
         if inspect.iscoroutine(result):
             return self._communicator.coroutines.run(result)
-        return None
+        return result if isinstance(result, Future) else None
 
-    def _answer_later(
-        self, method: _Method, future: Future[Any], reply: Reply, size: int, about: Attachment
-    ) -> None:
+    def _answer_later(self, call: _Call, future: Future[Any]) -> None:
+        """Answer with the outcome of a future, on the thread that gives it that."""
+
+        def answer(future: Future[Any]) -> None:
+            stage = _Stage.EXECUTED
+            try:
+                if future.cancelled():
+                    raise ConnectionLostException(
+                        f"{call.method.what}: its server gave it up without an answer"
+                    )
+                result = future.result()
+                stage = _Stage.RETURNED
+                call.reply(True, call.method.operation.result.gather_result(result, call.method.what))
+            except BaseException as error:  # noqa: BLE001 - answered
+                call.reply(*self._failure(error, call, stage))
+            finally:
+                with self._turn.changed:
+                    self._unanswered -= 1
+                    self._unanswered_bytes -= len(call.payload)
+                    self._turn.changed.notify_all()
+
         with self._turn.changed:
             self._unanswered += 1
-            self._unanswered_bytes += size
-        future.add_done_callback(partial(self._answer_with, method, reply, size, about.client))
-
-    def _answer_with(
-        self, method: _Method, reply: Reply, size: int, client: str, future: Future[Any]
-    ) -> None:
-        """Answer with the outcome of a future, on the thread that gave it that."""
-        try:
-            if future.cancelled():
-                error = ConnectionLostException(f"{method.what}: its server gave it up without an answer")
-                answer: Answer = False, encode_error(error)
-            elif (failure := future.exception()) is not None:
-                answer = self._failure(failure, method, client)
-            else:
-                result = future.result()
-                try:
-                    answer = True, method.operation.result.gather_result(result, method.what)
-                except MarshalException as problem:
-                    answer = self._unfit(result, problem, method)
-            reply(*answer)
-        finally:
-            turn = self._turn
-            with turn.changed:
-                self._unanswered -= 1
-                self._unanswered_bytes -= size
-                turn.changed.notify_all()
+            self._unanswered_bytes += len(call.payload)
+        future.add_done_callback(answer)
 
     # What goes wrong.
 
@@ -454,10 +426,27 @@ class ServedObject:
             )
         return False, encode_error(error)
 
-    def _refuse_in_turn(self, error: ZenohIceError, about: Attachment) -> Answer:
+    def _failure(self, error: BaseException, call: _Call, stage: _Stage) -> Answer:
+        """Return the answer to a call that raised an exception at some stage."""
+        method = call.method
+        if stage is _Stage.ADMITTED:
+            if isinstance(error, DECODE_ERRORS):
+                error = misfit(error, method.what)
+            if isinstance(error, ZenohIceError):
+                return self._refuse(error, call.about)
+        declared: tuple[type[ZenohIceError], ...] = (*method.operation.exceptions, *_OF_SERVANTS)
+        if stage is _Stage.EXECUTED and isinstance(error, declared):
+            return False, encode_error(error)
         with self._turn.changed:
-            self._refused_in_turn += 1
-        return self._refuse(error, about)
+            self._failed += 1
+        if stage is _Stage.RETURNED and isinstance(error, MarshalException):
+            error = MarshalException(f"result of {error}", error.path)
+            _logger.error("%s", error)
+            return False, encode_error(error)
+        client = call.about.client or "a stranger"
+        client = call.about.client or "a stranger"
+        _logger.error("%s failed, called by %r", method.what, client, exc_info=error)
+        return False, encode_error(unknown_exception(error))
 
     def _mismatch(self, fingerprint: str, method: _Method) -> InterfaceMismatchException:
         own = self._interface
@@ -467,26 +456,6 @@ class ServedObject:
             expected=fingerprint,
             found=own.fingerprint,
         )
-
-    def _unfit(self, result: object, error: MarshalException, method: _Method) -> Answer:
-        refusal = f"result of {error}"
-        if inspect.iscoroutine(result):
-            result.close()  # or Python warns that nobody waited for it
-            refusal = f'result of {method.what}: only an operation marked ["amd"] may be a coroutine'
-        with self._turn.changed:
-            self._failed += 1
-        _logger.error("%s", refusal)
-        return False, encode_error(MarshalException(refusal, error.path))
-
-    def _failure(self, error: BaseException, method: _Method, client: str) -> Answer:
-        if isinstance(error, UserException) and isinstance(error, method.operation.exceptions):
-            return False, encode_error(error)
-        if isinstance(error, _OF_SERVANTS):
-            return False, encode_error(error)
-        with self._turn.changed:
-            self._failed += 1
-        _logger.error("%s failed, called by %r", method.what, client or "a stranger", exc_info=error)
-        return False, encode_error(unknown_exception(error))
 
     def _prepare(self, name: str) -> _Method:
         """Return an operation by name; raises OperationNotExistException."""
@@ -550,7 +519,7 @@ class ServedObject:
         while self._channels:
             _, (publisher, channel) = self._channels.popitem()
             publisher.detach(channel)
-            channel.close()
+            channel.outlet.close()
 
     def drain(self, timeout: float) -> bool:
         """Wait for at most `timeout` s for the calls that run, except one of the current thread.
@@ -584,26 +553,27 @@ class ServedObject:
         with self._turn.changed:
             return ServantStatus(
                 type_id=self._interface.type_id,
-                calls=self._taken - self._refused_in_turn,
+                calls=self._executed,
                 failed=self._failed,
                 refused=self._refused,
                 running=self._running + self._unanswered,
                 waiting=sum(call.served is self for call in self._turn.waiting),
                 listened=tuple(
-                    name for name, (_, channel) in list(self._channels.items()) if channel.listening
+                    name for name, (_, channel) in list(self._channels.items()) if channel.outlet.listening
                 ),
             )
 
 
-def _check_patience(about: Attachment, method: _Method, waited: float) -> None:
+def _check_patience(call: _Call) -> None:
     """Refuse a call whose caller gave up while it waited: what it commands is no longer wanted.
 
     How long it was on its way is not known, nor when it came if the process stood still meanwhile. Only where
     that may have been too long, the caller's wall clock is believed, which may be wrong on another machine.
     """
-    waited = waited if waited >= about.timeout else time.time() - about.wall_time
-    if waited >= about.timeout:
-        raise TimeoutException(f"{method.what} waited {waited:.3g} s for its turn and was not executed")
+    waited = time.monotonic() - call.since
+    waited = waited if waited >= call.about.timeout else time.time() - call.about.wall_time
+    if waited >= call.about.timeout:
+        raise TimeoutException(f"{call.method.what} waited {waited:.3g} s for its turn and was not executed")
 
 
 class ObjectAdapter:

@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, Self, TypeVar, cast
+from typing import Any, Final, Generic, NamedTuple, Protocol, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
 from ._presence import Presence
@@ -30,9 +30,6 @@ from .exceptions import (
 )
 from .interface import Operation
 from .transport import Closing, Inlet, Outlet, Pacer, Served, Target, Transport
-
-if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines
-    import asyncio
 
 __all__ = [
     "Channel",
@@ -52,8 +49,8 @@ V = TypeVar("V")
 LINGER: Final = 10.0
 """Seconds after which a stream that nobody asks for is no longer listened to."""
 
-# s after which a thread that waits for a listener looks anyway: Zenoh does not report one that comes right
-# after the last one left.
+# s after which who waits looks anyway: Zenoh does not report a listener that comes right after the last one
+# left, and a coroutine is not woken when its servant goes.
 _LOOK_AGAIN: Final = 0.1
 _LOOKS: Final = 4  # for readers that nobody wants, in the time that they linger
 _JOIN_LIMIT: Final = 2.0  # s
@@ -88,7 +85,7 @@ class Publisher(Generic[V]):
     @property
     def listening(self) -> bool:
         """Return whether anybody listens; takes less than a microsecond."""
-        return any(channel.listening for channel in self._channels)
+        return any(channel.outlet.listening for channel in self._channels)
 
     def publish(self, value: V, time: float = math.nan) -> None:
         """Send a value to all listeners; does nothing while there is none.
@@ -96,7 +93,7 @@ class Publisher(Generic[V]):
         `time` is the robot time of the value in s. Raises MarshalException for a value that does not fit the
         operation.
         """
-        channels = [channel for channel in self._channels if channel.listening]
+        channels = [channel for channel in self._channels if channel.outlet.listening]
         if not channels:
             return
         what = f"sample of {self.operation.name}"
@@ -115,9 +112,8 @@ class Publisher(Generic[V]):
         deadline = time.monotonic() + timeout
         while True:
             seen = self._changes
-            if (
-                self.listening
-            ):  # asks the transport: not while we hold the lock that its thread takes in `wake`
+            # Asks the transport: not while we hold the lock that its thread takes in `wake`.
+            if self.listening:
                 return True
             left = deadline - time.monotonic()
             if left <= 0:
@@ -144,20 +140,13 @@ class Publisher(Generic[V]):
             self._changed.notify_all()
 
 
-class Channel:
+class Channel(NamedTuple):
     """A publisher's way out under one identity."""
 
-    def __init__(self, outlet: Outlet, fingerprint: str, limit: int) -> None:
-        self.outlet: Final = outlet
-        self.fingerprint: Final = fingerprint
-        self.limit: Final = limit
-        """How many bytes a sample may have."""
-        self.close: Final = outlet.close
-
-    @property
-    def listening(self) -> bool:
-        """Return whether anybody listens."""
-        return self.outlet.listening
+    outlet: Outlet
+    fingerprint: str
+    limit: int
+    """How many bytes a sample may have."""
 
 
 # At the client.
@@ -192,14 +181,8 @@ class WallTiming:
     """The time of the wall."""
 
     delivers: bool = True
-
-    def now(self) -> float:
-        """Return the steady time in s."""
-        return time.monotonic()
-
-    def wall(self) -> float:
-        """Return the time in s since the epoch."""
-        return time.time()
+    now = staticmethod(time.monotonic)
+    wall = staticmethod(time.time)
 
     def wait_for(
         self,
@@ -452,7 +435,6 @@ class StreamReader(Generic[V]):
         self._gaps = _Gaps()
         self._delivers = False
         self._waiting = 0  # threads
-        self._watchers: set[Callable[[], object]] = set()
         self._asked = False  # since `close_if_unwanted` last looked
         self._asked_at = -math.inf
         self._end: Final = threading.Event()
@@ -553,16 +535,6 @@ class StreamReader(Generic[V]):
         """Wait for some time, or until no sample will come any more."""
         self._end.wait(seconds)
 
-    def add_watcher(self, watcher: Callable[[], object]) -> None:
-        """Call a function of ours, which does not wait, whenever servants come or go or this closes."""
-        with self._changed:
-            self._watchers.add(watcher)
-
-    def remove_watcher(self, watcher: Callable[[], object]) -> None:
-        """Call a function no longer."""
-        with self._changed:
-            self._watchers.discard(watcher)
-
     def close_if_unwanted(self) -> None:
         """Stop listening if nobody waits or has asked for a while."""
         with self._changed:
@@ -592,9 +564,6 @@ class StreamReader(Generic[V]):
         """Let those who wait look again."""
         with self._changed:
             self._changed.notify_all()
-            watchers = list(self._watchers)
-        for watcher in watchers:
-            watcher()
 
     # The callers of these hold the lock.
 
@@ -735,13 +704,6 @@ class Subscription(Generic[V]):
             _logger.exception("the callback on %s failed", self._reader.what)
 
 
-class Subscribe(Protocol[V]):
-    """Call a function with the samples of a stream."""
-
-    def __call__(self, callback: Callable[[Sample[V]], Any]) -> Subscription[V]:
-        """Begin to."""
-
-
 class Samples(Generic[V]):
     """Sample after sample of a stream, always the newest, for `for` and for `async for`.
 
@@ -749,13 +711,16 @@ class Samples(Generic[V]):
     """
 
     def __init__(
-        self, reader: StreamReader[V], timeout: float, rate: float | None, subscribe: Subscribe[V]
+        self,
+        reader: StreamReader[V],
+        timeout: float,
+        rate: float | None,
+        subscribe: Callable[[Callable[[Sample[V]], Any]], Subscription[V]],
     ) -> None:
         self._reader: Final = reader
         self._timeout: Final = timeout
-        self._rate: Final = Delivery(rate).rate  # which checks it
         self._subscribe: Final = subscribe
-        self._pacer: Final = Pacer(rate)
+        self._pacer: Final = Pacer(Delivery(rate).rate)  # which checks it
         self._sample: Sample[V] | None = None
 
     def __iter__(self) -> Iterator[Sample[V]]:
@@ -772,42 +737,30 @@ class Samples(Generic[V]):
         import asyncio
 
         loop = asyncio.get_running_loop()
-        changed = asyncio.Event()
+        arrival = asyncio.Event()
         arrived: list[Sample[V]] = []  # the newest, or none
 
         def take(sample: Sample[V]) -> None:
-            with suppress(IndexError):
+            if arrived:
                 sample.lost += arrived.pop().lost + 1
             arrived.append(sample)
-            notify()
+            arrival.set()
 
-        def notify() -> None:
+        def notify(sample: Sample[V]) -> None:
             with suppress(RuntimeError):  # the loop was closed, and nobody looks any more
-                loop.call_soon_threadsafe(changed.set)
+                loop.call_soon_threadsafe(take, sample)
 
-        pacer = Pacer(self._rate)
-        self._reader.add_watcher(notify)
-        try:
-            with self._subscribe(take):
-                while True:
-                    await asyncio.sleep(pacer.delay())
-                    sample = await self._next(arrived, changed)
-                    pacer.count()
-                    yield sample
-        finally:
-            self._reader.remove_watcher(notify)
-
-    async def _next(self, arrived: list[Sample[V]], changed: asyncio.Event) -> Sample[V]:
-        import asyncio
-
-        started = time.monotonic()
-        while True:
-            changed.clear()
-            with suppress(IndexError):
-                return arrived.pop()
-            left = self._timeout - (time.monotonic() - started)
-            if left <= 0 or self._reader.closed or self._reader.lost_since(started):
-                # On another thread: it may ask others for the reason.
-                raise await asyncio.to_thread(self._reader.explain_silence, self._timeout)
-            with suppress(TimeoutError):
-                await asyncio.wait_for(changed.wait(), left)
+        with self._subscribe(notify):
+            while True:
+                await asyncio.sleep(self._pacer.delay())
+                started = time.monotonic()
+                while not arrived:
+                    left = started + self._timeout - time.monotonic()
+                    if left <= 0 or self._reader.closed or self._reader.lost_since(started):
+                        # On another thread: it may ask others for the reason.
+                        raise await asyncio.to_thread(self._reader.explain_silence, self._timeout)
+                    with suppress(TimeoutError):
+                        await asyncio.wait_for(arrival.wait(), min(left, _LOOK_AGAIN))
+                    arrival.clear()
+                self._pacer.count()
+                yield arrived.pop()

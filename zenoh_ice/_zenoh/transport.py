@@ -15,7 +15,7 @@ from typing import Any, Final
 import zenoh
 from zenoh.handlers import Callback, RingChannel
 
-from .._codec import Parted, Pieces
+from .._codec import Pieces
 from .._threads import Pool, mark_thread
 from .._tokens import any_client, client_token
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
@@ -26,7 +26,7 @@ from ..exceptions import (
     ObjectNotExistException,
     SystemException,
 )
-from ..in_process import LocalCalls
+from ..in_process import InProcessTransport
 from ..interface import Operation
 from ..session import close_session, connect_endpoints, explain_endpoints, open_session, send_limit
 from ..settings import Settings
@@ -99,11 +99,11 @@ class ZenohTransport:
 
     def __init__(self, settings: Settings, pool: Pool) -> None:
         """Open the session; raises as `open_session` does."""
-        self._settings: Final = settings
-        self._pool: Final = pool
-        self.local_calls: Final = LocalCalls(pool)
+        self.settings: Final = settings
+        self.pool: Final = pool
+        self.local: Final = InProcessTransport(pool)
         self._lock: Final = threading.Lock()
-        self._receivers: Final[dict[str, Receiver]] = {}
+        self.receivers: Final[dict[str, Receiver]] = {}
         """By what the keys of their operations begin with."""
         self._followers: Final[dict[str, _Follower]] = {}
         self._tokens: Final[dict[str, list[object]]] = {}
@@ -114,7 +114,7 @@ class ZenohTransport:
         try:
             self.id: Final = str(self.session.zid())
             self.endpoints: Final[Sequence[str]] = tuple(connect_endpoints(settings))
-            self._shared_memory: Final = SharedMemory(
+            self.shared_memory: Final = SharedMemory(
                 enabled=settings.shared_memory,
                 watch_clients=partial(self.watch, any_client(settings.realm)),
                 on_unreadable=self._ask_for_the_network,
@@ -126,12 +126,12 @@ class ZenohTransport:
 
     def explain_unreachable(self) -> str:
         """Return why nothing answers at the endpoints."""
-        return explain_endpoints(self.endpoints, self._settings.security)
+        return explain_endpoints(self.endpoints, self.settings.security)
 
     @property
     def shares_memory(self) -> bool:
         """Whether images may travel through shared memory."""
-        return bool(self._shared_memory.space)
+        return bool(self.shared_memory.space)
 
     # Calls.
 
@@ -151,34 +151,30 @@ class ZenohTransport:
                 # a call with a shorter one is dropped instead, and ends by its limit.
                 congestion_control=(
                     zenoh.CongestionControl.DROP
-                    if timeout < send_limit(self._settings)
+                    if timeout < send_limit(self.settings)
                     else zenoh.CongestionControl.BLOCK
                 ),
                 priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
             )
         except zenoh.ZError as error:
-            raise self._failure(error, operation.name) from error
-        limit = self._settings.size_limit(holds_bytes=operation.result.holds_bytes)
-        return _Caller(self, querier, prefix, operation.name, timeout=timeout, limit=limit)
+            raise self.failure(error, operation.name) from error
+        limit = self.settings.size_limit(holds_bytes=operation.result.holds_bytes)
+        return _Caller(self, querier, prefix, operation, timeout=timeout, limit=limit)
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         """Give the calls of a target to a receiver, on threads of the pool."""
         return self._serve(f"{target.realm}/{target.identity}", receiver)
 
-    def receiver(self, prefix: str) -> Receiver | None:
-        """Return what takes the calls here whose keys begin so."""
-        return self._receivers.get(prefix)
-
     def _serve(self, prefix: str, receiver: Receiver, operations: str = "*") -> Served:
-        self._receivers[prefix] = receiver
+        self.receivers[prefix] = receiver
         # Complete: where several serve the same, one gets the call, not all.
         queryable = self.session.declare_queryable(
-            f"{prefix}/{operations}", Callback(self._pool.jobs.put, indirect=False), complete=True
+            f"{prefix}/{operations}", Callback(self.pool.jobs.put, indirect=False), complete=True
         )
 
         def close() -> None:
-            if self._receivers.get(prefix) is receiver:
-                del self._receivers[prefix]
+            if self.receivers.get(prefix) is receiver:
+                del self.receivers[prefix]
             _undeclare(queryable)
 
         return Closing(close)
@@ -189,7 +185,7 @@ class ZenohTransport:
         prefix, _, name = str(key).rpartition("/")
         reply = partial(self._reply, query, key)
         try:
-            receiver = self._receivers.get(prefix)
+            receiver = self.receivers.get(prefix)
             if receiver is None:
                 error = ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
                 return partial(reply, False, encode_error(error))
@@ -207,17 +203,13 @@ class ZenohTransport:
                 elif isinstance(answer, bytes):
                     query.reply(key, answer)
                 else:
-                    query.reply(key, self._shared_memory.lend(answer, _client_of(query)) or bytes(answer))
+                    query.reply(key, self.shared_memory.lend(answer, _client_of(query)) or bytes(answer))
             finally:
                 query.drop()
         except zenoh.ZError as error:  # the session was closed meanwhile
             _logger.debug("answer at %s dropped: %s", key, error)
 
-    def read(self, payload: zenoh.ZBytes, limit: int, what: str) -> bytes | Parted:
-        """Return a payload that came, with what it refers to; see `SharedMemory.read`."""
-        return self._shared_memory.read(payload, limit, what)
-
-    def _failure(self, error: zenoh.ZError, what: str) -> SystemException:
+    def failure(self, error: zenoh.ZError, what: str) -> SystemException:
         """Return the exception of what Zenoh refuses to do."""
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed")
@@ -229,19 +221,19 @@ class ZenohTransport:
         self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
     ) -> Outlet:
         """Return the publishing end of a stream."""
-        ring = self._shared_memory.ring() if operation.result.holds_bytes else None
+        ring = self.shared_memory.ring() if operation.result.holds_bytes else None
         return _Outlet(self.session, target.key(operation.name), ring, changed)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         """Return a listening end of a stream."""
         self._appear(target.realm)
         key = target.key(operation.name)
-        limit = self._settings.size_limit(holds_bytes=operation.result.holds_bytes)
+        limit = self.settings.size_limit(holds_bytes=operation.result.holds_bytes)
         try:
             # A ring: a queue that is full and keeps what it has would hold up the whole session.
             subscriber = self.session.declare_subscriber(key, RingChannel(queue))
         except zenoh.ZError as error:
-            raise self._failure(error, key) from error
+            raise self.failure(error, key) from error
         return _Inlet(self, subscriber, limit, key)
 
     # Presence.
@@ -271,7 +263,7 @@ class ZenohTransport:
             up = event.kind == zenoh.SampleKind.PUT
             changed(str(event.transport.zid), up)
             if not up:
-                self._pool.submit(self._shared_memory.close_ended)
+                self.pool.submit(self.shared_memory.close_ended)
 
         listener = self.session.info.declare_transport_events_listener(
             Callback(on_event, indirect=False), history=True
@@ -293,14 +285,14 @@ class ZenohTransport:
                     tokens.append(self._client_token(realm))
 
     def _client_token(self, realm: str) -> object:
-        token = client_token(realm, self.id, self._shared_memory.readable_space)
+        token = client_token(realm, self.id, self.shared_memory.readable_space)
         return self.session.liveliness().declare_token(token)
 
     # Status.
 
     def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
         """Answer those who ask for the status of this process."""
-        self._pool.reserve(1)  # so that it answers while all servants are busy
+        self.pool.reserve(1)  # so that it answers while all servants are busy
         return self._serve(f"@process/{realm}/{self.id}", _StatusReceiver(status), "status")
 
     def ask_status(self, realm: str, process: str, timeout: float, limit: int) -> bytes:
@@ -333,9 +325,9 @@ class ZenohTransport:
             followers = list(self._followers.values())
         for follower in followers:
             follower.close()
-        self.local_calls.close()
+        self.local.close()
         close_session(self.session)
-        self._shared_memory.close()
+        self.shared_memory.close()
 
 
 class _Caller:
@@ -346,31 +338,29 @@ class _Caller:
         transport: ZenohTransport,
         querier: zenoh.Querier,
         prefix: str,
-        operation: str,
+        operation: Operation[..., Any],
         *,
         timeout: float,
         limit: int,
     ) -> None:
         self._transport: Final = transport
         self._get: Final = querier.get
-        self._read: Final = transport.read
-        self._receiver: Final = transport.receiver
         self._prefix: Final = prefix
-        self._operation: Final = operation
+        self._operation: Final = operation.name
         self._timeout: Final = timeout
         self._limit: Final = limit
-        self._what: Final = f"reply of {prefix.rpartition('/')[2]}.{operation}"
+        self._may_refer: Final = operation.result.holds_bytes
+        self._what: Final = f"reply of {prefix.rpartition('/')[2]}.{operation.name}"
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        """Call and wait for the answer."""
-        receiver = self._receiver(self._prefix)
+        receiver = self._transport.receivers.get(self._prefix)
         if receiver is not None:
-            calls = self._transport.local_calls
-            return calls.call(receiver, self._operation, payload, attachment, self._timeout)
+            local = self._transport.local
+            return local.call(receiver, self._operation, payload, attachment, self._timeout)
         try:
             replies = self._get(payload=payload, attachment=attachment)
         except zenoh.ZError as error:
-            raise self._transport._failure(error, self._what) from error
+            raise self._transport.failure(error, self._what) from error
         try:
             reply = replies.recv()
         except zenoh.ZError:  # the end without an answer
@@ -379,69 +369,53 @@ class _Caller:
             # A channel that is kept, by the frames of an exception, say, and that a servant fills with more
             # replies holds up all that comes by the same link.
             del replies
-        return self._interpret(reply)
+        answer = reply.ok
+        if answer is None or self._may_refer or len(answer.payload) > self._limit:
+            return self._interpret(reply)
+        return True, answer.payload.to_bytes()
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        """Call without waiting, a servant of this process by way of the session, too: it keeps the limit."""
-        pending = _Pending(self, done)
+        # A servant of this process is called by way of the session, too: it keeps the limit.
+        replies: deque[zenoh.Reply] = deque(maxlen=1)  # a servant may send more than one
+
+        def finish() -> None:  # on a thread of the pool
+            outcome: Outcome | SystemException
+            try:
+                outcome = self._interpret(replies.popleft()) if replies else NoAnswer(timed_out=False)
+            except SystemException as error:
+                outcome = error
+            done(outcome)
+
         cancellation = zenoh.CancellationToken()
         # C code alone on Zenoh's thread: it keeps the reply, and at the end tells the pool.
-        end = partial(self._transport._pool.jobs.put, pending)
-        handler = Callback(pending.replies.append, end, indirect=False)
+        handler = Callback(replies.append, partial(self._transport.pool.jobs.put, finish), indirect=False)
         try:
             self._get(handler, payload=payload, attachment=attachment, cancellation_token=cancellation)
         except zenoh.ZError as error:
-            raise self._transport._failure(error, self._what) from error
+            raise self._transport.failure(error, self._what) from error
         return cancellation.cancel
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        """Call without an answer."""
         try:
             self._get(Callback(_DISCARD, indirect=False), payload=payload, attachment=attachment)
         except zenoh.ZError as error:
-            raise self._transport._failure(error, self._what) from error
+            raise self._transport.failure(error, self._what) from error
 
     def _interpret(self, reply: zenoh.Reply) -> Outcome:
         """Return what a reply brings; raises NoAnswer for Zenoh's own error at the limit."""
         answer = reply.ok
         if answer is not None:
-            return True, self._read(answer.payload, self._limit, self._what)
+            return True, self._transport.shared_memory.read(answer.payload, self._limit, self._what)
         error = reply.err
         assert error is not None  # a reply is either
         if str(error.encoding) == ERROR_ENCODING:
             size = len(error.payload)
-            if size > self._transport._settings.max_message_size:
+            if size > self._transport.settings.max_message_size:
                 raise MarshalException(f"{self._what}: an error of {size} bytes")
             return False, error.payload.to_bytes()
         raise NoAnswer(timed_out=error.payload.to_bytes() == _TIMEOUT)
-
-
-class _Pending:
-    """A call whose outcome somebody is given when it has ended."""
-
-    __slots__ = ("_caller", "_done", "replies")
-
-    def __init__(self, caller: _Caller, done: Callable[[Outcome | SystemException], object]) -> None:
-        # A servant may send more than one.
-        self.replies: Final[deque[zenoh.Reply]] = deque(maxlen=1)
-        self._caller: Final = caller
-        self._done: Final = done
-
-    def __call__(self) -> None:
-        """Hand over the outcome, on a thread of the pool."""
-        outcome: Outcome | SystemException
-        try:
-            reply = self.replies.popleft()
-        except IndexError:
-            self._done(NoAnswer(timed_out=False))
-            return
-        try:
-            outcome = self._caller._interpret(reply)
-        except SystemException as error:
-            outcome = error
-        self._done(outcome)
 
 
 class _Outlet:
@@ -525,7 +499,7 @@ class _Inlet:
 
     def open(self, sample: zenoh.Sample) -> Arrived:
         """Return what a sample holds."""
-        payload = self._transport.read(sample.payload, self._limit, f"sample of {self._key}")
+        payload = self._transport.shared_memory.read(sample.payload, self._limit, f"sample of {self._key}")
         attachment = sample.attachment
         return Arrived(payload, None if attachment is None else attachment.to_bytes())
 
