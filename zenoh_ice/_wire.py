@@ -58,21 +58,21 @@ _PREFIX: Final = "::zenoh_ice::"
 _LONGEST_NAME: Final = 256  # of a type id or a fingerprint in a text
 _LIMIT: Final = 1 << 20
 
-# What a server may report; the rest is the client's own to find out.
-_REMOTE: Final[dict[str, type[SystemException]]] = {
-    _PREFIX + cls.__name__: cls
-    for cls in (
-        AccessDeniedException,
-        ConnectionLostException,
-        ObjectNotExistException,
-        OperationNotExistException,
-        BusyException,
-        TimeoutException,
-        UnknownException,
+# What a server may report, with the members that travel; the rest is the client's own to find out.
+_REMOTE: Final[dict[str, tuple[type[SystemException], tuple[str, ...]]]] = {
+    _PREFIX + cls.__name__: (cls, members)
+    for cls, members in (
+        (AccessDeniedException, ()),
+        (ConnectionLostException, ()),
+        (ObjectNotExistException, ()),
+        (OperationNotExistException, ()),
+        (BusyException, ()),
+        (TimeoutException, ()),
+        (UnknownException, ()),
+        (MarshalException, ("path",)),
+        (InterfaceMismatchException, ("expected", "found", "member")),
     )
 }
-_MARSHAL: Final = _PREFIX + MarshalException.__name__
-_MISMATCH: Final = _PREFIX + InterfaceMismatchException.__name__
 
 
 class Attachment(msgspec.Struct, array_like=True, frozen=True):
@@ -167,14 +167,12 @@ def encode_error(error: ZenohIceError) -> bytes:
         except Exception as problem:  # noqa: BLE001 - its members are the user's own code
             return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
         return _encoder.encode(_WireError(type_id, bases, members))
-    wire = _WireError(_PREFIX + type(error).__name__, message=encodable(cut(str(error))))
-    if isinstance(error, MarshalException):
-        wire.path = encodable(cut(error.path))
-    elif isinstance(error, InterfaceMismatchException):
-        texts = (error.expected, error.found, error.member)
-        wire.expected, wire.found, wire.member = (encodable(cut(text)) for text in texts)
-    elif wire.exception not in _REMOTE:
+    type_id = _PREFIX + type(error).__name__
+    if type_id not in _REMOTE:
         return encode_error(unknown_exception(error))
+    wire = _WireError(type_id, message=encodable(cut(str(error))))
+    for name in _REMOTE[type_id][1]:
+        setattr(wire, name, encodable(cut(getattr(error, name))))
     return _encoder.encode(wire)
 
 
@@ -196,13 +194,9 @@ def decode_error(
     except (ValueError, RecursionError, OverflowError) as problem:
         return MarshalException(printable(f"{what}: malformed error: {problem}"))
     message = printable(wire.message) or f"{what} failed, and the servant gives no reason"
-    if wire.exception == _MARSHAL:
-        return MarshalException(message, printable(wire.path))
-    if wire.exception == _MISMATCH:
-        expected, found = (printable(text, _LONGEST_NAME) for text in (wire.expected, wire.found))
-        return InterfaceMismatchException(message, expected, found, printable(wire.member))
-    if (system := _REMOTE.get(wire.exception)) is not None:
-        return system(message)
+    if wire.exception in _REMOTE:
+        system, members = _REMOTE[wire.exception]
+        return system(message, *(printable(getattr(wire, name)) for name in members))
     return _decode_user_exception(wire, declared, what, resolve)
 
 

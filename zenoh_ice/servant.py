@@ -9,7 +9,7 @@ import time
 from abc import ABC
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import Enum
@@ -388,13 +388,12 @@ class ServedObject:
         def answer(future: Future[Any]) -> None:
             stage = _Stage.EXECUTED
             try:
-                if future.cancelled():
-                    raise ConnectionLostException(
-                        f"{call.method.what}: its server gave it up without an answer"
-                    )
                 result = future.result()
                 stage = _Stage.RETURNED
                 call.reply(True, call.method.operation.result.gather_result(result, call.method.what))
+            except CancelledError:
+                text = f"{call.method.what}: its server gave it up without an answer"
+                call.reply(False, encode_error(ConnectionLostException(text)))
             except BaseException as error:  # noqa: BLE001 - answered
                 call.reply(*self._failure(error, call, stage))
             finally:
@@ -553,7 +552,7 @@ class ServedObject:
         with self._turn.changed:
             return ServantStatus(
                 type_id=self._interface.type_id,
-                calls=self._executed,
+                calls=self._executed + self._running,
                 failed=self._failed,
                 refused=self._refused,
                 running=self._running + self._unanswered,
