@@ -263,13 +263,17 @@ class Coroutines:
 
         Raises CommunicatorDestroyedException after `close`.
         """
+        import asyncio
+
         with self._lock:
             if self._closed:
                 coroutine.close()  # or Python warns that nobody waited for it
                 raise CommunicatorDestroyedException("the communicator was destroyed")
-            import asyncio
-
-            return asyncio.run_coroutine_threadsafe(coroutine, self._loop or self._start())
+            if self._loop is None:
+                self._loop = asyncio.new_event_loop()
+                self._thread = threading.Thread(target=self._work, name=self._name, daemon=True)
+                self._thread.start()
+            return asyncio.run_coroutine_threadsafe(coroutine, self._loop)
 
     def close(self, timeout: float) -> bool:
         """Cancel the coroutines that run and end the thread; return whether that took at most `timeout` s."""
@@ -278,7 +282,7 @@ class Coroutines:
             loop, thread = self._loop, self._thread
         if loop is None or thread is None:
             return True
-        loop.call_soon_threadsafe(self._cancel_all)
+        loop.call_soon_threadsafe(loop.stop)
         if thread is threading.current_thread():  # a coroutine ends its own communicator
             return False
         thread.join(timeout)
@@ -286,45 +290,18 @@ class Coroutines:
             _logger.error("%s still busy after %g s", thread.name, timeout)
         return not thread.is_alive()
 
-    def _start(self) -> asyncio.AbstractEventLoop:
-        import asyncio
-
-        loop = asyncio.new_event_loop()
-        thread = threading.Thread(target=self._work, args=(loop,), name=self._name, daemon=True)
-        thread.start()
-        self._loop, self._thread = loop, thread
-        return loop
-
-    def _work(self, loop: asyncio.AbstractEventLoop) -> None:
+    def _work(self) -> None:
         import asyncio
 
         mark_thread()
-        asyncio.set_event_loop(loop)
-        try:
-            while not self._run(loop):
-                pass
-        finally:
-            loop.close()
-
-    def _run(self, loop: asyncio.AbstractEventLoop) -> bool:
-        """Run the loop; return whether it was stopped: one that exits must not end all the others."""
-        try:
-            loop.run_forever()
-        except BaseException:
-            _logger.exception("a coroutine tried to end %s", threading.current_thread().name)
-            return False
-        return True
-
-    def _cancel_all(self) -> None:
-        import asyncio
-
-        loop = asyncio.get_running_loop()
-        tasks = asyncio.all_tasks(loop)
-        for task in tasks:
-            task.cancel()
-        # The loop ends once they did, with what they do to clean up.
-        ended = asyncio.gather(*tasks, return_exceptions=True)
-        ended.add_done_callback(lambda _: loop.stop())
+        loop = self._loop
+        assert loop is not None
+        with asyncio.Runner(loop_factory=lambda: loop):  # cancels at the end what still runs
+            while not self._closed:
+                try:
+                    loop.run_forever()
+                except BaseException:  # one that exits must not end all the others
+                    _logger.exception("a coroutine tried to end %s", self._name)
 
 
 class Pulse:

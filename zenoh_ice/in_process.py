@@ -242,17 +242,14 @@ class _Outlet:
 
     @property
     def listening(self) -> bool:
-        """Whether anybody listens."""
         return bool(self._inlets)
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
-        """Hand a sample to all who listen."""
         arrived = Arrived(_arrived(payload), attachment)
         for inlet in tuple(self._inlets):
             inlet.put(arrived)
 
     def close(self) -> None:
-        """Publish no longer."""
         self._inlets = []
         if self in self._outlets:
             self._outlets.remove(self)
@@ -269,19 +266,16 @@ class _Inlet:
         self._turn: Final = threading.RLock()  # whose callback may publish in turn
 
     def poll(self) -> Arrived | None:
-        """Return the next sample, None while there is none."""
         with self._turn:
             return self._samples.popleft() if self._samples else None
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:  # noqa: ARG002
-        """Call a function with each sample, on the thread that publishes it; a rate is not kept to."""
         with self._turn:
             self._callback = callback
             while (sample := self.poll()) is not None:
                 callback(sample)
 
     def put(self, sample: Arrived) -> None:
-        """Take a sample."""
         with self._turn:
             if self._callback is None:
                 self._samples.append(sample)
@@ -289,11 +283,9 @@ class _Inlet:
                 self._callback(sample)
 
     def open(self, sample: Arrived) -> Arrived:
-        """Return the sample itself."""
         return sample
 
     def close(self, timeout: float = 0.0) -> bool:
-        """Stop listening; return whether a function that runs ended within `timeout` s."""
         if self in self._inlets:
             self._inlets.remove(self)
             self._changed()

@@ -125,7 +125,6 @@ class ZenohTransport:
             raise
 
     def explain_unreachable(self) -> str:
-        """Return why nothing answers at the endpoints."""
         return explain_endpoints(self.endpoints, self.settings.security)
 
     @property
@@ -136,7 +135,6 @@ class ZenohTransport:
     # Calls.
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return what calls an operation."""
         self._appear(target.realm)
         prefix = f"{target.realm}/{target.identity}"
         bulk = operation.arguments.holds_bytes or operation.result.holds_bytes
@@ -162,7 +160,6 @@ class ZenohTransport:
         return _Caller(self, querier, prefix, operation, timeout=timeout, limit=limit)
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
-        """Give the calls of a target to a receiver, on threads of the pool."""
         return self._serve(f"{target.realm}/{target.identity}", receiver)
 
     def _serve(self, prefix: str, receiver: Receiver, operations: str = "*") -> Served:
@@ -220,12 +217,10 @@ class ZenohTransport:
     def publish(
         self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
     ) -> Outlet:
-        """Return the publishing end of a stream."""
         ring = self.shared_memory.ring() if operation.result.holds_bytes else None
         return _Outlet(self.session, target.key(operation.name), ring, changed)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
-        """Return a listening end of a stream."""
         self._appear(target.realm)
         key = target.key(operation.name)
         limit = self.settings.size_limit(holds_bytes=operation.result.holds_bytes)
@@ -239,11 +234,9 @@ class ZenohTransport:
     # Presence.
 
     def announce(self, token: str) -> Served:
-        """Show a token to everybody until it is closed, or until this process is gone."""
         return Closing(partial(_undeclare, self.session.liveliness().declare_token(token)))
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
-        """Call a function with each token that comes or goes, those that are there first."""
         with self._lock:
             follower = self._followers.get(pattern)
             if follower is None:
@@ -257,7 +250,6 @@ class ZenohTransport:
         return watch
 
     def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
-        """Call a function with the id of each process to which a link is made or lost."""
 
         def on_event(event: zenoh.TransportEvent) -> None:
             up = event.kind == zenoh.SampleKind.PUT
@@ -291,12 +283,10 @@ class ZenohTransport:
     # Status.
 
     def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
-        """Answer those who ask for the status of this process."""
         self.pool.reserve(1)  # so that it answers while all servants are busy
         return self._serve(f"@process/{realm}/{self.id}", _StatusReceiver(status), "status")
 
     def ask_status(self, realm: str, process: str, timeout: float, limit: int) -> bytes:
-        """Return the status of a process; raises as the interface says."""
         try:
             reply = self.session.get(
                 f"@process/{realm}/{process}/status",
@@ -319,7 +309,6 @@ class ZenohTransport:
         return answer.payload.to_bytes()
 
     def close(self) -> None:
-        """End everything; calls that wait raise NoAnswer."""
         with self._lock:
             self._closed = True
             followers = list(self._followers.values())
@@ -445,14 +434,12 @@ class _Outlet:
 
     @property
     def listening(self) -> bool:
-        """Whether anybody listens."""
         with self._lock:
             if self._closed:
                 return False
             return self._publisher.matching_status.matching  # type: ignore[attr-defined,no-any-return]
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
-        """Send a sample, what is large in it through shared memory if all listeners can read that."""
         with self._lock:
             if self._closed:
                 return
@@ -465,7 +452,6 @@ class _Outlet:
                 _logger.debug("sample dropped: %s", error)
 
     def close(self) -> None:
-        """Give the key back."""
         self._listener.undeclare()  # first: it goes with the publisher
         with self._lock:
             self._closed = True
@@ -491,20 +477,17 @@ class _Inlet:
         self.poll: Final[Callable[[], Any]] = subscriber.handler.try_recv
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        """Call a function with each sample as it came, on a thread that ends with `close`."""
         self._thread = threading.Thread(
             target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._key}", daemon=True
         )
         self._thread.start()
 
     def open(self, sample: zenoh.Sample) -> Arrived:
-        """Return what a sample holds."""
         payload = self._transport.shared_memory.read(sample.payload, self._limit, f"sample of {self._key}")
         attachment = sample.attachment
         return Arrived(payload, None if attachment is None else attachment.to_bytes())
 
     def close(self, timeout: float = 0.0) -> bool:
-        """Stop listening; return whether a function that runs ended within `timeout` s."""
         if not self._closed.is_set():
             self._closed.set()
             try:
@@ -539,7 +522,6 @@ class _Follower:
         self._subscriber: zenoh.Subscriber[Any] | None = None
 
     def open(self, session: zenoh.Session, pattern: str) -> None:
-        """Begin to follow."""
         self._subscriber = session.liveliness().declare_subscriber(
             pattern, Callback(self._on_token, indirect=False), history=True
         )
@@ -553,7 +535,6 @@ class _Follower:
         return Closing(partial(self._remove, watcher))
 
     def close(self) -> None:
-        """Stop following."""
         subscriber, self._subscriber = self._subscriber, None
         self._watchers = ()
         if subscriber is not None:
@@ -589,7 +570,6 @@ class _StatusReceiver:
         attachment: Buffer | None,  # noqa: ARG002
         reply: Reply,
     ) -> Callable[[], object]:
-        """Answer with the status, whatever is asked."""
         return lambda: reply(True, self._status())
 
 
