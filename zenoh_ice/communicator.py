@@ -9,6 +9,7 @@ import os
 import re
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import ExitStack
@@ -47,7 +48,7 @@ _MOST_CALLS: Final = 256  # that are kept for other proxies: each has a querier
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
 _ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
-_MOST_RIVALS: Final = 16  # processes that serve what we do
+_MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
 _MOST_NAMED: Final = 8  # servants in a message
 
 _logger = logging.getLogger(__name__)
@@ -109,6 +110,7 @@ class Communicator:
         self._calls: Final[dict[tuple[object, ...], _Call]] = {}
         self._futures: Final[set[Future[Any]]] = set()
         self._rivals: set[str] = set()  # sessions that were reported
+        self._reports: Final[deque[float]] = deque(maxlen=_MOST_RIVALS)  # when
         self._clock = clock
         self._clock_lock: Final = threading.Lock()
         self._shutdown: Final = threading.Event()
@@ -406,11 +408,16 @@ class Communicator:
         own = {target.identity for target in list(self.served)}
         servants = self.presence.servants(self.realm)
         found = {info.server for info in servants if info.identity in own} - {self.client_id}
+        now, new = time.monotonic(), []
         with self._lock:
             ended = self._rivals - found
-            # A realm may be flooded with tokens: the others are reported when these have gone.
-            new = sorted(found - self._rivals)[: _MOST_RIVALS - len(self._rivals & found)]
-            self._rivals = (self._rivals & found) | set(new)
+            self._rivals &= found
+            for server in found - self._rivals:
+                # A realm may be flooded with tokens: some are reported at a later change, if still there.
+                if len(self._reports) < _MOST_RIVALS or now - self._reports[0] >= _MOST_RIVALS:
+                    self._reports.append(now)
+                    self._rivals.add(server)
+                    new.append(server)
         for server in ended:
             _logger.warning("what this process serves is no longer served by session %s, too", server)
         for server in new:

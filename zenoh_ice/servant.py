@@ -275,6 +275,7 @@ class ServedObject:
                     return None
                 turn.running += 1
                 self._running += 1
+                self._executed += 1
         except ZenohIceError as error:
             return partial(reply, *self._refuse(error, about))
         return partial(self._run, call)
@@ -321,7 +322,6 @@ class ServedObject:
             with turn.changed:
                 turn.running -= 1
                 self._running -= 1
-                self._executed += stage is not _Stage.ADMITTED
                 if self._withdrawn:
                     turn.changed.notify_all()  # `drain` waits for the end of calls
                 following = turn.waiting.popleft() if turn.waiting and turn.running < turn.width else None
@@ -329,6 +329,7 @@ class ServedObject:
                     turn.waiting_bytes -= len(following.payload)
                     turn.running += 1
                     following.served._running += 1
+                    following.served._executed += 1
             if following is not None:
                 self._communicator.pool.submit(partial(following.served._run, following))
 
@@ -409,6 +410,8 @@ class ServedObject:
             if isinstance(error, DECODE_ERRORS):
                 error = misfit(error, method.what)
             if isinstance(error, ZenohIceError):
+                with self._turn.changed:
+                    self._executed -= 1
                 return self._refuse(error, call.about)
         declared: tuple[type[ZenohIceError], ...] = (*method.operation.exceptions, *_OF_SERVANTS)
         if stage is _Stage.EXECUTED and isinstance(error, declared):
@@ -529,7 +532,7 @@ class ServedObject:
         with self._turn.changed:
             return ServantStatus(
                 type_id=self._interface.type_id,
-                calls=self._executed + self._running,
+                calls=self._executed,
                 failed=self._failed,
                 refused=self._refused,
                 running=self._running + self._unanswered,

@@ -136,28 +136,7 @@ class ZenohTransport:
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
         self._appear(target.realm)
-        prefix = f"{target.realm}/{target.identity}"
-        bulk = operation.arguments.holds_bytes or operation.result.holds_bytes
-        try:
-            querier = self.session.declare_querier(
-                f"{prefix}/{operation.name}",
-                timeout=timeout,
-                # One that answers is enough; replies are not compared with one another.
-                consolidation=zenoh.ConsolidationMode.NONE,
-                # The reply travels as the request does. No express: it halves the calls in flight. A link
-                # that takes nothing may block the sender for the longest limit, after which Zenoh closes it;
-                # a call with a shorter one is dropped instead, and ends by its limit.
-                congestion_control=(
-                    zenoh.CongestionControl.DROP
-                    if timeout < send_limit(self.settings)
-                    else zenoh.CongestionControl.BLOCK
-                ),
-                priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
-            )
-        except zenoh.ZError as error:
-            raise self.failure(error, operation.name) from error
-        limit = self.settings.size_limit(holds_bytes=operation.result.holds_bytes)
-        return _Caller(self, querier, prefix, operation, timeout=timeout, limit=limit)
+        return _Caller(self, target, operation, timeout)
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         return self._serve(f"{target.realm}/{target.identity}", receiver)
@@ -222,14 +201,7 @@ class ZenohTransport:
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         self._appear(target.realm)
-        key = target.key(operation.name)
-        limit = self.settings.size_limit(holds_bytes=operation.result.holds_bytes)
-        try:
-            # A ring: a queue that is full and keeps what it has would hold up the whole session.
-            subscriber = self.session.declare_subscriber(key, RingChannel(queue))
-        except zenoh.ZError as error:
-            raise self.failure(error, key) from error
-        return _Inlet(self, subscriber, limit, key)
+        return _Inlet(self, target.key(operation.name), operation, queue)
 
     # Presence.
 
@@ -238,12 +210,8 @@ class ZenohTransport:
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
         with self._lock:
-            follower = self._followers.get(pattern)
-            if follower is None:
-                follower = self._followers[pattern] = _Follower()
-                new = True
-            else:
-                new = False
+            new = pattern not in self._followers
+            follower = self._followers.setdefault(pattern, _Follower())
         watch = follower.add(changed)
         if new:
             follower.open(self.session, pattern)
@@ -323,23 +291,32 @@ class _Caller:
     """Call one operation of one servant."""
 
     def __init__(
-        self,
-        transport: ZenohTransport,
-        querier: zenoh.Querier,
-        prefix: str,
-        operation: Operation[..., Any],
-        *,
-        timeout: float,
-        limit: int,
+        self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], timeout: float
     ) -> None:
+        settings, result = transport.settings, operation.result
         self._transport: Final = transport
-        self._get: Final = querier.get
-        self._prefix: Final = prefix
         self._operation: Final = operation.name
+        self._prefix: Final = f"{target.realm}/{target.identity}"
         self._timeout: Final = timeout
-        self._limit: Final = limit
-        self._may_refer: Final = operation.result.holds_bytes
-        self._what: Final = f"reply of {prefix.rpartition('/')[2]}.{operation.name}"
+        self._limit: Final = settings.size_limit(holds_bytes=result.holds_bytes)
+        self._may_refer: Final = result.holds_bytes
+        self._what: Final = f"reply of {target.identity}.{operation.name}"
+        bulk = operation.arguments.holds_bytes or result.holds_bytes
+        # A link that takes nothing may block the sender for the longest limit, after which Zenoh closes it; a
+        # call with a shorter one is dropped instead, and ends by its limit.
+        drop = timeout < send_limit(settings)
+        try:
+            self._get: Final = transport.session.declare_querier(
+                target.key(operation.name),
+                timeout=timeout,
+                # One that answers is enough; replies are not compared with one another.
+                consolidation=zenoh.ConsolidationMode.NONE,
+                # The reply travels as the request does. No express: it halves the calls in flight.
+                congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
+                priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
+            ).get
+        except zenoh.ZError as error:
+            raise transport.failure(error, operation.name) from error
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         receiver = self._transport.receivers.get(self._prefix)
@@ -464,17 +441,21 @@ class _Inlet:
     """The listening end of a stream."""
 
     def __init__(
-        self, transport: ZenohTransport, subscriber: zenoh.Subscriber[Any], limit: int, key: str
+        self, transport: ZenohTransport, key: str, operation: Operation[..., Any], queue: int
     ) -> None:
         self._transport: Final = transport
-        self._subscriber: Final = subscriber
-        # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
-        self._handler: Final = subscriber.handler
-        self._limit: Final = limit
         self._key: Final = key
+        self._limit: Final = transport.settings.size_limit(holds_bytes=operation.result.holds_bytes)
         self._closed: Final = threading.Event()
         self._thread: threading.Thread | None = None
-        self.poll: Final[Callable[[], Any]] = subscriber.handler.try_recv
+        try:
+            # A ring: a queue that is full and keeps what it has would hold up the whole session.
+            self._subscriber: Final = transport.session.declare_subscriber(key, RingChannel(queue))
+        except zenoh.ZError as error:
+            raise transport.failure(error, key) from error
+        # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
+        self._handler: Final = self._subscriber.handler
+        self.poll: Final[Callable[[], Any]] = self._handler.try_recv
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         self._thread = threading.Thread(
