@@ -67,8 +67,8 @@ def be_the_robot() -> None:
     """Serve the recording robot as NAOqi until the process is ended."""
     with closing(RecordingRobot()) as robot:
         assembly = Assembly(robot, ServerOptions(), WallClock())
-        with serve_as_naoqi(robot, assembly, "tcp://127.0.0.1:0") as service:
-            print(f"ready: {service.url}", flush=True)
+        with serve_as_naoqi(robot, assembly, "tcp://127.0.0.1:0") as url:
+            print(f"ready: {url}", flush=True)
             threading.Event().wait()
 
 

@@ -9,6 +9,7 @@ Where NAOqi is ambiguous it behaves as NAOqi 2.8 on a NAO6. docs/virtual-nao.md 
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
 from naoserver.errors import RobotError
@@ -16,20 +17,23 @@ from naoserver.errors import RobotError
 if TYPE_CHECKING:
     from naoserver.assembly import Assembly
     from naoserver.robot import Robot
-    from naoserver_qi.service import NaoqiService
 
 __all__ = ["serve_as_naoqi"]
 
 
-def serve_as_naoqi(robot: Robot, assembly: Assembly, url: str, *, faults: bool = False) -> NaoqiService:
+def serve_as_naoqi(
+    robot: Robot, assembly: Assembly, url: str, *, faults: bool = False
+) -> AbstractContextManager[str]:
     """Serve a started robot as NAOqi at `url`, as tcp://127.0.0.1:9559, through the guards of `assembly`.
 
-    Use it in a `with` block that ends before the assembly is closed. With `faults` tests can make calls late
-    or fail. Raises RobotError when it cannot listen there, or when the package qi is missing.
+    Use it in a `with` block that ends before the assembly is closed. The block gets the URL, with the port
+    that the system picked for port 0; its end cancels running calls and closes every connection. With
+    `faults`, a service of this name lets tests make calls late or fail. Raises RobotError when it cannot
+    listen there, or when the package qi is missing.
     """
     try:
-        from naoserver_qi.service import NaoqiService
+        from naoserver_qi.service import serve
     except ModuleNotFoundError as error:
         message = f"{error.name} is not installed; type: pip install 'visualhfsm[naoqi]'"
         raise RobotError(message) from None
-    return NaoqiService(robot, assembly, url, faults=faults)
+    return serve(robot, assembly, url, faults=faults)

@@ -52,8 +52,8 @@ def serve_fake(
         stack.enter_context(threads)
         for watched in assembly.watched:
             stack.callback(watched.close)
-        service = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
-        typer.echo(f"ready: {service.url}")
+        url = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
+        typer.echo(f"ready: {url}")
         stop.wait()
 
 

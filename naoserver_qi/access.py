@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 
 from naoserver.assembly import Assembly
 from naoserver.errors import InvalidCommand
-from naoserver.guarded_device import GuardedDevice
 from naoserver.kinematics import Matrix, place_of, rotation
-from naoserver.motions.player import MotionPlayer
 from naoserver.robot import Robot
 from naoserver.servants.motions import PosturesI
 from naoserver.walk_guard import WalkGuard
 from naoserver_qi.calls import Call
-
-__all__ = ["CLIENT", "PERIOD", "Access"]
 
 CLIENT: Final = "NAOqi"
 """The client that guards see: libqi does not distinguish its clients. It holds no lease."""
@@ -29,27 +24,21 @@ _ENDING: Final = 5.0
 """Robot seconds that a walk or a motion gets to end."""
 
 
-@dataclass(frozen=True, slots=True)
 class Access:
     """A robot, and the guards before whatever moves it."""
 
-    robot: Robot
-    body: GuardedDevice
-    """Its joints."""
-    walk: WalkGuard | None
-    """Its walk; None when it has none."""
-    player: MotionPlayer
-    """What plays motions."""
-    postures: PosturesI
-    """What brings it into postures."""
-
-    @classmethod
-    def through(cls, robot: Robot, assembly: Assembly) -> Self:
-        """Return the access that goes through the guards of an assembly."""
-        walk = next((watched for watched in assembly.watched if isinstance(watched, WalkGuard)), None)
+    def __init__(self, robot: Robot, assembly: Assembly) -> None:
+        self.robot: Final = robot
+        self.body: Final = assembly.body
+        """Its joints."""
+        self.walk: Final = next((guard for guard in assembly.watched if isinstance(guard, WalkGuard)), None)
+        """Its walk; None when it has none."""
+        self.player: Final = assembly.player
+        """What plays motions."""
         postures = assembly.servants["Postures"]
         assert isinstance(postures, PosturesI)
-        return cls(robot, assembly.body, walk, assembly.player, postures)
+        self.postures: Final = postures
+        """What brings it into postures."""
 
     def free(self, call: Call) -> None:
         """End the walk, or whatever else moves joints by itself, and wait until no joint is claimed.

@@ -3,27 +3,12 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 from typing import Final
 
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
-
-__all__ = [
-    "CHAINS",
-    "chosen",
-    "fraction",
-    "joints_of",
-    "keepable",
-    "listed",
-    "number",
-    "number_lists",
-    "number_within",
-    "numbers",
-    "text",
-    "texts",
-]
 
 MOST: Final = 1000
 """Entries that a list may have."""
@@ -35,7 +20,7 @@ _QUOTED: Final = 60  # characters of a foreign value in an error
 def number(value: object, what: str) -> float:
     """Return a finite number. Raises InvalidCommand."""
     if not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InvalidCommand(what, f"{what} is {_quoted(value)}, not a finite number")
+        raise InvalidCommand(what, f"{what} is {reprlib.repr(value)}, not a finite number")
     return float(value)
 
 
@@ -55,22 +40,21 @@ def fraction(value: object, what: str) -> float:
     return result
 
 
-def listed(value: object, what: str) -> list[object]:
-    """Return the entries of a list. Raises InvalidCommand."""
+def listed(value: object, what: str, count: int | None = None) -> list[object]:
+    """Return the entries of a list, which has `count` of them if that is given. Raises InvalidCommand."""
     if not isinstance(value, (list, tuple)):
-        raise InvalidCommand(what, f"{what} is {_quoted(value)}, not a list")
+        raise InvalidCommand(what, f"{what} is {reprlib.repr(value)}, not a list")
     if len(value) > MOST:
         raise InvalidCommand(what, f"{what} has {len(value)} entries, more than {MOST}")
+    if count is not None and len(value) != count:
+        raise InvalidCommand(what, f"{what} has {len(value)} entries, not {count}")
     return list(value)
 
 
 def numbers(value: object, what: str, count: int) -> list[float]:
     """Return `count` numbers: those of a list, or one for all. Raises InvalidCommand."""
-    if not isinstance(value, (list, tuple)):
-        return [number(value, what)] * count
-    if len(value) != count:
-        raise InvalidCommand(what, f"{what} has {len(value)} entries for {count} joints")
-    return [number(entry, what) for entry in value]
+    entries = listed(value, what, count) if isinstance(value, (list, tuple)) else [value] * count
+    return [number(entry, what) for entry in entries]
 
 
 def number_lists(value: object, what: str, count: int) -> list[list[float]]:
@@ -80,21 +64,18 @@ def number_lists(value: object, what: str, count: int) -> list[list[float]]:
     """
     if not isinstance(value, (list, tuple)):
         return [[number(value, what)] for _ in range(count)]
-    entries = listed(value, what)
-    if count == 1 and not any(isinstance(entry, (list, tuple)) for entry in entries):
-        entries = [entries]
-    if len(entries) != count:
-        raise InvalidCommand(what, f"{what} has {len(entries)} entries for {count} joints")
+    if count == 1 and not any(isinstance(entry, (list, tuple)) for entry in value):
+        value = [value]
     return [
         [number(one, what) for one in (listed(entry, what) if isinstance(entry, (list, tuple)) else [entry])]
-        for entry in entries
+        for entry in listed(value, what, count)
     ]
 
 
 def text(value: object, what: str) -> str:
     """Return a text. Raises InvalidCommand."""
     if not isinstance(value, str):
-        raise InvalidCommand(what, f"{what} is {_quoted(value)}, not a text")
+        raise InvalidCommand(what, f"{what} is {reprlib.repr(value)}, not a text")
     if len(value) > LONGEST:
         raise InvalidCommand(what, f"{what} has {len(value)} characters, more than {LONGEST}")
     return value
@@ -124,54 +105,39 @@ def keepable(value: object, what: str) -> object:
     size, rest = 0, [value]
     while rest:
         part = rest.pop()
-        if isinstance(part, (str, bytes, bytearray)):
+        if isinstance(part, dict):
+            part = [*part, *part.values()]
+        if isinstance(part, (str, bytes, bytearray, list, tuple)):
             size += len(part)
-        elif isinstance(part, (list, tuple)):
-            size += len(part)
-            rest.extend(part[:LONGEST])
-        elif isinstance(part, dict):
-            size += len(part)
-            rest.extend(list(part.items())[:LONGEST])
         elif part is not None and not isinstance(part, (int, float)):
             raise InvalidCommand(what, f"{what} holds a {type(part).__name__}: only plain values are kept")
         if size > LONGEST:
             raise InvalidCommand(what, f"{what} is too large: {LONGEST} characters and entries are kept")
+        if isinstance(part, (list, tuple)):
+            rest.extend(part)
     return value
-
-
-def _quoted(value: object) -> str:
-    whole = repr(value)
-    return whole if len(whole) <= _QUOTED else f"{whole[:_QUOTED]}..."
 
 
 _JOINTS: Final = H25.joint_names
 
 
-def _side(side: str, *parts: str) -> tuple[str, ...]:
-    return tuple(name for name in _JOINTS if name[0] == side and name[1:].startswith(parts))
+def _limbs(*parts: str) -> list[tuple[str, ...]]:
+    """Return the joints of the left limb, and of the right one, by how their names go on after the side."""
+    return [
+        tuple(name for name in _JOINTS if name[0] == side and name[1:].startswith(parts)) for side in "LR"
+    ]
 
 
-_ARM = ("Shoulder", "Elbow", "Wrist", "Hand")
-_LEG = ("Hip", "Knee", "Ankle")
-_LEFT_ARM, _RIGHT_ARM, _LEFT_LEG, _RIGHT_LEG = (
-    _side(side, *parts) for parts in (_ARM, _LEG) for side in "LR"
-)
-
-CHAINS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-    {
-        "Body": _JOINTS,
-        "Joints": _JOINTS,
-        "Actuators": _JOINTS,
-        "JointActuators": _JOINTS,
-        "Head": ("HeadYaw", "HeadPitch"),
-        "LArm": _LEFT_ARM,
-        "RArm": _RIGHT_ARM,
-        "Arms": _LEFT_ARM + _RIGHT_ARM,
-        "LLeg": _LEFT_LEG,
-        "RLeg": _RIGHT_LEG,
-        "Legs": _LEFT_LEG + _RIGHT_LEG,
-    }
-)
+_ARMS: Final = _limbs("Shoulder", "Elbow", "Wrist", "Hand")
+_LEGS: Final = _limbs("Hip", "Knee", "Ankle")
+CHAINS: Final[Mapping[str, tuple[str, ...]]] = {
+    **dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), _JOINTS),
+    "Head": ("HeadYaw", "HeadPitch"),
+    **dict(zip(("LArm", "RArm"), _ARMS, strict=True)),
+    "Arms": _ARMS[0] + _ARMS[1],
+    **dict(zip(("LLeg", "RLeg"), _LEGS, strict=True)),
+    "Legs": _LEGS[0] + _LEGS[1],
+}
 """The joints of each chain, in NAOqi's order."""
 
 

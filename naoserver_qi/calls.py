@@ -13,15 +13,13 @@ import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import qi
 
 from naoserver.errors import RobotError
 from naoserver_qi.faults import Faults
 from zenoh_ice import Clock
-
-__all__ = ["Call", "Calls", "long_call"]
 
 _logger = logging.getLogger(__name__)
 
@@ -30,11 +28,12 @@ MOST: Final = 64
 MOST_WAITING: Final = 1000
 """Long calls that go on or wait; further ones are refused."""
 
-F = TypeVar("F", bound=Callable[..., Any])
-
 
 class Call:
-    """A long call that is running; its caller or the end of the service may cancel it."""
+    """A long call that is running; its caller or the end of the service may cancel it.
+
+    An operation whose first parameter is `call` lasts: it gets one of these, and a thread.
+    """
 
     def __init__(self, clock: Clock) -> None:
         self.stopped: Final = threading.Event()
@@ -43,12 +42,6 @@ class Call:
     def wait(self, seconds: float) -> bool:
         """Wait some robot seconds; return at once, and True, when the call is cancelled."""
         return self._clock.wait(self.stopped, seconds)
-
-
-def long_call(operation: F) -> F:
-    """Mark an operation that lasts: it takes a `Call` before its arguments, and has a thread."""
-    operation.__long_call__ = True  # type: ignore[attr-defined]
-    return operation
 
 
 class Calls:
@@ -83,7 +76,7 @@ class Calls:
 
     def _operation(self, name: str, operation: Callable[..., Any]) -> Callable[..., Any]:
         signature = inspect.signature(operation)
-        long = getattr(operation, "__long_call__", False)
+        long = "call" in signature.parameters
         if long:
             signature = signature.replace(parameters=list(signature.parameters.values())[1:])
 
@@ -92,14 +85,20 @@ class Calls:
                 signature.bind(*arguments)
             except TypeError as error:
                 return _failed(f"{name}: {error}")
-            delay = self._faults.delay(name)
+            delay = self._faults._delay(name)
+
+            def late(call: Call) -> object:
+                call.stopped.wait(delay)
+                self._faults._strike(name)
+                return operation(call, *arguments) if long else operation(*arguments)
+
             if long or delay:
-                return self._begin(name, operation, arguments, long, delay)
+                return self._begin(name, late)
             try:
-                self._faults.strike(name)
+                self._faults._strike(name)
                 return operation(*arguments)
             except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
-                return _failed(_told(name, error))
+                return _failed(_reported(name, error))
 
         parameters = signature.parameters.values()
         plain = all(p.kind is p.POSITIONAL_OR_KEYWORD and p.default is p.empty for p in parameters)
@@ -112,25 +111,16 @@ class Calls:
         called.__doc__ = inspect.getdoc(operation)
         return called
 
-    def _begin(
-        self,
-        name: str,
-        operation: Callable[..., Any],
-        arguments: tuple[object, ...],
-        long: bool,
-        delay: float,
-    ) -> object:
+    def _begin(self, name: str, work: Callable[[Call], object]) -> object:
+        """Do some work in a thread of the pool; return the future of its result."""
         call = Call(self._clock)
         promise = qi.Promise(lambda _promise: call.stopped.set())
 
         def run() -> None:
             try:
-                if delay:
-                    call.stopped.wait(delay)
-                self._faults.strike(name)
-                promise.setValue(operation(call, *arguments) if long else operation(*arguments))
+                promise.setValue(work(call))
             except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
-                promise.setError(_told(name, error))
+                promise.setError(_reported(name, error))
             finally:
                 with self._lock:
                     self._running.discard(call)
@@ -145,7 +135,7 @@ class Calls:
         return promise.future()
 
 
-def _told(name: str, error: Exception) -> str:
+def _reported(name: str, error: Exception) -> str:
     if isinstance(error, RobotError):
         return f"{name}: {error}"
     _logger.error("%s failed", name, exc_info=error)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Final
@@ -13,75 +12,50 @@ from naoserver.errors import HardwareFailure
 from naoserver.fake.robot import FakeSenses
 from naoserver_qi.arguments import number, text, texts
 
-__all__ = ["Faults", "FaultsService"]
-
 
 class Faults:
-    """Which calls are late or fail. Nothing goes wrong unless it is asked for."""
+    """The service `Faults`: make calls late or fail, and a fake robot feel something.
 
-    def __init__(self, *, enabled: bool = False) -> None:
+    Patterns of the names of calls, such as `ALMotion::setAngles`, and of keys are those of a shell. Nothing
+    goes wrong unless it is asked for.
+    """
+
+    def __init__(
+        self,
+        senses: Senses | None = None,
+        interrupt: Callable[[float], None] = lambda _seconds: None,
+        *,
+        enabled: bool = False,
+    ) -> None:
+        """Serve a robot with some senses; `interrupt` closes all connections for some wall seconds."""
         self.enabled: Final = enabled
-        """Whether anything may be asked to go wrong."""
+        """Whether clients can reach this service."""
+        self._senses = senses
+        self._interrupt = interrupt
         self.clear()
 
     def clear(self) -> None:
         """Make everything go well again."""
-        # Each of these is replaced as a whole.
-        self.delays: Mapping[str, float] = {}
-        """Wall seconds by which calls are late, by a pattern of their names."""
-        self.errors: Mapping[str, str] = {}
-        """The messages with which calls fail, by a pattern of their names; empty for none."""
-        self.forgotten: frozenset[str] = frozenset()
-        """Patterns of the keys that ALMemory does not know."""
-        self.blind = False
-        """Whether the cameras give no picture."""
-
-    def delay(self, name: str) -> float:
-        """Return by how many wall seconds a call such as `ALMotion::setAngles` is late."""
-        matching = (seconds for pattern, seconds in self.delays.items() if fnmatchcase(name, pattern))
-        return max(matching, default=0.0)
-
-    def strike(self, name: str) -> None:
-        """Raise HardwareFailure when a call is to fail."""
-        for pattern, message in self.errors.items():
-            if message and fnmatchcase(name, pattern):
-                raise HardwareFailure(message)
-
-    def knows(self, key: str) -> bool:
-        """Return whether ALMemory may know something under a key."""
-        return not any(fnmatchcase(key, pattern) for pattern in self.forgotten)
-
-
-class FaultsService:
-    """The service `Faults`, for tests in another process; the names of calls are patterns as of a shell."""
-
-    def __init__(self, faults: Faults, senses: Senses | None, interrupt: Callable[[float], None]) -> None:
-        """Serve `faults`; `interrupt` closes all connections for some wall seconds."""
-        self._faults = faults
-        self._senses = senses
-        self._interrupt = interrupt
-        self._lock = threading.Lock()
+        self._delays: dict[str, float] = {}  # wall seconds, by pattern
+        self._errors: dict[str, str] = {}  # messages, by pattern; empty for none
+        self._forgotten: set[str] = set()
+        self._blind = False
 
     def slow(self, pattern: object, seconds: object) -> None:
         """Make calls such as `ALMotion::*` late by some wall seconds; 0 ends it."""
-        with self._lock:
-            delay = {text(pattern, "pattern"): number(seconds, "seconds")}
-            self._faults.delays = {**self._faults.delays, **delay}
+        self._delays[text(pattern, "pattern")] = number(seconds, "seconds")
 
     def fail(self, pattern: object, message: object) -> None:
         """Make calls fail with a message; an empty one ends it."""
-        with self._lock:
-            error = {text(pattern, "pattern"): text(message, "message")}
-            self._faults.errors = {**self._faults.errors, **error}
+        self._errors[text(pattern, "pattern")] = text(message, "message")
 
     def forget(self, pattern: object) -> None:
         """Make ALMemory know nothing under keys that match, as other robots and versions do not."""
-        with self._lock:
-            self._faults.forgotten |= {text(pattern, "pattern")}
+        self._forgotten.add(text(pattern, "pattern"))
 
     def blind(self, yes: object) -> None:
         """Make the cameras give no picture."""
-        self._faults.blind = bool(yes)
+        self._blind = bool(yes)
 
     def disconnect(self, seconds: object) -> None:
         """Close every connection, and listen again after some wall seconds."""
@@ -100,13 +74,25 @@ class FaultsService:
         before = self._fake.read().inertial
         self._fake.feel(inertial=replace(before, roll=number(roll, "roll"), pitch=number(pitch, "pitch")))
 
-    def clear(self) -> None:
-        """Make everything go well again."""
-        with self._lock:
-            self._faults.clear()
-
     @property
     def _fake(self) -> FakeSenses:
         if not isinstance(self._senses, FakeSenses):
             raise HardwareFailure("this robot feels by itself")
         return self._senses
+
+    # Calls read copies, since a client may change what is to go wrong meanwhile.
+
+    def _delay(self, name: str) -> float:
+        """Return by how many wall seconds a call is late."""
+        delays = self._delays.copy()
+        return max((delays[pattern] for pattern in delays if fnmatchcase(name, pattern)), default=0.0)
+
+    def _strike(self, name: str) -> None:
+        """Raise HardwareFailure when a call is to fail."""
+        for pattern, message in self._errors.copy().items():
+            if message and fnmatchcase(name, pattern):
+                raise HardwareFailure(message)
+
+    def _knows(self, key: str) -> bool:
+        """Return whether ALMemory may know something under a key."""
+        return not any(fnmatchcase(key, pattern) for pattern in self._forgotten.copy())

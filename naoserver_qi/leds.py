@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 from naoserver.capabilities import Color, Lights
 from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.naoqi_names import LIGHT_GROUPS
 from naoserver_qi.arguments import chosen, listed, number_within, text
-from naoserver_qi.calls import Call, long_call
-
-__all__ = ["ALLeds"]
+from naoserver_qi.calls import Call
 
 GROUPS: Final = {
-    "AllLeds": ("LeftEye", "RightEye", "LeftEar", "RightEar", "Head", "Chest", "LeftFoot", "RightFoot"),
+    "AllLeds": tuple(LIGHT_GROUPS),
     "FaceLeds": ("LeftEye", "RightEye"),
-    "LeftFaceLeds": ("LeftEye",),
-    "RightFaceLeds": ("RightEye",),
     "EarLeds": ("LeftEar", "RightEar"),
-    "LeftEarLeds": ("LeftEar",),
-    "RightEarLeds": ("RightEar",),
-    "BrainLeds": ("Head",),
-    "ChestLeds": ("Chest",),
     "FeetLeds": ("LeftFoot", "RightFoot"),
-    "LeftFootLeds": ("LeftFoot",),
-    "RightFootLeds": ("RightFoot",),
+    **{group: (light,) for light, group in LIGHT_GROUPS.items()},
 }
 """The lights of each of NAOqi's groups; further groups are made of these by createGroup."""
 _PARTS: Final = ("Red", "Green", "Blue")
@@ -38,6 +31,8 @@ _COLORS: Final = {
 }
 _LONGEST: Final = 60.0
 _MOST: Final = 100
+_part: Final = partial(number_within, lower=0.0, upper=1.0)
+_seconds: Final = partial(number_within, what="duration", lower=0.0, upper=_LONGEST)
 
 
 class ALLeds:
@@ -54,23 +49,18 @@ class ALLeds:
             raise HardwareFailure("this robot has no lights")
         return self._found
 
-    @long_call
     def fadeRGB(self, call: Call, name: object, *color: object) -> None:
         """Fade to red, green and blue from 0 to 1, to 0xRRGGBB or to a colour's name, within some seconds."""
         if len(color) not in (2, 4):
-            raise InvalidCommand(
-                "color", "fadeRGB takes a group, a colour of one or three values, and seconds"
-            )
+            raise InvalidCommand("color", "fadeRGB takes a group, a colour of one or three values, seconds")
         seconds = _seconds(color[-1])
         self._fade(name, _color(color[:-1]), seconds)
         call.wait(seconds)
 
-    @long_call
     def fadeListRGB(self, call: Call, name: object, rgbList: object, timeList: object) -> None:
         """Fade through colours 0xRRGGBB at times in s."""
-        colors, times = listed(rgbList, "rgbList"), listed(timeList, "timeList")
-        if len(colors) != len(times):
-            raise InvalidCommand("rgbList", f"there are {len(colors)} colours for {len(times)} times")
+        times = listed(timeList, "timeList")
+        colors = listed(rgbList, "rgbList", len(times))
         now = 0.0
         for color, time in zip(colors, times, strict=True):
             seconds = max(0.0, _seconds(time) - now)
@@ -79,7 +69,6 @@ class ALLeds:
             if call.wait(seconds):
                 return
 
-    @long_call
     def fade(self, call: Call, name: object, intensity: object, duration: object) -> None:
         """Fade to an intensity from 0 to 1 within some seconds."""
         seconds = _seconds(duration)
@@ -146,19 +135,11 @@ class ALLeds:
             self._lights.set(light, (red, green, blue), seconds)
 
 
-def _part(value: object, what: str) -> float:
-    return number_within(value, what, 0.0, 1.0)
-
-
-def _seconds(value: object) -> float:
-    return number_within(value, "duration", 0.0, _LONGEST)
-
-
 def _color(values: tuple[object, ...]) -> Color:
     """Return the colour that three parts, 0xRRGGBB or a name stand for."""
     if len(values) == 3:
         return _part(values[0], "red"), _part(values[1], "green"), _part(values[2], "blue")
-    value = values[0]
+    (value,) = values
     code = _COLORS.get(value) if isinstance(value, str) else value
     if not isinstance(code, int) or not 0 <= code <= 0xFFFFFF:
         known = ", ".join(_COLORS)

@@ -9,8 +9,6 @@ from naoserver.errors import HardwareFailure
 from naoserver_qi.arguments import chosen
 from naoserver_qi.memory import ALMemory
 
-__all__ = ["ALAutonomousLife", "ALBattery", "ALSystem"]
-
 _STATES: Final = ("disabled", "solitary", "interactive", "safeguard")
 VERSION: Final = "2.8.6.23"
 """Of the NAOqi that this one takes after."""

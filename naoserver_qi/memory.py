@@ -1,24 +1,70 @@
-"""ALMemory: values under keys, and signals that send their changes."""
+"""ALMemory: values under keys, and signals that send their changes; and ALSonar, which it shows."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property, partial
+from operator import attrgetter
 from typing import Any, Final
 
 import qi
 
-from naoserver.errors import InvalidCommand
+from naoserver.capabilities import SenseReading, Senses
+from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
+from naoserver.robot import JointReading
 from naoserver_qi.access import Access
 from naoserver_qi.arguments import keepable, text, texts
 from naoserver_qi.faults import Faults
-from naoserver_qi.sensors import ALSonar, Moment, keys_of
-
-__all__ = ["NOTIFYING", "ALMemory"]
 
 MOST: Final = 1000
 """Keys that clients may write, and keys that they may listen to."""
 NOTIFYING: Final = 0.02
 """Wall seconds between two checks for changes."""
+NOTHING_NEAR: Final = 5.0
+"""Distance in m of the sonar when nothing is in its range."""
+_FULL: Final = 0.99
+_MOST_SUBSCRIBERS: Final = 100
+
+
+class ALSonar:
+    """Turn the sonar on and off; ALMemory shows its newest reading while somebody has subscribed."""
+
+    def __init__(self, senses: Senses | None) -> None:
+        """Serve the sonar of some senses; None of a robot that has none."""
+        self._senses = senses
+        self._lock = threading.Lock()
+        self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
+        self._newest = (0.0, 0.0)
+
+    def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:
+        """Turn the sonar on for a subscriber."""
+        if self._senses is None:
+            raise HardwareFailure("this robot has no sonar")
+        with self._lock:
+            if len(self._subscribers) >= _MOST_SUBSCRIBERS:
+                raise InvalidCommand("name", f"the sonar has {_MOST_SUBSCRIBERS} subscribers already")
+            self._subscribers[text(name, "name")] = (period, precision)
+
+    def unsubscribe(self, name: object) -> None:
+        """Turn the sonar off for a subscriber; it is off when none is left."""
+        self._distances()
+        with self._lock:
+            if self._subscribers.pop(text(name, "name"), None) is None:
+                raise InvalidCommand("name", f"{str(name)[:60]!r} has not subscribed")
+
+    def getSubscribersInfo(self) -> list[list[object]]:
+        """Return name, period and precision of each subscriber."""
+        with self._lock:
+            return [[name, *wanted] for name, wanted in self._subscribers.items()]
+
+    def _distances(self) -> tuple[float, float]:
+        """Return the distances to the left and to the right in m; both 0 before anybody subscribed."""
+        if self._subscribers and self._senses is not None:
+            reading = self._senses.read().sonar
+            self._newest = (reading.left, reading.right)
+        return self._newest
 
 
 class Subscriber:
@@ -33,7 +79,7 @@ class ALMemory:
 
     def __init__(self, access: Access, sonar: ALSonar, faults: Faults | None = None) -> None:
         self._access = access
-        self._looks = keys_of(access, sonar)
+        self._looks = _keys_of(access, sonar)
         self._faults = faults or Faults()
         self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
@@ -43,14 +89,14 @@ class ALMemory:
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
         name = text(key, "key")
-        found, value = self._look(name, Moment(self._access))
+        found, value = self._look(name, _Moment(self._access))
         if not found:
             raise InvalidCommand("key", f"there is no data under {name[:200]!r}")
         return value
 
     def getListData(self, keys: object) -> list[Any]:
         """Return the values of keys at one moment; None where there is none."""
-        moment = Moment(self._access)
+        moment = _Moment(self._access)
         return [self._look(key, moment)[1] for key in texts(keys, "keys")]
 
     def insertData(self, key: object, value: object) -> None:
@@ -68,9 +114,7 @@ class ALMemory:
         if subscriber is not None:
             subscriber.signal(value)
 
-    def raiseMicroEvent(self, name: object, value: object) -> None:
-        """Write a value under a key, and send its signal."""
-        self.raiseEvent(name, value)
+    raiseMicroEvent = raiseEvent
 
     def removeData(self, key: object) -> None:
         """Remove what was written under a key."""
@@ -80,7 +124,7 @@ class ALMemory:
     def getDataListName(self) -> list[str]:
         """Return every key."""
         with self._lock:
-            return sorted(filter(self._faults.knows, {*self._looks, *self._inserted}))
+            return sorted(filter(self._faults._knows, {*self._looks, *self._inserted}))
 
     def getDataList(self, filter: object) -> list[str]:
         """Return the keys that contain a text."""
@@ -95,27 +139,135 @@ class ALMemory:
                 if len(self._subscribers) >= MOST:
                     raise InvalidCommand("event", f"{MOST} keys are listened to already")
                 if name in self._looks:
-                    self._seen[name] = self._look(name, Moment(self._access))[1]
+                    self._seen[name] = self._look(name, _Moment(self._access))[1]
                 self._subscribers[name] = Subscriber()
             return self._subscribers[name]
 
     def _notify(self) -> None:
         """Send the values that have changed since the last time to their subscribers."""
         with self._lock:
-            moment = Moment(self._access)
-            changed = [
-                (self._subscribers[name], value)
-                for name, before in self._seen.items()
-                if (value := self._looks[name](moment)) != before
-            ]
-            self._seen = {name: self._looks[name](moment) for name in self._seen}
-        for subscriber, value in changed:
-            subscriber.signal(value)
+            moment = _Moment(self._access)
+            seen, self._seen = self._seen, {name: self._looks[name](moment) for name in self._seen}
+            changed = {name: value for name, value in self._seen.items() if value != seen[name]}
+        for name, value in changed.items():
+            self._subscribers[name].signal(value)
 
-    def _look(self, key: str, moment: Moment) -> tuple[bool, object]:
-        look = self._looks.get(key)
-        if not self._faults.knows(key):
+    def _look(self, key: str, moment: _Moment) -> tuple[bool, object]:
+        if not self._faults._knows(key):
             return False, None
-        if look is not None:
-            return True, look(moment)
+        if key in self._looks:
+            return True, self._looks[key](moment)
         return key in self._inserted, self._inserted.get(key)
+
+
+class _Moment:
+    """The readings of one moment, each taken when it is first asked for."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+
+    @cached_property
+    def joints(self) -> JointReading:
+        return self._access.body.read()
+
+    @cached_property
+    def senses(self) -> SenseReading:
+        senses = self._access.robot.senses
+        assert senses is not None  # since there are keys of them
+        return senses.read()
+
+    @cached_property
+    def fallen(self) -> bool:
+        return self._access.robot.state().fallen
+
+
+_Look = Callable[[_Moment], object]
+
+_FOOT_KEYS: Final = {
+    "FrontLeft": "front_left",
+    "FrontRight": "front_right",
+    "RearLeft": "rear_left",
+    "RearRight": "rear_right",
+    "TotalWeight": "total",
+}
+"""The part of a FootReading under each key of a foot."""
+
+
+def _keys_of(access: Access, sonar: ALSonar) -> Mapping[str, _Look]:
+    """Return how to look up every key that the robot keeps itself."""
+    keys: dict[str, _Look] = {
+        "RobotConfig/Body/Type": lambda _: "nao",
+        "RobotConfig/Body/BaseVersion": lambda _: "V6.0",
+        "RobotConfig/Head/BaseVersion": lambda _: "V6.0",
+        "DCM/Time": lambda moment: round(moment.joints.time * 1000),
+        "robotHasFallen": attrgetter("fallen"),
+        "robotIsWakeUp": lambda moment: min(moment.joints.stiffnesses) > 0.0,
+    }
+    for i, joint in enumerate(access.body.joints):
+        for part, key in JOINT_KEYS.items():
+            keys[key.format(joint.name)] = partial(_entry, attrgetter(f"joints.{part}"), i, 1.0)
+    if (senses := access.robot.senses) is not None:
+        keys.update(_keys_of_senses(sonar, senses.touch_names))
+        if (walk := access.walk) is not None:
+            keys[f"{DEVICES}InertialSensor/AngleZ/Sensor/Value"] = lambda _: walk.read().heading
+    return keys
+
+
+def _keys_of_senses(sonar: ALSonar, touch_names: tuple[str, ...]) -> Iterator[tuple[str, _Look]]:
+    unit, battery = f"{DEVICES}InertialSensor/", f"{DEVICES}Battery/"
+    pull, turning = attrgetter("senses.inertial.acceleration"), attrgetter("senses.inertial.angular_velocity")
+    for i, axis in enumerate(AXES):
+        # The short names are those of the NAO4 and older, the long ones came with the NAO5.
+        for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z of a NAO6 that stands
+            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, pull, i, -1.0)
+        for name in ("Gyr", "Gyroscope"):
+            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, turning, i, 1.0)
+    yield f"{unit}AngleX/Sensor/Value", attrgetter("senses.inertial.roll")
+    yield f"{unit}AngleY/Sensor/Value", attrgetter("senses.inertial.pitch")
+    for foot, side in (("LFoot", "left_foot"), ("RFoot", "right_foot")):
+        for name, part in _FOOT_KEYS.items():
+            yield (
+                f"{DEVICES}{foot}/FSR/{name}/Sensor/Value",
+                partial(_mass, attrgetter(f"senses.{side}.{part}")),
+            )
+    for i, side in enumerate(("Left", "Right")):
+        yield f"{DEVICES}US/{side}/Sensor/Value", partial(_distance, sonar, i)
+    for part in ("Charge", "Current", "Temperature"):
+        yield f"{battery}{part}/Sensor/Value", attrgetter(f"senses.battery.{part.lower()}")
+    yield "BatteryChargeChanged", lambda moment: round(100 * moment.senses.battery.charge)
+    yield "BatteryPowerPluggedChanged", attrgetter("senses.battery.plugged")
+    yield "BatteryFullChargedFlagChanged", lambda moment: moment.senses.battery.charge >= _FULL
+    for name in touch_names:
+        yield touch_key(name), partial(_pressed, {name})
+        if event := _touch_event(name):
+            yield event, partial(_pressed, {name})
+    for side in ("Left", "Right"):
+        bumpers = {name for name in touch_names if name.startswith(f"{side[0]}FootBumper")}
+        yield f"{side}BumperPressed", partial(_pressed, bumpers)
+
+
+def _entry(values: Callable[[_Moment], Sequence[float]], index: int, sign: float, moment: _Moment) -> float:
+    return sign * values(moment)[index]
+
+
+def _mass(force: Callable[[_Moment], float], moment: _Moment) -> float:
+    return force(moment) / GRAVITY
+
+
+def _distance(sonar: ALSonar, side: int, _moment: _Moment) -> float:
+    return min(sonar._distances()[side], NOTHING_NEAR)
+
+
+def _pressed(sensors: set[str], moment: _Moment) -> float:
+    return 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
+
+
+def _touch_event(name: str) -> str | None:
+    """Return the event of a touch sensor; None of a bumper, since one event is of both of a foot."""
+    if name == "ChestButton":
+        return "ChestButtonPressed"
+    if name.startswith("Head"):
+        return f"{name.removeprefix('Head')}TactilTouched"
+    if name[1:].startswith("Hand"):
+        return f"Hand{'Left' if name[0] == 'L' else 'Right'}{name[5:]}Touched"
+    return None

@@ -22,13 +22,10 @@ from naoserver_qi.arguments import (
     numbers,
     text,
 )
-from naoserver_qi.calls import Call, long_call
+from naoserver_qi.calls import Call
 from naoserver_qi.postures import ALRobotPosture
-from naoserver_qi.tasks import JointTasks
-from naoserver_qi.trajectory import BezierKey, BezierTrajectory, SmoothTrajectory, Trajectory, check_times
+from naoserver_qi.trajectory import JointTasks, Key, Task, Trajectory, check_times, smooth_trajectory
 from naoserver_qi.walking import Walking
-
-__all__ = ["ALMotion"]
 
 _logger = logging.getLogger(__name__)
 
@@ -53,31 +50,29 @@ _MOVE_CONFIG: Final = {
 _CONFIGS: Final = ("Min", "Default", "Max")
 _ROBOT_CONFIG: Final[dict[str, object]] = {
     "Model Type": "naoH25",
-    "Head Version": "VERSION_60",
-    "Body Version": "VERSION_60",
-    "Arm Version": "VERSION_60",
+    **dict.fromkeys(("Head Version", "Body Version", "Arm Version"), "VERSION_60"),
     "Laser": False,
     "Extended Arms": False,
     "Extended Hand": True,
-    "Number of Legs": 2,
-    "Number of Arms": 2,
-    "Number of Hands": 2,
+    **dict.fromkeys(("Number of Legs", "Number of Arms", "Number of Hands"), 2),
 }
 
 _Operation = Callable[..., Any]
+_Paths = Callable[[dict[str, float]], dict[str, Trajectory]]
+"""Where joints go, from where each of them is."""
 
 
-def _robot_switch(name: str, default: bool) -> tuple[_Operation, _Operation]:
-    """Return the operations that set and get a switch of the whole robot."""
+def _robot_switch(name: str) -> tuple[_Operation, _Operation]:
+    """Return the operations that set and get a switch of the whole robot, which is on at first."""
 
     def enable(self: ALMotion, enable: object) -> None:
+        """Remember whether it is enabled, which has no effect."""
         self._remember(name, enable)
 
     def enabled(self: ALMotion) -> bool:
-        return self._switches.get(name, default)
+        """Return whether it is enabled."""
+        return self._switches.get(name, True)
 
-    enable.__doc__ = f"Remember whether {name} is enabled; it has no effect."
-    enabled.__doc__ = f"Return whether {name} is enabled."
     return enable, enabled
 
 
@@ -85,13 +80,13 @@ def _part_switch(name: str, default: bool) -> tuple[_Operation, _Operation]:
     """Return the operations that set and get a switch of a part of the body."""
 
     def enable(self: ALMotion, part: object, enable: object) -> bool:
+        """Remember whether it is enabled for a chain or part, which has no effect."""
         return self._remember(f"{name}/{text(part, 'name')}", enable)
 
     def enabled(self: ALMotion, part: object) -> bool:
+        """Return whether it is enabled for a chain or part."""
         return self._switches.get(f"{name}/{text(part, 'name')}", default)
 
-    enable.__doc__ = f"Remember whether {name} of a chain or part is enabled; it has no effect."
-    enabled.__doc__ = f"Return whether {name} of a chain or part is enabled."
     return enable, enabled
 
 
@@ -126,7 +121,6 @@ class ALMotion:
         angles = self._access.angles(measured=bool(useSensors))
         return [angles[joint] for joint in joints_of(names)]
 
-    @long_call
     def angleInterpolation(
         self, call: Call, names: object, angleLists: object, timeLists: object, isAbsolute: object
     ) -> None:
@@ -136,15 +130,14 @@ class ALMotion:
         times = number_lists(timeLists, "timeLists", len(joints))
 
         def paths(start: dict[str, float]) -> dict[str, Trajectory]:
-            found: dict[str, Trajectory] = {}
-            for joint, keys, moments in zip(joints, angles, times, strict=True):
-                origin = 0.0 if isAbsolute else start[joint]
-                found[joint] = SmoothTrajectory(joint, start[joint], moments, [origin + key for key in keys])
-            return found
+            origins = dict.fromkeys(joints, 0.0) if isAbsolute else start
+            return {
+                joint: smooth_trajectory(joint, start[joint], moments, [origins[joint] + key for key in keys])
+                for joint, keys, moments in zip(joints, angles, times, strict=True)
+            }
 
         self._follow(call, "angleInterpolation", joints, paths)
 
-    @long_call
     def angleInterpolationWithSpeed(
         self, call: Call, names: object, targetAngles: object, maxSpeedFraction: object
     ) -> None:
@@ -159,36 +152,30 @@ class ALMotion:
                 speed = min(share * self._body.facts(joint).max_velocity, self._body.speed_cap(joint))
                 duration = max(duration, _PEAK * abs(target - start[joint]) / speed)
             return {
-                joint: SmoothTrajectory(joint, start[joint], [duration], [target])
+                joint: smooth_trajectory(joint, start[joint], [duration], [target])
                 for joint, target in targets.items()
             }
 
         self._follow(call, "angleInterpolationWithSpeed", joints, paths)
 
-    @long_call
     def angleInterpolationBezier(
         self, call: Call, jointNames: object, times: object, controlPoints: object
     ) -> None:
         """Move joints along Bezier curves, as Choregraphe exports them; returns when they are there."""
         joints = joints_of(jointNames)
         moments = number_lists(times, "times", len(joints))
-        points = listed(controlPoints, "controlPoints")
-        if len(points) != len(joints):
-            message = f"controlPoints has {len(points)} entries for {len(joints)} joints"
-            raise InvalidCommand("controlPoints", message)
+        points = listed(controlPoints, "controlPoints", len(joints))
         keys = {joint: _bezier_keys(joint, moments[i], points[i]) for i, joint in enumerate(joints)}
 
         def paths(start: dict[str, float]) -> dict[str, Trajectory]:
-            return {joint: BezierTrajectory(joint, start[joint], keys[joint]) for joint in joints}
+            return {joint: Trajectory(joint, Key(0.0, start[joint]), keys[joint]) for joint in joints}
 
         self._follow(call, "angleInterpolationBezier", joints, paths)
 
-    @long_call
     def openHand(self, call: Call, handName: object) -> None:
         """Open a hand, `LHand` or `RHand`; returns when it is open."""
         self.angleInterpolationWithSpeed(call, handName, 1.0, 1.0)
 
-    @long_call
     def closeHand(self, call: Call, handName: object) -> None:
         """Close a hand, `LHand` or `RHand`; returns when it is closed."""
         self.angleInterpolationWithSpeed(call, handName, 0.0, 1.0)
@@ -206,7 +193,6 @@ class ALMotion:
         values = self._body.read().stiffnesses
         return [values[self._body.index(joint)] for joint in joints_of(names)]
 
-    @long_call
     def stiffnessInterpolation(
         self, call: Call, names: object, stiffnessLists: object, timeLists: object
     ) -> None:
@@ -214,32 +200,27 @@ class ALMotion:
         joints = joints_of(names)
         values = number_lists(stiffnessLists, "stiffnessLists", len(joints))
         times = number_lists(timeLists, "timeLists", len(joints))
-        begun: dict[float, dict[str, tuple[float, float]]] = {}  # when: by joint, stiffness and seconds
+        changes: list[tuple[float, str, float, float]] = []  # when, joint, stiffness, seconds
         for joint, own, moments in zip(joints, values, times, strict=True):
             check_times(joint, moments, len(own))
-            for begin, end, value in zip([0.0, *moments[:-1]], moments, own, strict=True):
-                begun.setdefault(begin, {})[joint] = (value, end - begin)
-            begun.setdefault(moments[-1], {})
+            begins = [0.0, *moments[:-1]]
+            changes += [(b, joint, v, e - b) for b, e, v in zip(begins, moments, own, strict=True)]
         now = 0.0
-        for begin in sorted(begun):
+        for begin, joint, value, seconds in sorted(changes):
             if call.wait(begin - now):
                 return
             now = begin
-            for joint, (value, seconds) in begun[begin].items():
-                self._body.stiffen({joint: value}, seconds)
+            self._body.stiffen({joint: value}, seconds)
+        call.wait(max((moments[-1] for moments in times), default=0.0) - now)
 
-    @long_call
     def wakeUp(self, call: Call) -> None:
         """Make every motor stiff, and stand up; returns when the robot stands."""
-        reading = self._body.read()
-        stiffnesses = zip(self._body.joints, reading.stiffnesses, strict=True)
-        limp = {joint.name: 1.0 for joint, stiffness in stiffnesses if stiffness < 1.0}
-        if limp:
+        stiffnesses = zip(self._body.joints, self._body.read().stiffnesses, strict=True)
+        if limp := {joint.name: 1.0 for joint, stiffness in stiffnesses if stiffness < 1.0}:
             self._body.stiffen(limp, _WAKING)
             call.wait(_WAKING)
         self._postures.goToPosture(call, "Stand", _PACE)
 
-    @long_call
     def rest(self, call: Call) -> None:
         """Crouch, and then let every motor go limp; returns when they are."""
         if max(self._body.read().stiffnesses) > 0.0:
@@ -273,7 +254,6 @@ class ALMotion:
         number_within(frequency, "frequency", -1.0, 1.0)
         self.moveToward(x, y, theta, moveConfig)
 
-    @long_call
     def moveTo(self, call: Call, *goal: object) -> bool:
         """Walk to x, y and theta in m and rad in the robot's frame; returns at the end whether it got there.
 
@@ -300,7 +280,6 @@ class ALMotion:
         """Return whether it walks, or comes to a stand."""
         return self._walking.moving
 
-    @long_call
     def waitUntilMoveIsFinished(self, call: Call) -> None:
         """Return when it stands."""
         while self._walking.moving and not call.wait(0.05):
@@ -310,9 +289,7 @@ class ALMotion:
         """End the walk on both feet."""
         self._walking.stop()
 
-    def killMove(self) -> None:
-        """End the walk on both feet, as stopMove does."""
-        self._walking.stop()
+    killMove = stopMove
 
     def getMoveConfig(self, config: object) -> list[list[object]]:
         """Return the parameters of NAOqi's gait: `Min`, `Default` or `Max`."""
@@ -345,19 +322,17 @@ class ALMotion:
 
     def killTask(self, motionTaskID: object) -> bool:
         """Cancel a task; returns whether there was one."""
-        tasks = [task for task in self._tasks.all() if task.number == motionTaskID]
-        self._tasks.stop(tasks)
-        return bool(tasks)
+        return self._kill(lambda task: task.number == motionTaskID)
 
     def killTasksUsingResources(self, resourceNames: object) -> None:
         """Cancel the tasks that move any of some joints."""
         joints = joints_of(resourceNames)
-        self._tasks.stop(task for task in self._tasks.all() if not task.joints.isdisjoint(joints))
+        self._kill(lambda task: not task.joints.isdisjoint(joints))
 
     def killAll(self) -> None:
         """Cancel every task, end the walk, and hold every joint where it is."""
         self._walking.stop()
-        self._tasks.stop(self._tasks.all())
+        self._kill(lambda _task: True)
         self._body.hold()
 
     # -- the body ----------------------------------------------------------------------------------------
@@ -366,9 +341,7 @@ class ALMotion:
         """Return the joints of a chain, such as `Body` or `LArm`."""
         return list(joints_of(name))
 
-    def getJointNames(self, name: object) -> list[str]:
-        """Return the joints of a chain; the former name of getBodyNames."""
-        return list(joints_of(name))
+    getJointNames = getBodyNames  # its former name
 
     def getLimits(self, name: object) -> list[list[float]]:
         """Return lowest and highest angle in rad, full speed in rad/s and torque in N m of each joint."""
@@ -408,10 +381,10 @@ class ALMotion:
 
     # -- NAOqi's reflexes: remembered for programs that switch them before anything else --------------------
 
-    setFallManagerEnabled, getFallManagerEnabled = _robot_switch("FallManager", True)
-    setSmartStiffnessEnabled, getSmartStiffnessEnabled = _robot_switch("SmartStiffness", True)
-    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = _robot_switch("DiagnosisEffect", True)
-    setPushRecoveryEnabled, getPushRecoveryEnabled = _robot_switch("PushRecovery", True)
+    setFallManagerEnabled, getFallManagerEnabled = _robot_switch("FallManager")
+    setSmartStiffnessEnabled, getSmartStiffnessEnabled = _robot_switch("SmartStiffness")
+    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = _robot_switch("DiagnosisEffect")
+    setPushRecoveryEnabled, getPushRecoveryEnabled = _robot_switch("PushRecovery")
     setCollisionProtectionEnabled, getCollisionProtectionEnabled = _part_switch("CollisionProtection", True)
     setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _part_switch(
         "ExternalCollisionProtection", True
@@ -433,13 +406,14 @@ class ALMotion:
         speeds = {joint: share * self._body.facts(joint).max_velocity for joint in joints}
         self._body.move(dict(zip(joints, targets, strict=True)), speeds)
 
-    def _follow(
-        self,
-        call: Call,
-        name: str,
-        joints: Sequence[str],
-        paths: Callable[[dict[str, float]], dict[str, Trajectory]],
-    ) -> None:
+    def _kill(self, chosen: Callable[[Task], bool]) -> bool:
+        """Cancel tasks, whose joints stay where they are; return whether there were any."""
+        tasks = [task for task in self._tasks.all() if chosen(task)]
+        for task in tasks:
+            task.call.stopped.set()
+        return bool(tasks)
+
+    def _follow(self, call: Call, name: str, joints: Sequence[str], paths: _Paths) -> None:
         """Move joints along paths from their setpoints, once no other task moves them."""
         with self._tasks.task(name, joints, call) as task:
             if joints and not call.stopped.is_set():
@@ -452,40 +426,30 @@ class ALMotion:
         return True
 
 
-def _bezier_keys(joint: str, times: Sequence[float], points: object) -> list[BezierKey]:
-    entries = listed(points, "controlPoints")
-    if len(entries) != len(times):
-        raise InvalidCommand(joint, f"{joint}: there are {len(entries)} keys for {len(times)} times")
+def _bezier_keys(joint: str, times: Sequence[float], points: object) -> list[Key]:
     keys = []
-    for time, entry in zip(times, entries, strict=True):
+    for time, entry in zip(times, listed(points, f"{joint}: controlPoints", len(times)), strict=True):
         parts = listed(entry, "controlPoints") if isinstance(entry, (list, tuple)) else [entry]
         if not parts:
             raise InvalidCommand(joint, f"{joint}: a key has no angle")
-        keys.append(BezierKey(time, number(parts[0], "an angle"), *(_handle(part) for part in parts[1:3])))
+        keys.append(Key(time, number(parts[0], "an angle"), *(_handle(part) for part in parts[1:3])))
     return keys
 
 
 def _handle(part: object) -> tuple[float, float]:
-    values = listed(part, "a handle")
-    if len(values) != 3:
-        message = f"a handle has {len(values)} entries, not 3: the kind of interpolation, time and angle"
-        raise InvalidCommand("controlPoints", message)
-    return number(values[1], "a handle's time"), number(values[2], "a handle's angle")
+    _kind, time, angle = listed(part, "a handle", 3)
+    return number(time, "a handle's time"), number(angle, "a handle's angle")
 
 
 def _place(value: object) -> tuple[float, float, float]:
-    parts = listed(value, "a place")
-    if len(parts) != 3:
-        raise InvalidCommand("place", f"a place has {len(parts)} entries, not 3: x, y and theta")
-    return number(parts[0], "x"), number(parts[1], "y"), number(parts[2], "theta")
+    x, y, theta = listed(value, "a place", 3)
+    return number(x, "x"), number(y, "y"), number(theta, "theta")
 
 
 def _check_config(config: object) -> None:
     """Raise InvalidCommand unless it is a list of names, such as MaxStepX, and numbers."""
     for entry in listed(config, "moveConfig"):
-        pair = listed(entry, "an entry of moveConfig")
-        if len(pair) != 2:
-            raise InvalidCommand("moveConfig", "an entry of moveConfig is a name and a number")
-        name = text(pair[0], "a name in moveConfig").removeprefix("Left").removeprefix("Right")
+        parameter, value = listed(entry, "an entry of moveConfig", 2)
+        name = text(parameter, "a name in moveConfig").removeprefix("Left").removeprefix("Right")
         chosen(name, "parameter", (*_MOVE_CONFIG, "Frequency"))
-        number(pair[1], name)
+        number(value, name)

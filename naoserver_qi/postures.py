@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final
 
 from interfaces.nao import ActionStatus
@@ -14,22 +13,16 @@ from naoserver.motions.routes import MotionRoute
 from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import CLIENT, Access
 from naoserver_qi.arguments import chosen, fraction, text
-from naoserver_qi.calls import Call, long_call
+from naoserver_qi.calls import Call
 
-__all__ = ["ALBehaviorManager", "ALRobotPosture"]
-
-FAMILIES: Final[Mapping[str, str]] = MappingProxyType(
-    {
-        "Crouch": "Crouching",
-        "LyingBack": "LyingBack",
-        "LyingBelly": "LyingBelly",
-        "Sit": "Sitting",
-        "SitRelax": "Sitting",
-        "Stand": "Standing",
-        "StandInit": "Standing",
-        "StandZero": "Standing",
-    }
-)
+FAMILIES: Final[Mapping[str, str]] = {
+    "Crouch": "Crouching",
+    "LyingBack": "LyingBack",
+    "LyingBelly": "LyingBelly",
+    "Sit": "Sitting",
+    "SitRelax": "Sitting",
+    **dict.fromkeys(("Stand", "StandInit", "StandZero"), "Standing"),
+}
 """The family of each posture."""
 UNKNOWN: Final = "Unknown"
 _POLL: Final = 0.05
@@ -42,7 +35,6 @@ class ALRobotPosture:
     def __init__(self, access: Access) -> None:
         self._access = access
 
-    @long_call
     def goToPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
         """Go to a posture at a fraction of the full pace; returns at its end whether it was reached.
 
@@ -62,10 +54,7 @@ class ALRobotPosture:
                 return False
         return now.status is ActionStatus.Done and now.count == count
 
-    @long_call
-    def applyPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
-        """Go to a posture, as goToPosture does."""
-        return self.goToPosture(call, postureName, maxSpeedFraction)
+    applyPosture = goToPosture
 
     def stopMove(self) -> None:
         """Stop on the way to a posture."""
@@ -101,14 +90,13 @@ class ALBehaviorManager:
         self._player = access.player
         self._motions = load_motions()
 
-    @long_call
     def runBehavior(self, call: Call, name: object) -> None:
         """Run a behavior; returns at its end. Whatever else moves the body is ended first."""
         motion = self._motion(name)
         self._access.free(call)
         if call.stopped.is_set():
             return
-        self._begin(motion)
+        self.startBehavior(name)
         count = self._player.progress(MOTION).count
         while motion.name in self.getRunningBehaviors() and self._player.progress(MOTION).count == count:
             if call.wait(_POLL):
@@ -116,7 +104,9 @@ class ALBehaviorManager:
 
     def startBehavior(self, name: object) -> None:
         """Begin a behavior; returns at once."""
-        self._begin(self._motion(name))
+        motion = self._motion(name)
+        route = MotionRoute(motion, self._motions.values())
+        self._player.begin(MOTION, motion.name, route, client=CLIENT)
 
     def stopBehavior(self, name: object) -> None:
         """End a behavior."""
@@ -146,7 +136,3 @@ class ALBehaviorManager:
 
     def _motion(self, name: object) -> Motion:
         return self._motions[chosen(name, "behavior", self._motions)]
-
-    def _begin(self, motion: Motion) -> None:
-        route = MotionRoute(motion, self._motions.values())
-        self._player.begin(MOTION, motion.name, route, client=CLIENT)

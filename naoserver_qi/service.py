@@ -6,9 +6,9 @@ import logging
 import threading
 import time
 import weakref
-from collections.abc import Callable, Mapping
-from types import TracebackType
-from typing import Final, Self
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from typing import Final
 
 import qi
 
@@ -19,19 +19,16 @@ from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
 from naoserver_qi.access import Access
 from naoserver_qi.calls import Calls
-from naoserver_qi.faults import Faults, FaultsService
+from naoserver_qi.faults import Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
-from naoserver_qi.memory import NOTIFYING, ALMemory
+from naoserver_qi.memory import NOTIFYING, ALMemory, ALSonar
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
-from naoserver_qi.sensors import ALSonar
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
 from naoserver_qi.walking import RENEWAL, Walking
 from zenoh_ice import WallClock
-
-__all__ = ["NaoqiService"]
 
 _logger = logging.getLogger(__name__)
 
@@ -45,76 +42,48 @@ _GRACE: Final = 0.05
 """Wall seconds that libqi gets to release what it lent to clients."""
 
 
-class NaoqiService:
-    """A robot served as NAOqi; leaving the `with` block ends calls and connections.
-
-    With `faults`, a service of this name lets tests make things go wrong.
-    """
-
-    def __init__(self, robot: Robot, assembly: Assembly, url: str, *, faults: bool = False) -> None:
-        """Listen at `url`, where port 0 lets the system pick. Raises RobotError when that cannot be."""
-        access = Access.through(robot, assembly)
-        made_to_fail = Faults(enabled=faults)
-        self._calls = Calls(robot.clock, made_to_fail)
-        self._walking = Walking(access)
-        sonar = ALSonar(robot.senses)
-        memory = ALMemory(access, sonar, made_to_fail)
-        postures = ALRobotPosture(access)
-        speech = ALTextToSpeech(robot.voice, memory)
-        services: dict[str, object] = {
-            "ALAnimatedSpeech": ALAnimatedSpeech(speech),
-            "ALAutonomousLife": ALAutonomousLife(memory),
-            "ALBehaviorManager": ALBehaviorManager(access),
-            "ALBattery": ALBattery(robot.senses),
-            "ALLeds": ALLeds(robot.lights),
-            "ALMemory": memory,
-            "ALMotion": ALMotion(access, postures, self._walking),
-            "ALRobotPosture": postures,
-            "ALSonar": sonar,
-            "ALSystem": ALSystem(robot.name),
-            "ALTextToSpeech": speech,
-            "ALVideoDevice": ALVideoDevice(robot, made_to_fail),
-        }
-        if faults:
-            services["Faults"] = FaultsService(made_to_fail, robot.senses, self._interrupt)
-        wall = WallClock()
-        self._threads = JobThreads(
-            (
-                Periodic("ALMemory", wall, lambda: NOTIFYING, memory._notify, thread="NAOqi"),
-                Periodic("the walk", wall, lambda: RENEWAL, self._walking.renew, thread="NAOqi"),
-            )
-        )
-        self._closed = False
-        self._listener = _Listener(
-            url, {name: self._calls.facade(name, service) for name, service in services.items()}
-        )
-        self._threads.start()
-
-    @property
-    def url(self) -> str:
-        """Where it listens, with the port that the system picked."""
-        return self._listener.url
-
-    def close(self) -> None:
-        """Cancel the running calls and close every connection; does nothing the second time."""
-        if self._closed:
-            return
-        self._closed = True
-        self._threads.close()
-        self._calls.close()
-        self._walking.close()
-        self._listener.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def _interrupt(self, seconds: float) -> None:
-        self._listener.interrupt(seconds)
+@contextmanager
+def serve(robot: Robot, assembly: Assembly, url: str, *, faults: bool) -> Iterator[str]:
+    """Serve a robot as NAOqi in a `with` block, which gets the URL; see `naoserver_qi.serve_as_naoqi`."""
+    access = Access(robot, assembly)
+    made_to_fail = Faults(
+        robot.senses,
+        lambda seconds: listener.interrupt(seconds),  # noqa: PLW0108 - it does not exist yet
+        enabled=faults,
+    )
+    calls = Calls(robot.clock, made_to_fail)
+    walking = Walking(access)
+    sonar = ALSonar(robot.senses)
+    memory = ALMemory(access, sonar, made_to_fail)
+    postures = ALRobotPosture(access)
+    speech = ALTextToSpeech(robot.voice, memory)
+    services: dict[str, object] = {
+        "ALAnimatedSpeech": ALAnimatedSpeech(speech),
+        "ALAutonomousLife": ALAutonomousLife(memory),
+        "ALBehaviorManager": ALBehaviorManager(access),
+        "ALBattery": ALBattery(robot.senses),
+        "ALLeds": ALLeds(robot.lights),
+        "ALMemory": memory,
+        "ALMotion": ALMotion(access, postures, walking),
+        "ALRobotPosture": postures,
+        "ALSonar": sonar,
+        "ALSystem": ALSystem(robot.name),
+        "ALTextToSpeech": speech,
+        "ALVideoDevice": ALVideoDevice(robot, made_to_fail),
+        **({"Faults": made_to_fail} if faults else {}),
+    }
+    listener = _Listener(url, {name: calls.facade(name, service) for name, service in services.items()})
+    wall = WallClock()
+    jobs = (
+        Periodic("ALMemory", wall, lambda: NOTIFYING, memory._notify, thread="NAOqi"),
+        Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
+    )
+    with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
+        steps.callback(listener.close)
+        steps.callback(walking.close)
+        steps.callback(calls.close)
+        steps.enter_context(JobThreads(jobs))
+        yield listener.url
 
 
 class _Listener:
@@ -143,13 +112,12 @@ class _Listener:
         with self._lock:
             if self._closing.is_set() or (self._break is not None and self._break.is_alive()):
                 return
-            self._break = threading.Thread(
-                target=self._take_a_break, args=(seconds,), name="break", daemon=True
-            )
+            self._break = threading.Timer(_ANSWERING, self._take_a_break, (seconds,))
+            self._break.daemon = True
             self._break.start()
 
     def close(self) -> None:
-        """Close every connection; does nothing the second time."""
+        """Close every connection."""
         with self._lock:
             self._closing.set()
             pause = self._break
@@ -179,15 +147,15 @@ class _Listener:
         # libqi releases the services on its own thread. A process that ends meanwhile hangs: that
         # thread waits for Python's lock, which is held while libqi waits for its threads.
         limit = time.monotonic() + _RELEASING
-        while any(service() is not None for service in self._offered) and time.monotonic() < limit:
+        while any(service() is not None for service in self._offered):
+            if time.monotonic() > limit:
+                _logger.warning("libqi has not released the services within %g s", _RELEASING)
+                break
             time.sleep(_POLL)
-        if any(service() is not None for service in self._offered):
-            _logger.warning("libqi has not released the services within %g s", _RELEASING)
         self._offered = []
         time.sleep(_GRACE)
 
     def _take_a_break(self, seconds: float) -> None:
-        self._closing.wait(_ANSWERING)
         self._hang_up()
         if not self._closing.wait(seconds):
             try:

@@ -10,10 +10,8 @@ from naoserver.capabilities import Voice
 from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver.expression import LONGEST_TEXT
 from naoserver_qi.arguments import chosen, number, number_within, text
-from naoserver_qi.calls import Call, long_call
+from naoserver_qi.calls import Call
 from naoserver_qi.memory import ALMemory
-
-__all__ = ["ALAnimatedSpeech", "ALTextToSpeech"]
 
 _LOOK: Final = 0.05
 """Robot seconds between two looks whether a text was said."""
@@ -40,15 +38,13 @@ class ALTextToSpeech:
             raise HardwareFailure("this robot has no voice")
         return self._found
 
-    @long_call
     def say(self, call: Call, stringToSay: object, language: object = None) -> None:
         """Say a text after those that were asked for before; returns when it was said."""
         if language is not None:
             chosen(language, "language", _LANGUAGES)
         words = _TAG.sub(" ", text(stringToSay, "text")).strip()
         if len(words) > LONGEST_TEXT:
-            message = f"the text has {len(words)} characters: at most {LONGEST_TEXT} are said at a time"
-            raise InvalidCommand("text", message)
+            raise InvalidCommand("text", f"the text has {len(words)} characters, more than {LONGEST_TEXT}")
         voice = self._voice
         while not self._turn.acquire(timeout=0.1):
             if call.stopped.is_set():
@@ -60,7 +56,7 @@ class ALTextToSpeech:
             voice.say(words)
             self._memory.raiseEvent("ALTextToSpeech/CurrentSentence", words)
             self._memory.raiseEvent("ALTextToSpeech/TextStarted", 1)
-            while not _said(voice, before):
+            while (now := voice.utterance()).speaking or now.count == before:
                 if call.wait(_LOOK):
                     voice.stop()
             self._memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
@@ -104,13 +100,6 @@ class ALAnimatedSpeech:
     def __init__(self, speech: ALTextToSpeech) -> None:
         self._speech = speech
 
-    @long_call
     def say(self, call: Call, text_: object, _configuration: object = None) -> None:
         """Say a text; returns when it was said."""
         self._speech.say(call, _ANIMATION.sub(" ", text(text_, "text")))
-
-
-def _said(voice: Voice, before: int) -> bool:
-    """Return whether what was asked for after `before` texts has been said, or been forgotten."""
-    utterance = voice.utterance()
-    return not utterance.speaking and utterance.count != before

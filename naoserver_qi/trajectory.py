@@ -1,87 +1,38 @@
-"""Angles over time, as NAOqi's interpolations ask for them: smooth through keys, or along Bezier curves."""
+"""Angles over time, as NAOqi's interpolations ask for them, and the tasks that move joints along them."""
 
 from __future__ import annotations
 
+import threading
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Final, Protocol
+from itertools import count, pairwise
+from typing import Final
 
 from naoserver.errors import InvalidCommand
-
-__all__ = ["BezierKey", "BezierTrajectory", "SmoothTrajectory", "Trajectory", "check_times"]
+from naoserver_qi.access import PERIOD, Access
+from naoserver_qi.calls import Call
 
 _BISECTIONS: Final = 30
+_EXACT: Final = 1e-12  # s
+_SETTLING: Final = 3.0
+"""Robot seconds that joints get to arrive after the end of a trajectory that was too fast for them."""
+_REACHED: Final = 1e-6  # rad
+_POLL: Final = 0.1
+"""Wall seconds between two checks whether a waiting call was cancelled."""
 
 
-class Trajectory(Protocol):
-    """An angle in rad for each moment from 0 to `duration` in s; before and after, the first and last one."""
-
-    @property
-    def duration(self) -> float:
-        """When the last key is reached in s."""
-        ...
-
-    def at(self, time: float) -> float:
-        """Return the angle at a time."""
-        ...
-
-
-def check_times(joint: str, times: Sequence[float], count: int) -> None:
-    """Raise InvalidCommand unless there are `count` times, above 0 and increasing."""
-    if len(times) != count or not times:
-        raise InvalidCommand(joint, f"{joint}: there are {len(times)} times for {count} keys")
+def check_times(joint: str, times: Sequence[float], keys: int) -> None:
+    """Raise InvalidCommand unless there are `keys` times, above 0 and increasing."""
+    if len(times) != keys or not times:
+        raise InvalidCommand(joint, f"{joint}: there are {len(times)} times for {keys} keys")
     if times[0] <= 0.0 or any(later <= time for time, later in pairwise(times)):
         raise InvalidCommand(joint, f"{joint}: the times must be above 0 and increase, not {list(times)}")
 
 
-class SmoothTrajectory:
-    """Go through keys by cubic pieces, at rest at both ends, without swinging beyond a key.
-
-    The slope at an inner key is the harmonic mean of those beside it, 0 where the angle turns back: Fritsch
-    and Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
-    """
-
-    def __init__(self, joint: str, start: float, times: Sequence[float], angles: Sequence[float]) -> None:
-        """Begin at `start` at time 0. Raises InvalidCommand unless the times increase, one for each angle."""
-        check_times(joint, times, len(angles))
-        self._times = (0.0, *times)
-        self._angles = (start, *angles)
-        rises = [
-            (self._angles[i + 1] - self._angles[i]) / (self._times[i + 1] - self._times[i])
-            for i in range(len(times))
-        ]
-        inner = [
-            2.0 * before * after / (before + after) if before * after > 0.0 else 0.0
-            for before, after in pairwise(rises)
-        ]
-        self._slopes = (0.0, *inner, 0.0)
-
-    @property
-    def duration(self) -> float:
-        """When the last key is reached in s."""
-        return self._times[-1]
-
-    def at(self, time: float) -> float:
-        """Return the angle at a time."""
-        if time <= 0.0:
-            return self._angles[0]
-        if time >= self.duration:
-            return self._angles[-1]
-        i = bisect_right(self._times, time) - 1
-        span = self._times[i + 1] - self._times[i]
-        s = (time - self._times[i]) / span
-        return (
-            (1.0 + 2.0 * s) * (1.0 - s) ** 2 * self._angles[i]
-            + s * (1.0 - s) ** 2 * span * self._slopes[i]
-            + s * s * (3.0 - 2.0 * s) * self._angles[i + 1]
-            + s * s * (s - 1.0) * span * self._slopes[i + 1]
-        )
-
-
 @dataclass(frozen=True, slots=True)
-class BezierKey:
+class Key:
     """A key of a curve, and its handles: each a time in s and an angle in rad beside those of the key."""
 
     time: float
@@ -90,13 +41,13 @@ class BezierKey:
     after: tuple[float, float] = (0.0, 0.0)
 
 
-class BezierTrajectory:
-    """Follow cubic Bezier curves from key to key, as Choregraphe draws them."""
+class Trajectory:
+    """An angle in rad for each time in s: cubic Bezier curves from key to key, as Choregraphe draws them."""
 
-    def __init__(self, joint: str, start: float, keys: Sequence[BezierKey]) -> None:
-        """Begin at `start` at time 0. Raises InvalidCommand unless the times of the keys increase."""
+    def __init__(self, joint: str, start: Key, keys: Sequence[Key]) -> None:
+        """Begin at `start`, at time 0. Raises InvalidCommand unless the times of the keys increase."""
         check_times(joint, [key.time for key in keys], len(keys))
-        self._keys = (BezierKey(0.0, start), *keys)
+        self._keys = (start, *keys)
         self._times = [key.time for key in self._keys]
 
     @property
@@ -105,37 +56,157 @@ class BezierTrajectory:
         return self._times[-1]
 
     def at(self, time: float) -> float:
-        """Return the angle at a time."""
+        """Return the angle at a time; before and after, the first and the last one."""
         if time <= 0.0:
             return self._keys[0].angle
         if time >= self.duration:
             return self._keys[-1].angle
         i = bisect_right(self._times, time) - 1
         begin, end = self._keys[i], self._keys[i + 1]
-        span = end.time - begin.time
+        span, time = end.time - begin.time, time - begin.time
         # Within the piece, so that the time along the curve never runs backwards.
-        times = (
-            0.0,
-            min(max(begin.after[0], 0.0), span),
-            span + max(min(end.before[0], 0.0), -span),
-            span,
-        )
-        angles = (begin.angle, begin.angle + begin.after[1], end.angle + end.before[1], end.angle)
-        low, high = 0.0, 1.0
+        handles = min(max(begin.after[0], 0.0), span), span + max(min(end.before[0], 0.0), -span)
+        times = (0.0, *handles, span)
+        low, high, s = 0.0, 1.0, time / span  # with handles of a third of the span the first guess is right
         for _ in range(_BISECTIONS):
-            middle = (low + high) / 2
-            if _bernstein(times, middle) < time - begin.time:
-                low = middle
-            else:
-                high = middle
-        return _bernstein(angles, high)
+            late = _bernstein(times, s) - time
+            if abs(late) < _EXACT:
+                break
+            low, high = (s, high) if late < 0.0 else (low, s)
+            s = (low + high) / 2
+        return _bernstein(
+            (begin.angle, begin.angle + begin.after[1], end.angle + end.before[1], end.angle), s
+        )
+
+
+def smooth_trajectory(
+    joint: str, start: float, times: Sequence[float], angles: Sequence[float]
+) -> Trajectory:
+    """Return the way through keys, at rest at both ends, that never swings beyond a key.
+
+    The slope at an inner key is the harmonic mean of those beside it, 0 where the angle turns back: Fritsch
+    and Butland, SIAM J. Sci. Stat. Comput. 5 (1984). Raises InvalidCommand unless the times increase, one for
+    each angle.
+    """
+    check_times(joint, times, len(angles))
+    points = list(pairwise(zip((0.0, *times), (start, *angles), strict=True)))
+    spans = [later - time for (time, _), (later, _) in points]
+    rises = [(after - before) / span for ((_, before), (_, after)), span in zip(points, spans, strict=True)]
+    inner = [
+        2.0 * before * after / (before + after) if before * after > 0.0 else 0.0
+        for before, after in pairwise(rises)
+    ]
+    keys = [
+        Key(time, angle, (-before / 3, -slope * before / 3), (after / 3, slope * after / 3))
+        for time, angle, slope, before, after in zip(
+            times, angles, (*inner, 0.0), spans, (*spans[1:], 0.0), strict=True
+        )
+    ]
+    return Trajectory(joint, Key(0.0, start, after=(spans[0] / 3, 0.0)), keys)
 
 
 def _bernstein(values: tuple[float, float, float, float], s: float) -> float:
+    begin, after, before, end = values
     r = 1.0 - s
-    return (
-        r * r * r * values[0]
-        + 3.0 * r * r * s * values[1]
-        + 3.0 * r * s * s * values[2]
-        + s * s * s * values[3]
-    )
+    return r * r * r * begin + 3.0 * r * s * (r * after + s * before) + s * s * s * end
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A call that moves joints."""
+
+    number: int
+    name: str
+    joints: frozenset[str]
+    call: Call
+
+
+class JointTasks:
+    """Move the joints of a body. Of two tasks that want the same joint the later waits for the earlier."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+        self._body = access.body
+        self._clock = access.robot.clock
+        self._changed = threading.Condition()
+        self._tasks: list[Task] = []
+        self._taken: dict[str, int] = {}  # the task that moves each joint
+        self._numbers = count(1)
+
+    def all(self) -> list[Task]:
+        """Return the tasks that move joints or wait for them."""
+        with self._changed:
+            return list(self._tasks)
+
+    def take(self, joints: Iterable[str]) -> None:
+        """Take joints away from the tasks that move them, which go on with the others."""
+        with self._changed:
+            for joint in joints:
+                self._taken.pop(joint, None)
+
+    @contextmanager
+    def task(self, name: str, joints: Iterable[str], call: Call) -> Iterator[Task]:
+        """Move joints in a `with` block, which begins when no other task moves them."""
+        with self._changed:
+            task = Task(next(self._numbers), name, frozenset(joints), call)
+            self._tasks.append(task)
+            while not call.stopped.is_set() and not self._taken.keys().isdisjoint(task.joints):
+                self._changed.wait(_POLL)
+            if not call.stopped.is_set():  # who gave up waiting takes nothing away
+                self._taken.update(dict.fromkeys(task.joints, task.number))
+        try:
+            yield task
+        finally:
+            with self._changed:
+                self._tasks.remove(task)
+                for joint in self._own(task, task.joints):
+                    del self._taken[joint]
+                self._changed.notify_all()
+
+    def follow(self, task: Task, trajectories: Mapping[str, Trajectory]) -> None:
+        """Follow trajectories from now on, to their ends; returns earlier when the call is cancelled.
+
+        Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
+        """
+        self._body.require()  # also when nothing is left to move
+        end = max(trajectory.duration for trajectory in trajectories.values())
+        begin = self._clock.now()
+        while not task.call.stopped.is_set():
+            ahead = min(self._clock.now() - begin + PERIOD, end)
+            self._step(task, trajectories, ahead)
+            if ahead >= end:
+                break
+            task.call.wait(PERIOD)
+        # Wait until the setpoints have arrived; full speed where they are late.
+        limit = self._clock.now() + _SETTLING
+        while not task.call.stopped.is_set() and self._clock.now() < limit:
+            if not any(
+                self._late(joint, trajectories[joint].at(end)) for joint in self._own(task, trajectories)
+            ):
+                return
+            task.call.wait(PERIOD)
+
+    def _own(self, task: Task, joints: Iterable[str]) -> list[str]:
+        """Return those of some joints that no other command has taken away from a task."""
+        with self._changed:
+            return [joint for joint in joints if self._taken.get(joint) == task.number]
+
+    def _step(self, task: Task, trajectories: Mapping[str, Trajectory], time: float) -> None:
+        """Send the setpoints to where they are to be at a time one period from now."""
+        setpoints = self._access.angles(measured=False)
+        targets, speeds = {}, {}
+        for joint in self._own(task, trajectories):
+            target = trajectories[joint].at(time)
+            if target == setpoints[joint]:
+                continue
+            speed, cap = abs(target - setpoints[joint]) / PERIOD, self._body.speed_cap(joint)
+            if abs(target - trajectories[joint].at(time - PERIOD)) <= cap * PERIOD:
+                speed = min(speed, cap)  # to catch up is no reason for a warning
+            targets[joint], speeds[joint] = target, speed
+        if targets:
+            self._body.move(targets, speeds)
+
+    def _late(self, joint: str, target: float) -> bool:
+        """Return whether a setpoint is neither at the end of its trajectory nor as far as it may go."""
+        setpoint = self._body.read().commands[self._body.index(joint)]
+        return abs(setpoint - target) > _REACHED and abs(setpoint - self._body.goal(joint).target) > _REACHED

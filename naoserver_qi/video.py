@@ -6,21 +6,18 @@ import logging
 import math
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import count
-from types import MappingProxyType
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.errors import InvalidCommand
+from naoserver.naoqi_names import IMAGE_SIZES
 from naoserver.pixel_formats import PIXEL_FORMATS
 from naoserver.robot import CameraFacts, Frame, Robot
 from naoserver_qi.arguments import number_within, text
 from naoserver_qi.faults import Faults
-
-__all__ = ["COLOR_SPACES", "LAYERS", "SIZES", "ALVideoDevice", "Picture", "shrunk", "source_size"]
 
 _logger = logging.getLogger(__name__)
 
@@ -38,21 +35,6 @@ _SIGNATURE: Final = "(iiiiiiriffff)"
 
 Pixels = NDArray[np.uint8]
 
-SIZES: Final[Mapping[int, tuple[int, int]]] = MappingProxyType(
-    {
-        0: (160, 120),
-        1: (320, 240),
-        2: (640, 480),
-        3: (1280, 960),
-        4: (2560, 1920),
-        5: (1280, 720),
-        6: (1920, 1080),
-        7: (80, 60),
-        8: (40, 30),
-    }
-)
-"""Width and height by NAOqi's number of a resolution (alvisiondefinitions.h)."""
-
 
 def _yuv(rgb: Pixels) -> bytes:
     """Return Y U V of each pixel, of which two beside each other share both chromas."""
@@ -65,17 +47,15 @@ def _yuv(rgb: Pixels) -> bytes:
     return yuv.tobytes()
 
 
-COLOR_SPACES: Final[Mapping[int, Callable[[Pixels], bytes]]] = MappingProxyType(
-    {
-        0: PIXEL_FORMATS["GRAY8"],
-        9: PIXEL_FORMATS["YUV422"],
-        10: _yuv,
-        11: PIXEL_FORMATS["RGB8"],
-        13: PIXEL_FORMATS["BGR8"],
-    }
-)
+COLOR_SPACES: Final[Mapping[int, Callable[[Pixels], bytes]]] = {
+    0: PIXEL_FORMATS["GRAY8"],
+    9: PIXEL_FORMATS["YUV422"],
+    10: _yuv,
+    11: PIXEL_FORMATS["RGB8"],
+    13: PIXEL_FORMATS["BGR8"],
+}
 """What makes a colour space's bytes of an RGB picture, by NAOqi's number: Y, YUV422, YUV, RGB, BGR."""
-LAYERS: Final[Mapping[int, int]] = MappingProxyType({0: 1, 9: 2, 10: 3, 11: 3, 13: 3})
+LAYERS: Final[Mapping[int, int]] = {0: 1, 9: 2, 10: 3, 11: 3, 13: 3}
 """Bytes a pixel of each colour space."""
 
 
@@ -84,11 +64,7 @@ def source_size(facts: CameraFacts, size: tuple[int, int]) -> tuple[int, int] | 
 
     None when there is neither.
     """
-    fitting = [
-        own
-        for own in facts.sizes
-        if own[0] % size[0] == 0 and own[1] % size[1] == 0 and own[0] // size[0] == own[1] // size[1]
-    ]
+    fitting = (own for own in facts.sizes if own[0] % size[0] == 0 and own[1] * size[0] == own[0] * size[1])
     return min(fitting, default=None)
 
 
@@ -102,13 +78,35 @@ def shrunk(frame: Frame, size: tuple[int, int]) -> Pixels:
     return means
 
 
-@dataclass(frozen=True, slots=True)
-class _Subscription:
-    facts: CameraFacts
+class _Subscription(NamedTuple):
     camera: int
     resolution: int
     color_space: int
     rate: float
+
+
+def _setting(field: str) -> tuple[Callable[..., int], Callable[..., bool]]:
+    """Return the operations that get and set a field of a subscription."""
+
+    def get(self: ALVideoDevice, handle: object) -> int:
+        """Return this number of a subscription."""
+        value: float = getattr(self._get(handle), field)
+        return round(value)
+
+    def change(self: ALVideoDevice, handle: object, value: object) -> bool:
+        """Change this number of a subscription; returns whether the camera can do that."""
+        before = self._get(handle)
+        try:
+            after = self._checked(**{**before._asdict(), field: value})
+        except InvalidCommand as error:
+            _logger.warning("ALVideoDevice: %s", error)
+            return False
+        with self._lock:
+            if handle in self._subscriptions:
+                self._subscriptions[str(handle)] = after
+        return True
+
+    return get, change
 
 
 class ALVideoDevice:
@@ -131,11 +129,17 @@ class ALVideoDevice:
     ) -> str:
         """Return a handle for pictures of a camera; an empty one when it cannot be had: see the log."""
         try:
-            subscription = self._subscription(cameraIndex, resolution, colorSpace, fps)
-            return self._add(text(name, "name"), subscription)
+            subscription = self._checked(cameraIndex, resolution, colorSpace, fps)
+            owner = text(name, "name")
+            with self._lock:
+                if len(self._of(owner)) >= MOST_OF_A_NAME or len(self._subscriptions) >= MOST:
+                    raise InvalidCommand("name", f"{owner[:60]!r} has too many subscriptions: unsubscribe")
+                handle = f"{owner}_{next(self._counter)}"
+                self._subscriptions[handle] = subscription
         except InvalidCommand as error:
             _logger.warning("ALVideoDevice::subscribeCamera: %s", error)
             return ""
+        return handle
 
     def subscribe(self, name: object, resolution: object, colorSpace: object, fps: object) -> str:
         """Return a handle for pictures of the top camera, as before there were two."""
@@ -162,27 +166,18 @@ class ALVideoDevice:
     def getImageRemote(self, handle: object) -> Picture | None:
         """Return the newest picture, at most as old as the period of the subscription."""
         subscription = self._get(handle)
-        if self._faults.blind:
+        if self._faults._blind:
             return None
-        frame = self._frame(subscription)
-        size = SIZES[subscription.resolution]
-        pixels = shrunk(frame, size)
-        right = subscription.facts.horizontal_fov / 2
-        bottom = math.atan(math.tan(right) * size[1] / size[0])
+        size, space = IMAGE_SIZES[subscription.resolution], subscription.color_space
+        facts = self._cameras[subscription.camera]
+        frame = self._frame(facts, size, subscription.rate)
+        pixels = COLOR_SPACES[space](shrunk(frame, size))
         seconds = math.floor(frame.time)
-        return (
-            *size,
-            LAYERS[subscription.color_space],
-            subscription.color_space,
-            seconds,
-            int((frame.time - seconds) * 1e6),
-            COLOR_SPACES[subscription.color_space](pixels),
-            subscription.camera,
-            right,
-            bottom,
-            -right,
-            -bottom,
-        )
+        microseconds = int((frame.time - seconds) * 1e6)
+        right = facts.horizontal_fov / 2
+        bottom = math.atan(math.tan(right) * size[1] / size[0])
+        angles = (right, bottom, -right, -bottom)
+        return *size, LAYERS[space], space, seconds, microseconds, pixels, subscription.camera, *angles
 
     getImageRemote.__qi_return_signature__ = _SIGNATURE  # type: ignore[attr-defined]
 
@@ -191,33 +186,10 @@ class ALVideoDevice:
         with self._lock:
             return isinstance(handle, str) and handle in self._subscriptions
 
-    def getResolution(self, handle: object) -> int:
-        """Return the number of a subscription's resolution."""
-        return self._get(handle).resolution
-
-    def setResolution(self, handle: object, resolution: object) -> bool:
-        """Change the resolution of a subscription; returns whether the camera has it."""
-        return self._change(handle, resolution=resolution)
-
-    def getColorSpace(self, handle: object) -> int:
-        """Return the number of a subscription's colour space."""
-        return self._get(handle).color_space
-
-    def setColorSpace(self, handle: object, colorSpace: object) -> bool:
-        """Change the colour space of a subscription; returns whether there is such a one."""
-        return self._change(handle, color_space=colorSpace)
-
-    def getFrameRate(self, handle: object) -> int:
-        """Return the pictures a second of a subscription."""
-        return round(self._get(handle).rate)
-
-    def setFrameRate(self, handle: object, frameRate: object) -> bool:
-        """Change the pictures a second of a subscription; returns whether they can be had."""
-        return self._change(handle, rate=frameRate)
-
-    def getActiveCamera(self, handle: object) -> int:
-        """Return the number of a subscription's camera."""
-        return self._get(handle).camera
+    getActiveCamera = _setting("camera")[0]
+    getResolution, setResolution = _setting("resolution")
+    getColorSpace, setColorSpace = _setting("color_space")
+    getFrameRate, setFrameRate = _setting("rate")
 
     def getCameraIndexes(self) -> list[int]:
         """Return the numbers of the cameras."""
@@ -229,7 +201,7 @@ class ALVideoDevice:
 
     def getHorizontalFOV(self, cameraIndex: object) -> float:
         """Return the horizontal field of view in rad."""
-        return self._camera(cameraIndex)[1].horizontal_fov
+        return self._camera(cameraIndex).horizontal_fov
 
     def getVerticalFOV(self, cameraIndex: object) -> float:
         """Return the vertical field of view in rad of pictures four to three."""
@@ -237,32 +209,25 @@ class ALVideoDevice:
 
     # -- within ------------------------------------------------------------------------------------------
 
-    def _camera(self, index: object) -> tuple[int, CameraFacts]:
+    def _camera(self, index: object) -> CameraFacts:
         if not isinstance(index, int) or not 0 <= index < len(self._cameras):
             raise InvalidCommand("camera", f"there is no camera {index!r}; there are {len(self._cameras)}")
-        return index, self._cameras[index]
+        return self._cameras[index]
 
-    def _subscription(
+    def _checked(
         self, camera: object, resolution: object, color_space: object, rate: object
     ) -> _Subscription:
-        index, facts = self._camera(camera)
-        size = SIZES.get(resolution) if isinstance(resolution, int) else None
+        facts = self._camera(camera)
+        size = IMAGE_SIZES.get(resolution) if isinstance(resolution, int) else None
         if size is None or source_size(facts, size) is None:
             raise InvalidCommand("resolution", f"{facts.name} has no resolution {resolution!r}")
         if not isinstance(color_space, int) or color_space not in COLOR_SPACES:
             known = ", ".join(map(str, COLOR_SPACES))
             message = f"there is no colour space {color_space!r}; there are {known}"
             raise InvalidCommand("colorSpace", message)
+        assert isinstance(camera, int)
         assert isinstance(resolution, int)
-        return _Subscription(facts, index, resolution, color_space, number_within(rate, "fps", 1.0, 30.0))
-
-    def _add(self, name: str, subscription: _Subscription) -> str:
-        with self._lock:
-            if len(self._of(name)) >= MOST_OF_A_NAME or len(self._subscriptions) >= MOST:
-                raise InvalidCommand("name", f"{name[:60]!r} has too many subscriptions: unsubscribe")
-            handle = f"{name}_{next(self._counter)}"
-            self._subscriptions[handle] = subscription
-        return handle
+        return _Subscription(camera, resolution, color_space, number_within(rate, "fps", 1.0, 30.0))
 
     def _of(self, name: str) -> list[str]:
         return [handle for handle in self._subscriptions if handle.rpartition("_")[0] == name]
@@ -274,30 +239,15 @@ class ALVideoDevice:
             raise InvalidCommand("handle", f"there is no subscription {str(handle)[:60]!r}")
         return subscription
 
-    def _change(self, handle: object, **changes: object) -> bool:
-        before = self._get(handle)
-        wanted = {name: getattr(before, name) for name in ("camera", "resolution", "color_space", "rate")}
-        try:
-            after = self._subscription(**{**wanted, **changes})
-        except InvalidCommand as error:
-            _logger.warning("ALVideoDevice: %s", error)
-            return False
-        with self._lock:
-            if handle in self._subscriptions:
-                self._subscriptions[str(handle)] = after
-        return True
-
-    def _frame(self, subscription: _Subscription) -> Frame:
+    def _frame(self, facts: CameraFacts, wanted: tuple[int, int], rate: float) -> Frame:
         """Return the newest frame; take one when a period has begun since."""
-        facts = subscription.facts
-        size = source_size(facts, SIZES[subscription.resolution])
-        if size is None:
-            raise HardwareFailure(f"{facts.name} has no picture of this size")
+        size = source_size(facts, wanted)
+        assert size is not None
         key = (facts.name, *size)
         with self._taking[facts.name]:
             now = self._robot.clock.now()
             asked, newest = self._newest.pop(key, (-math.inf, None))
-            if newest is None or _slot(asked, subscription.rate) != _slot(now, subscription.rate):
+            if newest is None or _slot(asked, rate) != _slot(now, rate):
                 asked, newest = now, self._robot.capture(facts.name, *size)
             self._newest[key] = asked, newest
             return newest

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import logging
 import math
 import threading
@@ -13,8 +14,6 @@ from naoserver.errors import HardwareFailure, RobotError
 from naoserver.walk_guard import WalkGuard
 from naoserver_qi.access import CLIENT, Access
 from naoserver_qi.calls import Call
-
-__all__ = ["RENEWAL", "Walking"]
 
 _logger = logging.getLogger(__name__)
 
@@ -79,28 +78,26 @@ class Walking:
             if self._access.walk is not None:
                 self._access.walk.stop()
 
-    def go_to(self, call: Call, x: float, y: float, heading: float, start: Odometry | None = None) -> bool:
-        """Walk to a place in m and rad as the robot stands, or stood at `start`; return whether it came."""
+    def go_to(self, call: Call, x: float, y: float, heading: float, start: Odometry) -> bool:
+        """Walk to a place in m and rad as the robot stood at `start`; return whether it came."""
         guard = self.guard
-        if start is None:
-            start = guard.read()
-        cos, sin = math.cos(start.heading), math.sin(start.heading)
-        goal_x, goal_y = start.x + cos * x - sin * y, start.y + sin * x + cos * y
+        # In the plane, x + iy.
+        goal = complex(start.x, start.y) + cmath.rect(1.0, start.heading) * complex(x, y)
         highest = WalkVelocity(*(_SHARE * limit for limit in astuple(guard.limits)))
         patience = _PATIENCE + 3.0 * (
             math.hypot(x / highest.forward, y / highest.left) + abs(heading) / highest.turn
         )
-        begin = guard.read().time
-        began = False
+        begin, began = guard.read().time, False
         try:
             while not call.stopped.is_set():
                 now = guard.read()
-                left = _to_the_robot(now, goal_x - now.x, goal_y - now.y, start.heading + heading)
-                if math.hypot(left.forward, left.left) < _CLOSE and abs(left.turn) < 2 * _CLOSE:
+                way = (goal - complex(now.x, now.y)) * cmath.rect(1.0, -now.heading)
+                turn = math.remainder(start.heading + heading - now.heading, math.tau)
+                if abs(way) < _CLOSE and abs(turn) < 2 * _CLOSE:
                     return True
                 if now.time - begin > patience or (began and not self.active):
                     return False
-                self.go(_limited(left, highest))
+                self.go(_limited((way.real, way.imag, turn), highest))
                 began = True
                 call.wait(_PERIOD)
             return False
@@ -133,20 +130,9 @@ class Walking:
         self._wanted = self.guard.commanded()  # as it was limited
 
 
-def _to_the_robot(at: Odometry, x: float, y: float, heading: float) -> WalkVelocity:
-    """Return what is left of a way in m and rad, as the robot sees it."""
-    cos, sin = math.cos(at.heading), math.sin(at.heading)
-    return WalkVelocity(
-        forward=cos * x + sin * y,
-        left=cos * y - sin * x,
-        turn=math.remainder(heading - at.heading, math.tau),
-    )
-
-
-def _limited(left: WalkVelocity, highest: WalkVelocity) -> WalkVelocity:
-    """Return the velocity that takes away what is left, straight, within the highest of each kind."""
-    wanted = [_GAIN * part for part in astuple(left)]
-    scale = max(
-        1.0, abs(wanted[0]) / highest.forward, abs(wanted[1]) / highest.left, abs(wanted[2]) / highest.turn
-    )
+def _limited(left: tuple[float, float, float], highest: WalkVelocity) -> WalkVelocity:
+    """Return the velocity that takes away what is left in m and rad, straight, within the highest of each."""
+    wanted = [_GAIN * part for part in left]
+    shares = (abs(part) / limit for part, limit in zip(wanted, astuple(highest), strict=True))
+    scale = max(1.0, *shares)
     return WalkVelocity(*(part / scale for part in wanted))

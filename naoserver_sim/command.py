@@ -128,7 +128,7 @@ def naoserver_sim(
             adapter = communicator.createObjectAdapter("NaoServer")
             with serve(robot, adapter, ServerOptions(cameras=requested)) as server, ExitStack() as also:
                 if qi is not None:
-                    url = also.enter_context(serve_as_naoqi(robot, server.assembly, qi)).url
+                    url = also.enter_context(serve_as_naoqi(robot, server.assembly, qi))
                     typer.echo(f"NAOqi: {url}")
                 adapter.activate()
                 endpoints = ", ".join(settings.reached_at)

@@ -9,13 +9,13 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver_qi.faults import FaultsService
+from naoserver_qi.faults import Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
 from naoserver_qi.memory import ALMemory
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
-from naoserver_qi.sensors import ALSonar
+from naoserver_qi.memory import ALSonar
 from naoserver_qi.speech import ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
 from tests.support.limits import LIMIT
@@ -88,4 +88,4 @@ def test_the_faults_that_it_shows_exist():
         and isinstance(node.func.value, ast.Name)
         and node.func.value.id == "faults"
     }
-    assert called <= operations(FaultsService)
+    assert called <= operations(Faults)

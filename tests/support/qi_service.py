@@ -56,7 +56,7 @@ class Rig:
         self.clock = VirtualClock(limit=LIMIT)
         self.robot = FakeRobot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
-        self.access = Access.through(self.robot, self.assembly)
+        self.access = Access(self.robot, self.assembly)
         self.postures = ALRobotPosture(self.access)
         self.walking = Walking(self.access)
         self.motion = ALMotion(self.access, self.postures, self.walking)

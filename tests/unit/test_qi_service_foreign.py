@@ -15,9 +15,8 @@ from naoserver.errors import RobotError
 from naoserver_qi.faults import Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife
-from naoserver_qi.memory import ALMemory
+from naoserver_qi.memory import ALMemory, ALSonar
 from naoserver_qi.postures import ALBehaviorManager
-from naoserver_qi.sensors import ALSonar
 from naoserver_qi.speech import ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
 from tests.support.examples import examples
@@ -85,8 +84,9 @@ def operations():
 @given(st.lists(FOREIGN, min_size=5, max_size=5))
 def test_anything(operations, values):
     for operation in operations:
-        long = getattr(operation, "__long_call__", False)
-        parameters = list(inspect.signature(operation).parameters.values())[long:]
+        parameters = list(inspect.signature(operation).parameters.values())
+        long = bool(parameters) and parameters[0].name == "call"
+        parameters = parameters[long:]
         several = any(parameter.kind is parameter.VAR_POSITIONAL for parameter in parameters)
         arguments = [Ended()] * long + values[: len(parameters) + 2 * several]
         with suppress(RobotError):

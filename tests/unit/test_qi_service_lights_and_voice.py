@@ -7,8 +7,7 @@ pytest.importorskip("qi")
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver_qi.leds import ALLeds
-from naoserver_qi.memory import ALMemory
-from naoserver_qi.sensors import ALSonar
+from naoserver_qi.memory import ALMemory, ALSonar
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from tests.support.qi_service import Rig
 

@@ -1,7 +1,6 @@
 """ALMotion over a fake robot, in virtual time."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -156,7 +155,7 @@ def test_a_lease_of_somebody_else_refuses_every_command(rig):
     ("command", "message"),
     [
         (lambda motion: motion.setAngles("Nose", 0.0, 0.1), "no joint or chain 'Nose'"),
-        (lambda motion: motion.setAngles(["HeadYaw"], [0.0, 1.0], 0.1), "2 entries for 1 joints"),
+        (lambda motion: motion.setAngles(["HeadYaw"], [0.0, 1.0], 0.1), "angles has 2 entries, not 1"),
         (lambda motion: motion.setAngles("HeadYaw", math.nan, 0.1), "not a finite number"),
         (lambda motion: motion.setAngles("HeadYaw", 0.0, 0.0), "above 0 and at most 1"),
         (lambda motion: motion.setStiffnesses("Head", 1.5), "not from 0 to 1"),
@@ -273,7 +272,7 @@ def test_a_behavior_that_is_not_there(rig):
 
 
 def test_a_robot_without_a_walk_says_so(rig):
-    rig.walking._access = replace(rig.access, walk=None)
+    rig.access.walk = None
     with pytest.raises(HardwareFailure, match="does not walk"):
         rig.motion.moveToward(1.0, 0.0, 0.0)
     rig.motion.stopMove()

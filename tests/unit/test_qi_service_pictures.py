@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from naoserver.body import H25
+from naoserver.naoqi_names import IMAGE_SIZES
 from naoserver.robot import Frame
-from naoserver_qi.video import COLOR_SPACES, LAYERS, SIZES, shrunk, source_size
+from naoserver_qi.video import COLOR_SPACES, LAYERS, shrunk, source_size
 
 TOP = H25.cameras[0]
 COLORS = {
@@ -43,8 +44,8 @@ def test_bgr_turns_the_bytes_round():
 
 
 def test_small_pictures_come_from_the_smallest_that_is_a_multiple():
-    assert source_size(TOP, SIZES[0]) == (320, 240)
-    assert source_size(TOP, SIZES[2]) == (640, 480)
+    assert source_size(TOP, IMAGE_SIZES[0]) == (320, 240)
+    assert source_size(TOP, IMAGE_SIZES[2]) == (640, 480)
     assert source_size(TOP, (7, 5)) is None
 
 
