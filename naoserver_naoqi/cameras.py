@@ -15,18 +15,14 @@ import numpy as np
 
 from naoserver.body import H25
 from naoserver.errors import HardwareFailure
+from naoserver.naoqi_names import IMAGE_SIZES
 from naoserver.robot import CameraFacts, Frame
 from naoserver_naoqi.connection import Connection
-from naoserver_naoqi.link import CallFailed, Link, call, is_nao6
-
-__all__ = ["NAME", "RESOLUTIONS", "NaoqiCameras", "Stamps", "frame_of"]
+from naoserver_naoqi.link import NAME, CallFailed, Link, call, is_nao6
 
 _logger = logging.getLogger(__name__)
 
-NAME: Final = "naoserver-naoqi"
-"""Under which the subscriptions are made: what an earlier server left behind goes by it."""
-RESOLUTIONS: Final = {(320, 240): 1, (640, 480): 2, (1280, 960): 3, (2560, 1920): 4, (1920, 1080): 6}
-"""NAOqi's number of each image size."""
+RESOLUTIONS: Final = {size: number for number, size in IMAGE_SIZES.items()}
 _RGB: Final = 11
 _PATIENCE: Final = 0.9
 """Seconds within which a picture has to come: a capture blocks at most 1 s."""
@@ -81,9 +77,7 @@ class NaoqiCameras:
     def __init__(self, connection: Connection, now: Callable[[], float]) -> None:
         self._connection = connection
         self._now = now
-        self._cameras = {
-            facts.name: _Camera(index, facts) for index, facts in enumerate(H25.cameras)
-        }  # fmt: skip
+        self._cameras = {facts.name: _Camera(index, facts) for index, facts in enumerate(H25.cameras)}
         self._closed = False
 
     @property

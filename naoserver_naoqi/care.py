@@ -12,8 +12,6 @@ from naoserver.errors import HardwareFailure
 from naoserver_naoqi.connection import Connection, Reporter
 from naoserver_naoqi.link import CallFailed, Link, call
 
-__all__ = ["Care", "End", "Life", "Start", "Wishes"]
-
 _logger = logging.getLogger(__name__)
 
 _DISABLED: Final = "disabled"
@@ -87,7 +85,7 @@ class Care:
         if state != _DISABLED:
             self._life_before = self._life_before or state
             call(link, "ALAutonomousLife.setState", _DISABLED, timeout=_LONG)
-            self._reporter.tell(Severity.Info, f"Autonomous Life was {state}, and is switched off")
+            self._reporter.report(Severity.Info, f"Autonomous Life was {state}, and is switched off")
 
     def begin(self) -> None:
         """Bring the robot into the state in which it is to be served. Raises HardwareFailure."""
@@ -101,7 +99,7 @@ class Care:
         """Leave the robot as the operator wishes; what fails is told, and the rest is done."""
         if self._connection.link is None:
             if self._begun and self._wishes.end is not End.LEAVE:
-                self._reporter.tell(Severity.Error, "the robot is lost: it stays as it is")
+                self._reporter.report(Severity.Error, "the robot is lost: it stays as it is")
             return
         try:
             if self._wishes.end is End.REST:
@@ -111,7 +109,7 @@ class Care:
             if self._wishes.life is Life.SUSPEND and self._life_before:
                 self._connection.call("ALAutonomousLife.setState", self._life_before, timeout=_LONG)
         except HardwareFailure as error:
-            self._reporter.tell(Severity.Error, f"the robot was not left as wished: {error}")
+            self._reporter.report(Severity.Error, f"the robot was not left as wished: {error}")
 
     def _stiffen(self, stiffness: float) -> None:
         self._connection.call("ALMotion.stiffnessInterpolation", "Body", stiffness, _SECONDS, timeout=_LONG)

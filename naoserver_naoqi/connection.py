@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Sequence
-from typing import Any, Final, TypeVar
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any, Final
 
 from interfaces.nao import Severity
-from naoserver.errors import RobotError
+from naoserver.errors import HardwareFailure, RobotError
 from naoserver.event_log import EventLog
-from naoserver_naoqi.link import CallFailed, CallTimeout, Link, LinkLost
+from naoserver_naoqi.link import CallFailed, CallTimeout, Link, LinkLost, call
 from zenoh_ice import Clock
-
-__all__ = ["PERIOD", "SILENCE", "Connection", "Reporter"]
 
 _logger = logging.getLogger(__name__)
 
 _SOURCE: Final = "NAOqi"
-_LEVELS: Final = {
-    Severity.Info: logging.INFO,
-    Severity.Warning: logging.WARNING,
-    Severity.Error: logging.ERROR,
-}
 
 
 class Reporter:
@@ -32,19 +27,20 @@ class Reporter:
         self._events: EventLog | None = None
         self._publish: Callable[[], None] = lambda: None
         self._lock = threading.Lock()
-        self._told: dict[str, str] = {}
+        self._reported: dict[str, str] = {}
 
     def report_to(self, events: EventLog, publish: Callable[[], None]) -> None:
-        """Tell `events` from now on; `publish` sends the health report that they stand in."""
+        """Report to `events` from now on; `publish` sends the health report that they stand in."""
         self._events, self._publish = events, publish
 
-    def tell(self, level: Severity, message: str, kind: str = "", *, at_once: bool = False) -> None:
-        """Tell what happened, if wanted without waiting for the next health report.
+    def report(self, level: Severity, message: str, kind: str = "", *, at_once: bool = False) -> None:
+        """Report what happened, if wanted without waiting for the next health report.
 
         Of one kind at most one event a second is kept.
         """
         if self._events is None:
-            _logger.log(_LEVELS[level], "%s: %s", _SOURCE, message)
+            levels = logging.getLevelNamesMapping()
+            _logger.log(levels[level.name.upper()], "%s: %s", _SOURCE, message)
             return
         self._events.add(level, _SOURCE, message, kind or message)
         if at_once:
@@ -53,14 +49,26 @@ class Reporter:
             except Exception:
                 _logger.exception("the health report could not be sent")
 
-    def tell_once(self, kind: str, message: str) -> None:
+    def report_once(self, kind: str, message: str) -> None:
         """Warn, unless the newest warning of this kind said the same; an empty message ends it."""
         with self._lock:
-            if self._told.get(kind, "") == message:
+            if self._reported.get(kind, "") == message:
                 return
-            self._told[kind] = message
+            self._reported[kind] = message
         if message:
-            self.tell(Severity.Warning, message, kind)
+            self.report(Severity.Warning, message, kind)
+
+    @contextmanager
+    def failures_of(self, kind: str) -> Iterator[None]:
+        """Report once what fails in a `with` block, until it succeeds; the connection reports a lost link."""
+        try:
+            yield
+        except LinkLost:
+            return
+        except HardwareFailure as error:
+            self.report_once(kind, str(error))
+        else:
+            self.report_once(kind, "")
 
 
 PERIOD: Final = 0.02
@@ -71,8 +79,6 @@ _CONNECTING: Final = 2.0
 _FIRST_CONNECTING: Final = 5.0
 _RETRY: Final = 0.5
 _END: Final = 5.0
-
-C = TypeVar("C")
 
 
 class Connection:
@@ -111,13 +117,14 @@ class Connection:
 
     def call(self, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
         """Return what NAOqi answers within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
-        return self.require().begin(operation, *arguments).result(timeout)
+        return call(self.require(), operation, *arguments, timeout=timeout)
 
     def start(self) -> None:
         """Connect, and look after the robot from then on. Raises RobotError when it cannot be reached."""
         self._link = self._open(_FIRST_CONNECTING)
         try:
-            self._tick(self._link)
+            for look in self.on_tick:
+                look(self._link)
         except RobotError:
             self._link.close()
             raise
@@ -144,10 +151,6 @@ class Connection:
             raise
         return link
 
-    def _tick(self, link: Link) -> None:
-        for look in self.on_tick:
-            look(link)
-
     def _run(self) -> None:
         while not self._closing.is_set():
             link = self._link
@@ -162,12 +165,13 @@ class Connection:
         due = self._clock.now()
         while not self._closing.is_set():
             try:
-                self._tick(link)
-                self._reporter.tell_once("tick", "")
+                for look in self.on_tick:
+                    look(link)
+                self._reporter.report_once("tick", "")
             except (LinkLost, CallTimeout) as error:
                 return str(error)
             except CallFailed as error:
-                self._reporter.tell_once("tick", str(error))
+                self._reporter.report_once("tick", str(error))
             except Exception as error:
                 _logger.exception("looking at the robot failed")
                 return f"looking at it failed: {error}"
@@ -180,28 +184,28 @@ class Connection:
 
     def _lose(self, link: Link, why: str) -> None:
         self._link = None
-        self._tell(lambda told: told(why), self.on_lost)
+        self._notify(partial(listener, why) for listener in self.on_lost)
         message = f"lost the robot: {why}; trying to find it again"
-        self._reporter.tell(Severity.Error, message, "lost", at_once=True)
+        self._reporter.report(Severity.Error, message, "lost", at_once=True)
         link.close()
 
     def _find(self) -> None:
         try:
             link = self._open(_CONNECTING)
         except RobotError as error:
-            self._reporter.tell_once("finding", f"the robot is still lost: {error}")
+            self._reporter.report_once("finding", f"the robot is still lost: {error}")
             return
         except Exception:
             _logger.exception("finding the robot failed")
             return
         self._link = link
-        self._reporter.tell_once("finding", "")
-        self._tell(lambda told: told(), self.on_found)
-        self._reporter.tell(Severity.Info, "found the robot again", "found", at_once=True)
+        self._reporter.report_once("finding", "")
+        self._notify(self.on_found)
+        self._reporter.report(Severity.Info, "found the robot again", "found", at_once=True)
 
-    def _tell(self, tell: Callable[[C], None], listeners: Sequence[C]) -> None:
+    def _notify(self, listeners: Iterable[Callable[[], None]]) -> None:
         for listener in listeners:
             try:
-                tell(listener)
+                listener()
             except Exception:
-                _logger.exception("a part did not take that the robot was lost or found")
+                _logger.exception("a part failed when it heard that the robot was lost or found")

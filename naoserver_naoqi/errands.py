@@ -9,13 +9,19 @@ from typing import Any, Final, Generic, TypeVar
 
 from naoserver.errors import HardwareFailure
 from naoserver_naoqi.connection import Connection, Reporter
-from naoserver_naoqi.link import CallFailed, CallTimeout, Link, LinkLost, Reply
+from naoserver_naoqi.link import Link, Reply
 
-__all__ = ["Errands", "Lane", "Question"]
+_logger = logging.getLogger(__name__)
 
 MOST: Final = 200
 """Calls that may go on at the same time; a robot that answers none gets no more."""
 _AFTER_FAILURE: Final = 2.0
+_PATIENCE: Final = 1.0
+"""Seconds that the robot gets to obey, before the next command is sent all the same."""
+_END: Final = 2.0
+
+K = TypeVar("K", bound=Hashable)
+V = TypeVar("V")
 
 
 class Errands:
@@ -41,14 +47,8 @@ class Errands:
             done = [each for each in self._replies if each[1].done]
             self._replies = [each for each in self._replies if each not in done]
         for operation, reply in done:
-            try:
+            with self._reporter.failures_of(operation):
                 reply.result(0.0)
-            except LinkLost:
-                continue
-            except HardwareFailure as error:
-                self._reporter.tell_once(operation, str(error))
-            else:
-                self._reporter.tell_once(operation, "")
 
     def forget(self) -> None:
         """Expect no answers any more: the robot is lost."""
@@ -88,33 +88,15 @@ class Question:
 
     def tick(self, link: Link) -> None:
         """Take the answer that has come, and ask again when it is time."""
-        reply = self._reply
-        if reply is not None and reply.done:
-            self._reply, self._due = None, self._asked + self._period()
-            self._receive(reply)
+        if self._reply is not None and self._reply.done:
+            reply, self._reply = self._reply, None
+            self._due = self._now() + _AFTER_FAILURE
+            with self._reporter.failures_of(self._operation):
+                self._take(reply.result(0.0), self._asked)
+                self._due = self._asked + self._period()
         if self._reply is None and self._now() >= self._due:
             self._asked = self._now()
             self._reply = link.begin(self._operation, *self._arguments)
-
-    def _receive(self, reply: Reply) -> None:
-        try:
-            self._take(reply.result(0.0), self._asked)
-            self._reporter.tell_once(self._operation, "")
-        except LinkLost:
-            pass  # the connection tells it
-        except HardwareFailure as error:
-            self._due = self._now() + _AFTER_FAILURE
-            self._reporter.tell_once(self._operation, str(error))
-
-
-_logger = logging.getLogger(__name__)
-
-_PATIENCE: Final = 1.0
-"""Seconds that the robot gets to obey, before the next command is sent all the same."""
-_END: Final = 2.0
-
-K = TypeVar("K", bound=Hashable)
-V = TypeVar("V")
 
 
 class Lane(Generic[K, V]):
@@ -148,10 +130,6 @@ class Lane(Generic[K, V]):
         with self._changed:
             return not self._replies and not self._waiting
 
-    def start(self) -> None:
-        """Start to send."""
-        self._thread.start()
-
     def post(self, commands: Mapping[K, V]) -> None:
         """Send commands, now or as soon as those before have been answered; drop them while it is lost."""
         with self._changed:
@@ -162,6 +140,8 @@ class Lane(Generic[K, V]):
             if not self._replies:
                 self._begin(link)
                 self._changed.notify_all()
+                if self._thread.ident is None:
+                    self._thread.start()
 
     def forget(self) -> None:
         """Drop what was not sent yet."""
@@ -188,7 +168,7 @@ class Lane(Generic[K, V]):
         try:
             self._replies = self._send(link, commands)
         except HardwareFailure as error:
-            self._reporter.tell_once(self._name, str(error))
+            self._reporter.report_once(self._name, str(error))
 
     def _run(self) -> None:
         while True:
@@ -198,7 +178,8 @@ class Lane(Generic[K, V]):
                 if not replies:
                     return
             for reply in replies:
-                self._await(reply)
+                with self._reporter.failures_of(self._name):
+                    reply.result(_PATIENCE)
             with self._changed:
                 self._replies = ()
                 link = self._connection.link
@@ -207,13 +188,5 @@ class Lane(Generic[K, V]):
                 elif self._waiting:
                     self._begin(link)
                 self._changed.notify_all()
-
-    def _await(self, reply: Reply) -> None:
-        try:
-            reply.result(_PATIENCE)
-        except (CallFailed, CallTimeout) as error:
-            self._reporter.tell_once(self._name, str(error))
-        except LinkLost:
-            pass  # the connection tells it
-        else:
-            self._reporter.tell_once(self._name, "")
+                if self._thread.ident is None:
+                    self._thread.start()

@@ -5,27 +5,15 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Final
+from dataclasses import replace
 
 from naoserver.capabilities import Color, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, SINGLE_COLORED, FadingLights
+from naoserver.naoqi_names import LIGHT_GROUPS
 from naoserver_naoqi.connection import Connection, Reporter
 from naoserver_naoqi.errands import Errands
 from naoserver_naoqi.link import Link, LinkLost, Reply
-
-__all__ = ["NaoqiLights", "NaoqiVoice"]
-
-_GROUPS: Final = {
-    "LeftEye": "LeftFaceLeds",
-    "RightEye": "RightFaceLeds",
-    "LeftEar": "LeftEarLeds",
-    "RightEar": "RightEarLeds",
-    "Head": "BrainLeds",
-    "Chest": "ChestLeds",
-    "LeftFoot": "LeftFootLeds",
-    "RightFoot": "RightFootLeds",
-}
 
 
 class NaoqiLights:
@@ -45,27 +33,27 @@ class NaoqiLights:
 
     def set(self, name: str, color: Color, seconds: float) -> None:
         """Let a group fade to a color in some seconds. Raises CommandRefused while the robot is lost."""
-        try:
-            if name in SINGLE_COLORED:
-                self._errands.run("ALLeds.fade", _GROUPS[name], max(color), seconds)
-            else:
-                red, green, blue = (round(255 * part) for part in color)
-                self._errands.run("ALLeds.fadeRGB", _GROUPS[name], red << 16 | green << 8 | blue, seconds)
-        except HardwareFailure as error:
-            raise CommandRefused(str(error)) from error
+        if name in SINGLE_COLORED:
+            self._run("ALLeds.fade", LIGHT_GROUPS[name], max(color), seconds)
+        else:
+            red, green, blue = (round(255 * part) for part in color)
+            self._run("ALLeds.fadeRGB", LIGHT_GROUPS[name], red << 16 | green << 8 | blue, seconds)
         self._shown.set(name, color, seconds)
 
     def reset(self) -> None:
         """Let every group show what it shows after the start."""
-        try:
-            self._errands.run("ALLeds.reset", "AllLeds")
-        except HardwareFailure as error:
-            raise CommandRefused(str(error)) from error
+        self._run("ALLeds.reset", "AllLeds")
         self._shown.reset()
 
     def colors(self) -> Mapping[str, Color]:
         """Return what each group was told to show."""
         return self._shown.colors()
+
+    def _run(self, operation: str, *arguments: object) -> None:
+        try:
+            self._errands.run(operation, *arguments)
+        except HardwareFailure as error:
+            raise CommandRefused(str(error)) from error
 
 
 class NaoqiVoice:
@@ -119,21 +107,18 @@ class NaoqiVoice:
         with self._lock:
             self._waiting.clear()
             self._saying = None
-            self._utterance = Utterance(self._utterance.text, speaking=False, count=self._utterance.count)
+            self._utterance = replace(self._utterance, speaking=False)
 
     def _go_on(self, link: Link) -> None:
         if self._saying is not None:
             if not self._saying.done:
                 return
-            try:
+            with self._reporter.failures_of("voice"):
                 self._saying.result(0.0)
-                self._reporter.tell_once("voice", "")
-            except HardwareFailure as error:
-                self._reporter.tell_once("voice", str(error))
             self._saying = None
         if self._waiting:
             text = self._waiting.popleft()
             self._saying = link.begin("ALTextToSpeech.say", text)
             self._utterance = Utterance(text, speaking=True, count=self._utterance.count + 1)
         elif self._utterance.speaking:
-            self._utterance = Utterance(self._utterance.text, speaking=False, count=self._utterance.count)
+            self._utterance = replace(self._utterance, speaking=False)

@@ -13,8 +13,6 @@ from naoserver_naoqi.errands import Errands, Lane
 from naoserver_naoqi.link import Link, Reply
 from naoserver_naoqi.state import NaoqiState
 
-__all__ = ["NaoqiJoints", "Order", "calls_of"]
-
 _SLOWEST: Final = 0.002
 """Least fraction of a joint's full speed that is asked for."""
 _FEW: Final = 4
@@ -45,11 +43,6 @@ class NaoqiJoints:
         self._stiffnesses: Lane[str, tuple[float, float]] = Lane(
             "stiffness", connection, reporter, self._send_stiffnesses
         )
-
-    def start(self) -> None:
-        """Start to send."""
-        self.orders.start()
-        self._stiffnesses.start()
 
     def close(self) -> None:
         """Send what waits, and end the threads."""

@@ -10,8 +10,6 @@ import qi
 from naoserver.libqi import start_libqi
 from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply, RobotAddress
 
-__all__ = ["LibqiLink", "connect"]
-
 _FINDING: Final = 2.0
 """Seconds that the robot gets to tell where a service is."""
 _GONE: Final = (

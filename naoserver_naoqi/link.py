@@ -9,17 +9,8 @@ from urllib.parse import urlsplit
 
 from naoserver.errors import HardwareFailure
 
-__all__ = [
-    "AddressError",
-    "CallFailed",
-    "CallTimeout",
-    "Link",
-    "LinkLost",
-    "Reply",
-    "RobotAddress",
-    "call",
-    "is_nao6",
-]
+NAME: Final = "naoserver-naoqi"
+"""Under which cameras and sonar are subscribed: what an earlier server left behind goes by it."""
 
 
 class CallFailed(HardwareFailure):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -18,39 +17,22 @@ from naoserver.capabilities import (
     SonarReading,
     Vector,
 )
-
-__all__ = ["FARTHEST", "Measurements", "MemoryLayout"]
+from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
+from naoserver.robot import JointReading
 
 FARTHEST: Final = 2.55
 """In m: what the sonar tells beyond it means that nothing is near."""
-_GRAVITY: Final = 9.81
-_DEVICES: Final = "Device/SubDeviceList/"
-_AXES: Final = "XYZ"
 _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
 """Degrees Celsius of a motor that tells none."""
 _PRESSED: Final = 0.5
-_JOINT_KEYS: Final = (
-    f"{_DEVICES}{{}}/Position/Sensor/Value",
-    f"{_DEVICES}{{}}/Position/Actuator/Value",
-    f"{_DEVICES}{{}}/Hardness/Actuator/Value",
-    f"{_DEVICES}{{}}/Temperature/Sensor/Value",
-    "Motion/Velocity/Sensor/{}",
-    "Motion/Torque/Sensor/{}",
-)
 
 
-@dataclass(frozen=True, slots=True)
-class Measurements:
-    """What the robot measured at one moment, in SI units and radians; joints in the order of H25."""
+class Measurements(NamedTuple):
+    """What the robot measured at one moment, in SI units and radians."""
 
-    positions: tuple[float, ...]
-    commands: tuple[float, ...]
-    stiffnesses: tuple[float, ...]
-    temperatures: tuple[float, ...]
-    velocities: tuple[float, ...]
-    """Not a number where the robot tells none, as of hands."""
-    torques: tuple[float, ...]
+    joints: JointReading
+    """In the order of H25; a velocity is not a number where the robot reports none, as of hands."""
     senses: SenseReading
 
 
@@ -67,19 +49,21 @@ class MemoryLayout:
         self.keys: Final[list[str]] = []
         known = frozenset(known)
         self._known = known
-        self._joints = [self._table(key) for key in _JOINT_KEYS]
-        unit = f"{_DEVICES}InertialSensor/"
+        self._joints = {field: self._table(key) for field, key in JOINT_KEYS.items()}
+        if None in self._joints["positions"]:
+            raise KeyError(H25.joint_names[self._joints["positions"].index(None)])
+        unit = f"{DEVICES}InertialSensor/"
         self._acceleration_signs, self._turning_signs = _SIGNS_NAO6 if nao6 else _SIGNS_BEFORE
-        self._acceleration = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _ACC) for a in _AXES]
-        self._angular_velocity = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _GYR) for a in _AXES]
+        self._acceleration = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _ACC) for a in AXES]
+        self._angular_velocity = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _GYR) for a in AXES]
         self._roll, self._pitch = (self._add([f"{unit}Angle{axis}/Sensor/Value"]) for axis in "XY")
         self._feet = [
-            [self._add([f"{_DEVICES}{foot}/FSR/{edge}/Sensor/Value"]) for edge in _EDGES]
+            [self._add([f"{DEVICES}{foot}/FSR/{edge}/Sensor/Value"]) for edge in _EDGES]
             for foot in ("LFoot", "RFoot")
         ]
-        self._sonar = [self._add([f"{_DEVICES}US/{side}/Sensor/Value"]) for side in ("Left", "Right")]
-        self._touch = [(name, self._add([_touch_key(name)])) for name in H25.touch_sensors]
-        battery = f"{_DEVICES}Battery/"
+        self._sonar = [self._add([f"{DEVICES}US/{side}/Sensor/Value"]) for side in ("Left", "Right")]
+        self._touch = [(name, self._add([touch_key(name)])) for name in H25.touch_sensors]
+        battery = f"{DEVICES}Battery/"
         self._charge, self._current, self._temperature = (
             self._add([f"{battery}{part}/Sensor/Value"]) for part in ("Charge", "Current", "Temperature")
         )
@@ -98,24 +82,30 @@ class MemoryLayout:
             value = otherwise if index is None else float(numbers[index])
             return otherwise if math.isnan(value) else value
 
-        positions, commands, stiffnesses, temperatures, velocities, torques = self._joints
-        measured = tuple(at(index, math.nan) for index in positions)
-        if any(map(math.isnan, measured)):
-            joint = H25.joint_names[list(map(math.isnan, measured)).index(True)]
-            raise ValueError(f"there is no position of {joint}")
-        left, right = (FootReading(*(max(0.0, _GRAVITY * at(i)) for i in foot)) for foot in self._feet)
+        def joints(field: str, otherwise: float = 0.0) -> tuple[float, ...]:
+            return tuple(at(index, otherwise) for index in self._joints[field])
+
+        positions = joints("positions", math.nan)
+        for joint, position in zip(H25.joint_names, positions, strict=True):
+            if math.isnan(position):
+                raise ValueError(f"there is no position of {joint}")
+        commands = zip(self._joints["commands"], positions, strict=True)
+        left, right = (FootReading(*(max(0.0, GRAVITY * at(i)) for i in foot)) for foot in self._feet)
         charge, current = at(self._charge), at(self._current)
         return Measurements(
-            positions=measured,
-            commands=tuple(at(i, q) for i, q in zip(commands, measured, strict=True)),
-            stiffnesses=tuple(min(1.0, max(0.0, at(index))) for index in stiffnesses),
-            temperatures=tuple(at(index, _COMFORTABLE) for index in temperatures),
-            velocities=tuple(at(index, math.nan) for index in velocities),
-            torques=tuple(at(index) for index in torques),
+            joints=JointReading(
+                time=time,
+                positions=positions,
+                velocities=joints("velocities", math.nan),
+                commands=tuple(at(index, position) for index, position in commands),
+                torques=joints("torques"),
+                stiffnesses=tuple(min(1.0, max(0.0, stiffness)) for stiffness in joints("stiffnesses")),
+                temperatures=joints("temperatures", _COMFORTABLE),
+            ),
             senses=SenseReading(
                 time=time,
                 inertial=InertialReading(
-                    acceleration=_vector(at, self._acceleration, self._acceleration_signs, rest=_GRAVITY),
+                    acceleration=_vector(at, self._acceleration, self._acceleration_signs, rest=GRAVITY),
                     angular_velocity=_vector(at, self._angular_velocity, self._turning_signs, rest=0.0),
                     roll=at(self._roll),
                     pitch=at(self._pitch),
@@ -144,13 +134,10 @@ class MemoryLayout:
     def _table(self, key: str) -> list[int | None]:
         """Ask for a value of each joint; one that shares a motor may have its leader's."""
         leaders = {pair.follower: pair.leader for pair in H25.couplings}
-        places = []
-        for joint in H25.joint_names:
-            place = self._add(key.format(name) for name in (joint, leaders.get(joint, joint)))
-            if place is None and key is _JOINT_KEYS[0]:
-                raise KeyError(joint)
-            places.append(place)
-        return places
+        return [
+            self._add(key.format(name) for name in (joint, leaders.get(joint, joint)))
+            for joint in H25.joint_names
+        ]
 
 
 _ACC: Final = ("Accelerometer", "Acc")
@@ -182,14 +169,3 @@ def _vector(
 def _distance(told: float) -> float:
     """Return a distance in m; NAOqi tells 0 before the first echo, and something far without one."""
     return told if 0.0 < told <= FARTHEST else math.inf
-
-
-def _touch_key(name: str) -> str:
-    """Return the key of a touch sensor, as `H25.touch_sensors` calls it."""
-    if name == "ChestButton":
-        return f"{_DEVICES}ChestBoard/Button/Sensor/Value"
-    if name.startswith("Head"):
-        return f"{_DEVICES}Head/Touch/{name.removeprefix('Head')}/Sensor/Value"
-    if name[1:].startswith("Hand"):
-        return f"{_DEVICES}{name[:5]}/Touch/{name[5:]}/Sensor/Value"
-    return f"{_DEVICES}{name[:5]}/Bumper/{name.removeprefix(name[:5] + 'Bumper')}/Sensor/Value"

@@ -13,8 +13,6 @@ from naoserver_naoqi.connection import Connection, Reporter
 from naoserver_naoqi.errands import Errands, Question
 from naoserver_naoqi.link import Link, LinkLost, Reply, call
 
-__all__ = ["NaoqiPostures"]
-
 _PERIOD: Final = 0.5
 """Seconds between two questions in which posture it is."""
 _UNKNOWN: Final = "Unknown"

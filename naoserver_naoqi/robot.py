@@ -17,11 +17,9 @@ from naoserver_naoqi.expression import NaoqiLights, NaoqiVoice
 from naoserver_naoqi.joints import NaoqiJoints
 from naoserver_naoqi.link import Link
 from naoserver_naoqi.postures import NaoqiPostures
-from naoserver_naoqi.state import NaoqiSenses, NaoqiSonar, NaoqiState
+from naoserver_naoqi.state import NaoqiSenses, NaoqiState
 from naoserver_naoqi.walk import NaoqiWalker
 from zenoh_ice import Clock, WallClock
-
-__all__ = ["NaoqiRobot"]
 
 
 class NaoqiRobot:
@@ -49,7 +47,6 @@ class NaoqiRobot:
         self._commands = NaoqiJoints(connection, self._state, self._errands, reporter)
         self.walker: Final = NaoqiWalker(connection, self._state, self.clock, reporter)
         self._cameras = NaoqiCameras(connection, now)
-        self._sonar = NaoqiSonar()
         self.senses: Final = NaoqiSenses(self._state)
         self.lights: Final = NaoqiLights(self._errands, now)
         self.voice: Final = NaoqiVoice(connection, self._errands, reporter)
@@ -98,8 +95,6 @@ class NaoqiRobot:
     def start(self) -> None:
         """Connect, and bring the robot into the state in which it is to be served. Raises RobotError."""
         self._connection.start()
-        self._commands.start()
-        self.walker.start()
         self._care.begin()
 
     def close(self) -> None:
@@ -110,7 +105,7 @@ class NaoqiRobot:
         with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
             steps.callback(self._state.freeze)
             steps.callback(self._connection.close)
-            steps.callback(lambda: self._sonar.close(self._connection.link))
+            steps.callback(lambda: self.senses.close(self._connection.link))
             steps.callback(self._cameras.close)
             steps.callback(self._care.end)
             steps.callback(self._commands.close)
@@ -121,11 +116,8 @@ class NaoqiRobot:
         """Let the connection tell each part what it has to do."""
         connection = self._connection
         questions = (*self.walker.questions, self.postures.question)
-        connection.on_open.extend(
-            (self._state.open, self.walker.open, self._care.open, self._cameras.open, self._sonar.open)
-        )
-        connection.on_open.append(self.postures.open)
-        connection.on_open.extend(question.open for question in questions)
+        parts = (self._state, self.walker, self._care, self._cameras, self.senses, self.postures, *questions)
+        connection.on_open.extend(part.open for part in parts)
         connection.on_tick.append(self._state.tick)
         connection.on_tick.extend(question.tick for question in questions)
         connection.on_tick.extend((self.postures.tick, self.voice.tick, self._errands.tick))

@@ -1,4 +1,4 @@
-"""What the robot measures: one call a cycle, kept as snapshots that never block."""
+"""What the robot measures, one call a cycle, and where its setpoints are between NAOqi's reports of them."""
 
 from __future__ import annotations
 
@@ -6,25 +6,111 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 from naoserver.body import H25
 from naoserver.capabilities import SenseReading
 from naoserver.errors import HardwareFailure
-from naoserver.robot import FALLEN_TILT, BodyState, JointReading
+from naoserver.robot import FALLEN_TILT, BodyState, JointFacts, JointReading
 from naoserver_naoqi.connection import SILENCE
-from naoserver_naoqi.link import CallFailed, Link, call, is_nao6
+from naoserver_naoqi.link import NAME, CallFailed, Link, call, is_nao6
 from naoserver_naoqi.memory_keys import FARTHEST, Measurements, MemoryLayout
-from naoserver_naoqi.setpoints import Setpoints
 from zenoh_ice import Clock
 
-__all__ = ["NaoqiSenses", "NaoqiSonar", "NaoqiState"]
+_logger = logging.getLogger(__name__)
 
 _WINDOW: Final = 4
 """Measurements over which a velocity is taken that the robot does not tell: its cycle and ours drift."""
 _LISTING: Final = 5.0
 """Seconds that the robot gets to list its keys, of which there are some thousand."""
+_REPORT: Final = 0.2
+"""Seconds after which NAOqi's report shows what was commanded."""
+_SLACK: Final = 0.05
+"""Distance in rad by which a setpoint may differ from its report beside what the delay explains."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A setpoint from `time` on: it moves at `rate` until it is at `end`."""
+
+    time: float
+    value: float
+    rate: float
+    end: float
+
+    def at(self, time: float) -> float:
+        if self.rate == 0.0:
+            return self.value
+        value = self.value + self.rate * max(0.0, time - self.time)
+        return min(value, self.end) if self.rate > 0.0 else max(value, self.end)
+
+    @property
+    def arrival(self) -> float:
+        return self.time + (abs((self.end - self.value) / self.rate) if self.rate else 0.0)
+
+
+class Setpoints:
+    """The setpoint of each joint, as it follows from the commands, corrected by what NAOqi reports.
+
+    A report is some hundredths of a second old, which is too much for who plans the next step from where a
+    setpoint is. While a joint is on a commanded way the model is believed, unless the report shows that
+    something else moves it; otherwise the report is. Callers serialise the calls.
+    """
+
+    def __init__(self, joints: Sequence[JointFacts]) -> None:
+        self._joints = {joint.name: joint for joint in joints}
+        self._index = {joint.name: index for index, joint in enumerate(joints)}
+        self._ways = [_Way(-math.inf, 0.0, 0.0, 0.0) for _ in joints]
+
+    def at(self, time: float) -> tuple[float, ...]:
+        """Return every setpoint at a time in s."""
+        return tuple(way.at(time) for way in self._ways)
+
+    def value(self, joint: str, time: float) -> float:
+        """Return one setpoint at a time in s."""
+        return self._ways[self._index[joint]].at(time)
+
+    def send(self, joint: str, target: float, speed: float, time: float) -> None:
+        """Let a setpoint go to a target at a speed."""
+        facts, index = self._joints[joint], self._index[joint]
+        value = self._ways[index].at(time)
+        end = min(max(target, facts.lower), facts.upper)
+        self._ways[index] = _Way(time, value, math.copysign(speed, end - value) if end != value else 0.0, end)
+
+    def moving(self, joint: str, time: float) -> bool:
+        """Return whether a setpoint is on its way."""
+        way = self._ways[self._index[joint]]
+        return way.rate != 0.0 and time < way.arrival
+
+    def hold(self, joint: str, time: float) -> None:
+        """Let a setpoint stay where it is."""
+        index = self._index[joint]
+        value = self._ways[index].at(time)
+        self._ways[index] = _Way(time, value, 0.0, value)
+
+    def report(
+        self,
+        commands: Sequence[float],
+        positions: Sequence[float],
+        stiffnesses: Sequence[float],
+        time: float,
+    ) -> None:
+        """Take what NAOqi reports of every joint; the setpoint of a limp motor goes along with its joint."""
+        for index, (command, position, stiffness) in enumerate(
+            zip(commands, positions, stiffnesses, strict=True)
+        ):
+            if stiffness == 0.0:
+                self._ways[index] = _Way(-math.inf, position, 0.0, position)
+                continue
+            way = self._ways[index]
+            value = way.at(time)
+            if time > way.arrival + _REPORT:
+                if command != value or way.rate:
+                    self._ways[index] = _Way(-math.inf, command, 0.0, command)
+            elif time > way.time + _REPORT and abs(command - value) > _SLACK + abs(way.rate) * _REPORT:
+                self._ways[index] = replace(way, time=time, value=command)  # something else moved it
 
 
 class NaoqiState:
@@ -36,7 +122,7 @@ class NaoqiState:
         self._setpoints = Setpoints(H25.joints)
         self._lock = threading.Lock()  # of setpoints; held for microseconds
         self._history: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=_WINDOW)
-        self._newest: tuple[float, Measurements, tuple[float, ...]] | None = None  # replaced as a whole
+        self._newest: Measurements | None = None  # replaced as a whole
         self._frozen: float | None = None
 
     def open(self, link: Link) -> None:
@@ -63,17 +149,18 @@ class NaoqiState:
             measured = layout.read(values, time)
         except (TypeError, ValueError) as error:
             raise CallFailed(f"ALMemory.getListData: {error}") from None
-        self._history.append((time, measured.positions))
+        joints = measured.joints
+        self._history.append((time, joints.positions))
         first, positions = self._history[0]
         elapsed = time - first
-        moved = zip(measured.velocities, measured.positions, positions, strict=True)
+        moved = zip(joints.velocities, joints.positions, positions, strict=True)
         velocities = tuple(
             velocity if not math.isnan(velocity) else (now - before) / elapsed if elapsed > 0.0 else 0.0
             for velocity, now, before in moved
         )
         with self._lock:
-            self._setpoints.report(measured.commands, measured.positions, measured.stiffnesses, time)
-        self._newest = (time, measured, velocities)
+            self._setpoints.report(joints.commands, joints.positions, joints.stiffnesses, time)
+        self._newest = measured._replace(joints=replace(joints, velocities=velocities))
 
     def freeze(self) -> None:
         """Keep setpoints where they are from now on: the robot is lost."""
@@ -81,16 +168,7 @@ class NaoqiState:
 
     def joints(self) -> JointReading:
         """Return the newest reading of the joints; the setpoints are those of this moment."""
-        time, measured, velocities = self._require()
-        return JointReading(
-            time=time,
-            positions=measured.positions,
-            velocities=velocities,
-            commands=self.commands(),
-            torques=measured.torques,
-            stiffnesses=measured.stiffnesses,
-            temperatures=measured.temperatures,
-        )
+        return replace(self._require().joints, commands=self.commands())
 
     def commands(self) -> tuple[float, ...]:
         """Return the setpoint of every joint now."""
@@ -119,7 +197,7 @@ class NaoqiState:
 
     def senses(self) -> SenseReading:
         """Return the newest reading of the senses."""
-        return self._require()[1].senses
+        return self._require().senses
 
     def body(self) -> BodyState:
         """Return how the body is, by the inertial unit."""
@@ -131,15 +209,14 @@ class NaoqiState:
     def _now(self) -> float:
         return self._clock.now() if self._frozen is None else self._frozen
 
-    def _require(self) -> tuple[float, Measurements, tuple[float, ...]]:
-        newest = self._newest
-        if newest is None:
+    def _require(self) -> Measurements:
+        if self._newest is None:
             raise HardwareFailure("the robot has not been asked yet: start it first")
-        return newest
+        return self._newest
 
 
 class NaoqiSenses:
-    """The senses of the robot. Implements Senses."""
+    """The senses of the robot, with the sonar on while they are open. Implements Senses."""
 
     touch_names = H25.touch_sensors
     sonar_range = (0.25, FARTHEST)
@@ -152,34 +229,24 @@ class NaoqiSenses:
         """Return the newest snapshot."""
         return self._state.senses()
 
+    def open(self, link: Link) -> None:
+        """Turn the sonar on; a robot without one has nothing near."""
+        try:
+            call(link, "ALSonar.subscribe", NAME)
+        except CallFailed as error:
+            _logger.info("the sonar stays off: %s", error)
+
+    def close(self, link: Link | None) -> None:
+        """Turn the sonar off, unless somebody else wants it."""
+        try:
+            if link is not None:
+                call(link, "ALSonar.unsubscribe", NAME, timeout=1.0)
+        except HardwareFailure as error:
+            _logger.debug("the sonar stays as it is: %s", error)
+
 
 def _kind(link: Link) -> str:
     try:
         return str(call(link, "ALMemory.getData", "RobotConfig/Body/Type"))[:40]
     except HardwareFailure:
         return "robot of unknown kind"
-
-
-_logger = logging.getLogger(__name__)
-
-_NAME: Final = "naoserver-naoqi"
-
-
-class NaoqiSonar:
-    """Turn the sonar on, and off again."""
-
-    def open(self, link: Link) -> None:
-        """Turn it on; a robot without one has nothing near."""
-        try:
-            call(link, "ALSonar.subscribe", _NAME)
-        except CallFailed as error:
-            _logger.info("the sonar stays off: %s", error)
-
-    def close(self, link: Link | None) -> None:
-        """Turn it off, unless somebody else wants it."""
-        if link is None:
-            return
-        try:
-            call(link, "ALSonar.unsubscribe", _NAME, timeout=1.0)
-        except HardwareFailure as error:
-            _logger.debug("the sonar stays as it is: %s", error)

@@ -16,8 +16,6 @@ from naoserver_naoqi.link import CallFailed, Link, Reply, call
 from naoserver_naoqi.state import NaoqiState
 from zenoh_ice import Clock
 
-__all__ = ["NaoqiWalker", "limits_of"]
-
 _STILL: Final = WalkVelocity()
 _RESTING_PERIOD: Final = 0.2
 """Seconds between two questions for the odometry while it stands."""
@@ -77,10 +75,6 @@ class NaoqiWalker:
         except (CallFailed, TypeError, ValueError):
             config = {}
         self._limits = limits_of({**_USUAL, **config})
-
-    def start(self) -> None:
-        """Start to send."""
-        self._lane.start()
 
     def close(self) -> None:
         """End the walk, and the thread."""

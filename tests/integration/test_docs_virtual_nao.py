@@ -12,10 +12,9 @@ pytest.importorskip("qi")
 from naoserver_qi.faults import Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
-from naoserver_qi.memory import ALMemory
+from naoserver_qi.memory import ALMemory, ALSonar
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
-from naoserver_qi.memory import ALSonar
 from naoserver_qi.speech import ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
 from tests.support.limits import LIMIT

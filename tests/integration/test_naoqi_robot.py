@@ -11,9 +11,8 @@ from contextlib import closing
 
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
-from naoserver_naoqi.cameras import NAME
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, RobotAddress, call
+from naoserver_naoqi.link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress, call
 from naoserver_naoqi.robot import NaoqiRobot
 from tests.support.limits import LIMIT
 from tests.support.naoqi import connect_patiently

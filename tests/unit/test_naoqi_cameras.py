@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.errors import HardwareFailure
-from naoserver_naoqi.cameras import NAME, Stamps, frame_of
-from naoserver_naoqi.link import CallFailed
+from naoserver_naoqi.cameras import Stamps, frame_of
+from naoserver_naoqi.link import NAME, CallFailed
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
 SIZE = (320, 240)

@@ -39,15 +39,15 @@ def test_the_signs_of_the_inertial_unit_are_those_of_the_generation(nao6, force,
 
 def test_joints_come_in_the_order_of_the_body():
     measured = read(nao_memory())
-    assert measured.positions == tuple(H25.postures["STAND_INIT"][name] for name in H25.joint_names)
-    assert measured.commands == measured.positions
-    assert set(measured.stiffnesses) == {1.0}
-    assert set(measured.temperatures) == {40.0}
+    assert measured.joints.positions == tuple(H25.postures["STAND_INIT"][name] for name in H25.joint_names)
+    assert measured.joints.commands == measured.joints.positions
+    assert set(measured.joints.stiffnesses) == {1.0}
+    assert set(measured.joints.temperatures) == {40.0}
 
 
 def test_torques_are_what_the_robot_estimates_and_otherwise_none():
-    assert set(read(nao_memory()).torques) == {0.0}
-    assert read(nao_memory(), **{"Motion/Torque/Sensor/HeadPitch": -0.3}).torques[1] == -0.3
+    assert set(read(nao_memory()).joints.torques) == {0.0}
+    assert read(nao_memory(), **{"Motion/Torque/Sensor/HeadPitch": -0.3}).joints.torques[1] == -0.3
 
 
 def test_what_presses_on_a_foot_is_a_force():
@@ -93,7 +93,7 @@ def test_a_battery_that_is_charged_is_plugged_in_also_where_no_key_says_so():
 def test_joints_of_one_motor_share_its_values():
     memory = {key: value for key, value in nao_memory().items() if "RHipYawPitch" not in key}
     measured = read(memory, **{f"{DEVICES}LHipYawPitch/Position/Sensor/Value": -0.3})
-    assert measured.positions[H25.joint_names.index("RHipYawPitch")] == -0.3
+    assert measured.joints.positions[H25.joint_names.index("RHipYawPitch")] == -0.3
 
 
 def test_a_robot_without_a_joint_is_told_by_its_name():
@@ -126,7 +126,12 @@ def test_whatever_a_robot_answers_reads_as_numbers_or_is_refused(strange):
     except ValueError:
         assert min(strange) < 26, "a joint has no position"
         return
-    assert all(map(math.isfinite, (*measured.positions, *measured.commands, *measured.stiffnesses)))
+    assert all(
+        map(
+            math.isfinite,
+            (*measured.joints.positions, *measured.joints.commands, *measured.joints.stiffnesses),
+        )
+    )
 
 
 def test_an_answer_of_another_length_is_refused():
