@@ -23,6 +23,7 @@ from naoserver_naoqi.link import NAME, CallFailed, Link, call, is_nao6
 _logger = logging.getLogger(__name__)
 
 RESOLUTIONS: Final = {size: number for number, size in IMAGE_SIZES.items()}
+"""NAOqi's number of each image size."""
 _RGB: Final = 11
 _PATIENCE: Final = 0.9
 """Seconds within which a picture has to come: a capture blocks at most 1 s."""
@@ -134,15 +135,14 @@ class NaoqiCameras:
                     timeout=max(0.05, deadline - time.monotonic()),
                 )
             except CallFailed:
-                camera.subscription = None  # somebody ended it: the next capture subscribes anew
+                camera.subscription = None  # somebody ended it: the next capture subscribes again
                 raise
             arrival = self._now()
             if image is not None:
-                stamp = _stamp(image)
-                if stamp != camera.newest or time.monotonic() > content:
-                    camera.newest = stamp
-                    taken = camera.stamps.steady(stamp, arrival)
-                    return frame_of(image, camera.facts.name, subscription.size, taken)
+                frame = frame_of(image, camera.facts.name, subscription.size)
+                if frame.time != camera.newest or time.monotonic() > content:
+                    camera.newest = frame.time
+                    return replace(frame, time=camera.stamps.steady(frame.time, arrival))
             if time.monotonic() + _AGAIN > deadline:
                 raise HardwareFailure(f"{camera.facts.name} gives no picture")
             time.sleep(_AGAIN)
@@ -154,8 +154,7 @@ class NaoqiCameras:
             return subscription
         if size not in camera.facts.sizes:
             raise HardwareFailure(f"{camera.facts.name} has no size {size[0]}x{size[1]}")
-        if subscription is not None and subscription.link is link:
-            _release(camera)
+        _release(camera)
         rate = dict(zip(camera.facts.sizes, camera.facts.rates, strict=True))[size]
         handle = call(
             link,
@@ -174,24 +173,21 @@ class NaoqiCameras:
         return camera.subscription
 
 
-def frame_of(image: Any, camera: str, size: tuple[int, int], taken: float) -> Frame:  # noqa: ANN401
-    """Return the frame that getImageRemote's answer is. Raises HardwareFailure when it is none."""
+def frame_of(image: Any, camera: str, size: tuple[int, int]) -> Frame:  # noqa: ANN401
+    """Return the frame that getImageRemote's answer is, at the robot's own time.
+
+    Raises HardwareFailure when it is none.
+    """
     try:
         width, height, layers, pixels = int(image[0]), int(image[1]), int(image[2]), image[6]
+        stamp = float(image[4]) + float(image[5]) / 1e6
         array = np.frombuffer(pixels, dtype=np.uint8).reshape(height, width, 3)
     except (IndexError, TypeError, ValueError) as error:
         raise HardwareFailure(f"{camera}: what came is no picture: {error}") from None
     if (width, height) != size or layers != 3:
         message = f"{camera}: a picture of {width}x{height} with {layers} layers came"
         raise HardwareFailure(f"{message}, not {size[0]}x{size[1]} with 3")
-    return Frame(camera, taken, width, height, array)
-
-
-def _stamp(image: Any) -> float:  # noqa: ANN401
-    try:
-        return float(image[4]) + float(image[5]) / 1e6
-    except (IndexError, TypeError, ValueError) as error:
-        raise HardwareFailure(f"a picture without a time came: {error}") from None
+    return Frame(camera, stamp, width, height, array)
 
 
 def _release(camera: _Camera) -> None:

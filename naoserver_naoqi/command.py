@@ -9,17 +9,15 @@ import typer
 
 from naoserver.options import ServerOptions
 from naoserver.server import serve
-from naoserver_naoqi.care import End, Life, Start, Wishes
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
-from naoserver_naoqi.robot import NaoqiRobot
+from naoserver_naoqi.robot import End, Life, NaoqiRobot, Start, Wishes
 from zenoh_ice import initialize
 from zenoh_ice.command import stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
-_LOGIN_VARIABLE: Final = "VISUALHFSM_NAOQI_PASSWORD"
 _EPILOG: Final = """Examples:
 
 naoserver-naoqi --robot tcp://nao.local                    as the robot stands; it stays so at the end
@@ -43,7 +41,9 @@ def naoserver_naoqi(
     user: Annotated[str, typer.Option(help="Who logs in, at tcps://.")] = "nao",
     password: Annotated[
         str,
-        typer.Option(envvar=_LOGIN_VARIABLE, help="The password; others see what stands on a command line."),
+        typer.Option(
+            envvar="VISUALHFSM_NAOQI_PASSWORD", help="The password; others see what stands on a command line."
+        ),
     ] = "",
     start: Annotated[
         Start, typer.Option(help="What the robot does first: nothing, hold its joints, or stand up.")

@@ -7,12 +7,12 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.event_log import EventLog
-from naoserver_naoqi.link import CallFailed, CallTimeout, Link, LinkLost, call
+from naoserver_naoqi.link import CallFailed, CallTimeout, Link, LinkLost
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
@@ -39,8 +39,7 @@ class Reporter:
         Of one kind at most one event a second is kept.
         """
         if self._events is None:
-            levels = logging.getLevelNamesMapping()
-            _logger.log(levels[level.name.upper()], "%s: %s", _SOURCE, message)
+            _logger.log(logging.getLevelNamesMapping()[level.name.upper()], "%s: %s", _SOURCE, message)
             return
         self._events.add(level, _SOURCE, message, kind or message)
         if at_once:
@@ -115,10 +114,6 @@ class Connection:
             raise LinkLost("the robot is not connected")
         return link
 
-    def call(self, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
-        """Return what NAOqi answers within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
-        return call(self.require(), operation, *arguments, timeout=timeout)
-
     def start(self) -> None:
         """Connect, and look after the robot from then on. Raises RobotError when it cannot be reached."""
         self._link = self._open(_FIRST_CONNECTING)
@@ -133,10 +128,7 @@ class Connection:
     def close(self) -> None:
         """Hang up, and end the thread; does nothing the second time."""
         self._closing.set()
-        if self._thread.ident is not None:
-            self._thread.join(_END)
-            if self._thread.is_alive():
-                _logger.error("the thread of the connection did not end within %g s", _END)
+        join(self._thread, _END)
         link, self._link = self._link, None
         if link is not None:
             link.close()
@@ -209,3 +201,11 @@ class Connection:
                 listener()
             except Exception:
                 _logger.exception("a part failed when it heard that the robot was lost or found")
+
+
+def join(thread: threading.Thread, seconds: float) -> None:
+    """Wait for the end of a thread, if it was ever started; log that it goes on."""
+    if thread.ident is not None:
+        thread.join(seconds)
+        if thread.is_alive():
+            _logger.error("%s did not end within %g s", thread.name, seconds)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, Final, Generic, TypeVar
 
 from naoserver.errors import HardwareFailure
-from naoserver_naoqi.connection import Connection, Reporter
+from naoserver_naoqi.connection import Connection, Reporter, join
 from naoserver_naoqi.link import Link, Reply
-
-_logger = logging.getLogger(__name__)
 
 MOST: Final = 200
 """Calls that may go on at the same time; a robot that answers none gets no more."""
@@ -25,7 +22,7 @@ V = TypeVar("V")
 
 
 class Errands:
-    """Begin calls, and tell of those that failed once they have."""
+    """Begin calls, and report those that failed."""
 
     def __init__(self, connection: Connection, reporter: Reporter) -> None:
         self._connection = connection
@@ -148,20 +145,12 @@ class Lane(Generic[K, V]):
         with self._changed:
             self._waiting.clear()
 
-    def settle(self, timeout: float) -> bool:
-        """Wait until every command has been answered; return whether it was within some seconds."""
-        with self._changed:
-            return self._changed.wait_for(lambda: not self._replies and not self._waiting, timeout)
-
     def close(self) -> None:
         """Send what waits, and end the thread."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
-        if self._thread.ident is not None:
-            self._thread.join(_END)
-            if self._thread.is_alive():
-                _logger.error("%s did not end within %g s", self._thread.name, _END)
+        join(self._thread, _END)
 
     def _begin(self, link: Link) -> None:
         commands, self._waiting = self._waiting, {}

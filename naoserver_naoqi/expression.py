@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 from naoserver.capabilities import Color, Utterance
@@ -16,20 +16,15 @@ from naoserver_naoqi.errands import Errands
 from naoserver_naoqi.link import Link, LinkLost, Reply
 
 
-class NaoqiLights:
+class NaoqiLights(FadingLights):
     """The lights of a robot. Implements Lights.
 
-    NAOqi does not tell what they show: that is what they were told here.
+    NAOqi does not report what they show: that is what they were last commanded here.
     """
 
     def __init__(self, errands: Errands, now: Callable[[], float]) -> None:
+        super().__init__(now)
         self._errands = errands
-        self._shown = FadingLights(now)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The groups: eyes, ears, head, chest and feet."""
-        return self._shown.names
 
     def set(self, name: str, color: Color, seconds: float) -> None:
         """Let a group fade to a color in some seconds. Raises CommandRefused while the robot is lost."""
@@ -38,16 +33,12 @@ class NaoqiLights:
         else:
             red, green, blue = (round(255 * part) for part in color)
             self._run("ALLeds.fadeRGB", LIGHT_GROUPS[name], red << 16 | green << 8 | blue, seconds)
-        self._shown.set(name, color, seconds)
+        super().set(name, color, seconds)
 
     def reset(self) -> None:
         """Let every group show what it shows after the start."""
         self._run("ALLeds.reset", "AllLeds")
-        self._shown.reset()
-
-    def colors(self) -> Mapping[str, Color]:
-        """Return what each group was told to show."""
-        return self._shown.colors()
+        super().reset()
 
     def _run(self, operation: str, *arguments: object) -> None:
         try:

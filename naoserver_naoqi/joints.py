@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -38,7 +38,7 @@ class NaoqiJoints:
     ) -> None:
         self._state = state
         self._errands = errands
-        self.orders: Final[Lane[str, Order]] = Lane("joints", connection, reporter, _send_orders)
+        self.orders: Final[Lane[str, Order]] = Lane("joints", connection, reporter, self._send_orders)
         """What joints are to do."""
         self._stiffnesses: Lane[str, tuple[float, float]] = Lane(
             "stiffness", connection, reporter, self._send_stiffnesses
@@ -85,11 +85,15 @@ class NaoqiJoints:
         if orders:
             self.orders.post(orders)
 
+    def _send_orders(self, link: Link, orders: Mapping[str, Order]) -> list[Reply]:
+        return [link.begin(method, *arguments) for method, *arguments in calls_of(orders)]
+
     def _send_stiffnesses(self, link: Link, wanted: Mapping[str, tuple[float, float]]) -> list[Reply]:
         at_once = {joint: value for joint, (value, seconds) in wanted.items() if seconds <= 0.0}
         slowly = {joint: change for joint, change in wanted.items() if change[1] > 0.0}
         if slowly:  # it answers when the last motor is there: the next change does not wait for that
-            self._errands.run("ALMotion.stiffnessInterpolation", list(slowly), *_columns(slowly.values()))
+            columns = ([[part] for part in column] for column in zip(*slowly.values(), strict=True))
+            self._errands.run("ALMotion.stiffnessInterpolation", list(slowly), *columns)
         if not at_once:
             return []
         return [link.begin("ALMotion.setStiffnesses", list(at_once), list(at_once.values()))]
@@ -101,20 +105,17 @@ def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[flo
     setAngles takes one fraction for all its joints, so there is a call for each. Rounded are fractions down,
     by less than a tenth, and only when there are many.
     """
-    groups: dict[float, dict[str, float]] = {}
     held = [joint for joint, order in orders.items() if order.target is None]
-    fractions = {
-        joint: min(1.0, max(_SLOWEST, order.fraction)) for joint, order in orders.items() if joint not in held
-    }
+    targets = {joint: order.target for joint, order in orders.items() if order.target is not None}
+    fractions = {joint: min(1.0, max(_SLOWEST, orders[joint].fraction)) for joint in targets}
     if len(set(fractions.values())) > _FEW:
         fractions = {joint: _rounded(fraction) for joint, fraction in fractions.items()}
+    groups: dict[float, list[str]] = {}
     for joint, fraction in fractions.items():
-        target = orders[joint].target
-        assert target is not None
-        groups.setdefault(fraction, {})[joint] = target
+        groups.setdefault(fraction, []).append(joint)
     calls = [
-        ("ALMotion.setAngles", list(targets), list(targets.values()), fraction)
-        for fraction, targets in groups.items()
+        ("ALMotion.setAngles", joints, [targets[joint] for joint in joints], fraction)
+        for fraction, joints in groups.items()
     ]
     if held:
         # Beside where they are commanded to be now, which the robot alone knows at this moment.
@@ -124,12 +125,3 @@ def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[flo
 
 def _rounded(fraction: float) -> float:
     return max(_SLOWEST, math.exp(math.floor(math.log(fraction) / _STEP + 1e-9) * _STEP))
-
-
-def _send_orders(link: Link, orders: Mapping[str, Order]) -> list[Reply]:
-    return [link.begin(method, *arguments) for method, *arguments in calls_of(orders)]
-
-
-def _columns(changes: Iterable[tuple[float, float]]) -> tuple[list[list[float]], list[list[float]]]:
-    values, seconds = zip(*changes, strict=True)
-    return [[value] for value in values], [[each] for each in seconds]

@@ -45,17 +45,13 @@ class LibqiLink:
 
     def __init__(self, session: qi.Session) -> None:
         self._session = session
-        self._lost = threading.Event()
+        self.lost: Final = threading.Event()
+        """Set as soon as the connection is known to be gone."""
         self._services: dict[str, Any] = {}
         self._lock = threading.Lock()
-        self._watch = session.disconnected.connect(self._on_disconnected)
+        self._watch = session.disconnected.connect(lambda _reason: self.lost.set())
         if not session.isConnected():
-            self._lost.set()
-
-    @property
-    def lost(self) -> threading.Event:
-        """Set as soon as the connection is known to be gone."""
-        return self._lost
+            self.lost.set()
 
     def begin(self, operation: str, *arguments: object) -> Reply:
         """Begin a call; whatever goes wrong is told by the reply."""
@@ -74,7 +70,7 @@ class LibqiLink:
         with self._lock:
             session, self._session = self._session, None
             self._services = {}
-        self._lost.set()
+        self.lost.set()
         if session is not None:
             session.disconnected.disconnect(self._watch)
             session.close()
@@ -93,14 +89,9 @@ class LibqiLink:
                 self._services[name] = found
         return found
 
-    def _on_disconnected(self, _reason: str) -> None:
-        self._lost.set()
-
 
 class _FutureReply:
     """The answer that a future of libqi is to bring. Implements Reply."""
-
-    __slots__ = ("_future", "_operation")
 
     def __init__(self, operation: str, future: qi.Future) -> None:
         self._operation = operation
@@ -122,7 +113,6 @@ class _FutureReply:
 class _Failure:
     """A call that could not be begun. Implements Reply."""
 
-    __slots__ = ("_error",)
     done: Final = True
 
     def __init__(self, error: Exception) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, Protocol, Self
 from urllib.parse import urlsplit
 
@@ -59,10 +59,7 @@ class Link(Protocol):
 
 
 def call(link: Link, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
-    """Return what NAOqi answers to a call within some seconds.
-
-    Raises CallFailed, CallTimeout or LinkLost.
-    """
+    """Return what NAOqi answers within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
     return link.begin(operation, *arguments).result(timeout)
 
 
@@ -82,7 +79,7 @@ class RobotAddress:
     host: str
     port: int
     user: str = ""
-    password: str = ""
+    password: str = field(default="", repr=False)
 
     @classmethod
     def parse(cls, text: str, user: str = "", password: str = "") -> Self:
@@ -118,9 +115,6 @@ class RobotAddress:
 
     def __str__(self) -> str:
         return self.url
-
-    def __repr__(self) -> str:
-        return f"RobotAddress({self.url!r})"  # never the password
 
 
 def is_nao6(link: Link) -> bool:

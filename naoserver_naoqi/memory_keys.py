@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.robot import JointReading
 
 FARTHEST: Final = 2.55
-"""In m: what the sonar tells beyond it means that nothing is near."""
+"""In m: what the sonar reports beyond it means that nothing is near, as does 0, before the first echo."""
 _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
 """Degrees Celsius of a motor that tells none."""
@@ -82,6 +82,12 @@ class MemoryLayout:
             value = otherwise if index is None else float(numbers[index])
             return otherwise if math.isnan(value) else value
 
+        def vector(places: Sequence[int | None], signs: Vector, rest: float = 0.0) -> Vector:
+            """Return three values, each with its sign; those that are missing are 0, and `rest` along z."""
+            missing = zip(places, signs, (0.0, 0.0, rest), strict=True)
+            x, y, z = (sign * at(place, sign * otherwise) for place, sign, otherwise in missing)
+            return x, y, z
+
         def joints(field: str, otherwise: float = 0.0) -> tuple[float, ...]:
             return tuple(at(index, otherwise) for index in self._joints[field])
 
@@ -105,14 +111,16 @@ class MemoryLayout:
             senses=SenseReading(
                 time=time,
                 inertial=InertialReading(
-                    acceleration=_vector(at, self._acceleration, self._acceleration_signs, rest=GRAVITY),
-                    angular_velocity=_vector(at, self._angular_velocity, self._turning_signs, rest=0.0),
+                    acceleration=vector(self._acceleration, self._acceleration_signs, rest=GRAVITY),
+                    angular_velocity=vector(self._angular_velocity, self._turning_signs),
                     roll=at(self._roll),
                     pitch=at(self._pitch),
                 ),
                 left_foot=left,
                 right_foot=right,
-                sonar=SonarReading(*(_distance(at(index)) for index in self._sonar)),
+                sonar=SonarReading(
+                    *(at(index) if 0.0 < at(index) <= FARTHEST else math.inf for index in self._sonar)
+                ),
                 touched=frozenset(name for name, index in self._touch if at(index) > _PRESSED),
                 battery=BatteryReading(
                     charge=charge,
@@ -153,19 +161,3 @@ _SIGNS_BEFORE: Final = ((-1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
 def _number(value: object) -> float:
     return float(value) if isinstance(value, (int, float)) and math.isfinite(value) else math.nan
-
-
-def _vector(
-    at: Callable[[int | None, float], float], places: Sequence[int | None], signs: Vector, rest: float
-) -> Vector:
-    """Return a vector of three values, each with its sign; without them 0, and `rest` along z."""
-    x, y, z = (
-        sign * at(place, sign * otherwise)
-        for place, sign, otherwise in zip(places, signs, (0.0, 0.0, rest), strict=True)
-    )
-    return x, y, z
-
-
-def _distance(told: float) -> float:
-    """Return a distance in m; NAOqi tells 0 before the first echo, and something far without one."""
-    return told if 0.0 < told <= FARTHEST else math.inf

@@ -1,25 +1,139 @@
-"""The real robot: the parts that make it a `Robot`."""
+"""The real robot: the parts that make it a `Robot`, and what happens to it at start and end."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Final
 
+from interfaces.nao import Severity
 from naoserver.assembly import Assembly
 from naoserver.body import H25
+from naoserver.errors import HardwareFailure
 from naoserver.robot import BodyState, CameraFacts, Frame, JointReading
 from naoserver_naoqi.cameras import NaoqiCameras
-from naoserver_naoqi.care import Care, Wishes
 from naoserver_naoqi.connection import Connection, Reporter
 from naoserver_naoqi.errands import Errands
 from naoserver_naoqi.expression import NaoqiLights, NaoqiVoice
 from naoserver_naoqi.joints import NaoqiJoints
-from naoserver_naoqi.link import Link
-from naoserver_naoqi.postures import NaoqiPostures
+from naoserver_naoqi.link import CallFailed, Link, call
+from naoserver_naoqi.moves import NaoqiPostures, NaoqiWalker
 from naoserver_naoqi.state import NaoqiSenses, NaoqiState
-from naoserver_naoqi.walk import NaoqiWalker
 from zenoh_ice import Clock, WallClock
+
+_logger = logging.getLogger(__name__)
+
+_DISABLED: Final = "disabled"
+_LONG: Final = 60.0
+"""Seconds that the robot gets to stand up, to crouch, or to change its life."""
+_SECONDS: Final = 1.0
+"""In which motors become stiff or limp."""
+
+
+class Start(StrEnum):
+    """What the robot is to do before it is served."""
+
+    LEAVE = "leave"
+    """Nothing: a limp robot stays limp."""
+    STIFFEN = "stiffen"
+    """Hold every joint where it is."""
+    STAND = "stand"
+    """Wake up: hold every joint, and stand up."""
+
+
+class End(StrEnum):
+    """What the robot is to do when the server ends."""
+
+    LEAVE = "leave"
+    """Stay as it is, also stiff."""
+    REST = "rest"
+    """Crouch, and let every motor go limp."""
+    LIMP = "limp"
+    """Let every motor go limp at once: for a robot that hangs, sits or lies."""
+
+
+class Life(StrEnum):
+    """What becomes of Autonomous Life, which moves the robot by itself."""
+
+    DISABLE = "disable"
+    """Switch it off."""
+    SUSPEND = "suspend"
+    """Switch it off, and back to what it was at the end."""
+    LEAVE = "leave"
+    """Let it go on; it moves the head against whoever else does."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the operator wants to happen to the robot."""
+
+    start: Start = Start.LEAVE
+    end: End = End.LEAVE
+    life: Life = Life.DISABLE
+
+
+class Care:
+    """Do to the robot what the operator wishes."""
+
+    def __init__(self, wishes: Wishes, connection: Connection, reporter: Reporter) -> None:
+        self._wishes = wishes
+        self._connection = connection
+        self._reporter = reporter
+        self._life_before = ""
+        self._begun = False
+
+    def open(self, link: Link) -> None:
+        """Switch Autonomous Life off, each time the robot is found: it wakes up when the robot was off."""
+        if self._wishes.life is Life.LEAVE:
+            return
+        try:
+            state = str(call(link, "ALAutonomousLife.getState"))
+        except CallFailed as error:
+            _logger.debug("no Autonomous Life: %s", error)
+            return
+        if state != _DISABLED:
+            self._life_before = self._life_before or state
+            call(link, "ALAutonomousLife.setState", _DISABLED, timeout=_LONG)
+            self._reporter.report(Severity.Info, f"Autonomous Life was {state}, and is switched off")
+
+    def begin(self) -> None:
+        """Bring the robot into the state in which it is to be served. Raises HardwareFailure."""
+        self._begun = True
+        if self._wishes.start is Start.STAND:
+            call(self._connection.require(), "ALMotion.wakeUp", timeout=_LONG)
+        elif self._wishes.start is Start.STIFFEN:
+            self._stiffen(1.0)
+
+    def end(self) -> None:
+        """Leave the robot as the operator wishes; what fails is told, and the rest is done."""
+        if self._connection.link is None:
+            if self._begun and self._wishes.end is not End.LEAVE:
+                self._reporter.report(Severity.Error, "the robot is lost: it stays as it is")
+            return
+        try:
+            if self._wishes.end is End.REST:
+                call(self._connection.require(), "ALMotion.rest", timeout=_LONG)
+            elif self._wishes.end is End.LIMP:
+                self._stiffen(0.0)
+            if self._wishes.life is Life.SUSPEND and self._life_before:
+                call(
+                    self._connection.require(), "ALAutonomousLife.setState", self._life_before, timeout=_LONG
+                )
+        except HardwareFailure as error:
+            self._reporter.report(Severity.Error, f"the robot was not left as wished: {error}")
+
+    def _stiffen(self, stiffness: float) -> None:
+        call(
+            self._connection.require(),
+            "ALMotion.stiffnessInterpolation",
+            "Body",
+            stiffness,
+            _SECONDS,
+            timeout=_LONG,
+        )
 
 
 class NaoqiRobot:
@@ -38,9 +152,8 @@ class NaoqiRobot:
         self.stage: Final = None
         self.clock: Final = clock or WallClock()
         now = self.clock.now
-        self._reporter = Reporter()
-        self._connection = Connection(connect, self.clock, self._reporter)
-        connection, reporter = self._connection, self._reporter
+        reporter = self._reporter = Reporter()
+        connection = self._connection = Connection(connect, self.clock, reporter)
         self._state = NaoqiState(self.clock)
         self._errands = Errands(connection, reporter)
         self._care = Care(wishes or Wishes(), connection, reporter)
@@ -125,6 +238,5 @@ class NaoqiRobot:
 
     def _forget(self) -> None:
         self._state.freeze()
-        for part in (self._commands, self.voice, self.postures, self._errands):
+        for part in (self._commands, self.voice, self.postures, self._errands, self.walker):
             part.forget()
-        self.walker.lose()

@@ -61,34 +61,31 @@ class Setpoints:
 
     def __init__(self, joints: Sequence[JointFacts]) -> None:
         self._joints = {joint.name: joint for joint in joints}
-        self._index = {joint.name: index for index, joint in enumerate(joints)}
-        self._ways = [_Way(-math.inf, 0.0, 0.0, 0.0) for _ in joints]
+        self._ways = {joint.name: _Way(-math.inf, 0.0, 0.0, 0.0) for joint in joints}
 
     def at(self, time: float) -> tuple[float, ...]:
         """Return every setpoint at a time in s."""
-        return tuple(way.at(time) for way in self._ways)
+        return tuple(way.at(time) for way in self._ways.values())
 
     def value(self, joint: str, time: float) -> float:
         """Return one setpoint at a time in s."""
-        return self._ways[self._index[joint]].at(time)
+        return self._ways[joint].at(time)
 
     def send(self, joint: str, target: float, speed: float, time: float) -> None:
         """Let a setpoint go to a target at a speed."""
-        facts, index = self._joints[joint], self._index[joint]
-        value = self._ways[index].at(time)
+        facts, value = self._joints[joint], self._ways[joint].at(time)
         end = min(max(target, facts.lower), facts.upper)
-        self._ways[index] = _Way(time, value, math.copysign(speed, end - value) if end != value else 0.0, end)
+        self._ways[joint] = _Way(time, value, math.copysign(speed, end - value) if end != value else 0.0, end)
 
     def moving(self, joint: str, time: float) -> bool:
         """Return whether a setpoint is on its way."""
-        way = self._ways[self._index[joint]]
+        way = self._ways[joint]
         return way.rate != 0.0 and time < way.arrival
 
     def hold(self, joint: str, time: float) -> None:
         """Let a setpoint stay where it is."""
-        index = self._index[joint]
-        value = self._ways[index].at(time)
-        self._ways[index] = _Way(time, value, 0.0, value)
+        value = self._ways[joint].at(time)
+        self._ways[joint] = _Way(time, value, 0.0, value)
 
     def report(
         self,
@@ -98,19 +95,18 @@ class Setpoints:
         time: float,
     ) -> None:
         """Take what NAOqi reports of every joint; the setpoint of a limp motor goes along with its joint."""
-        for index, (command, position, stiffness) in enumerate(
-            zip(commands, positions, stiffnesses, strict=True)
-        ):
+        reports = zip(self._ways.copy(), commands, positions, stiffnesses, strict=True)
+        for joint, command, position, stiffness in reports:
             if stiffness == 0.0:
-                self._ways[index] = _Way(-math.inf, position, 0.0, position)
+                self._ways[joint] = _Way(-math.inf, position, 0.0, position)
                 continue
-            way = self._ways[index]
+            way = self._ways[joint]
             value = way.at(time)
             if time > way.arrival + _REPORT:
                 if command != value or way.rate:
-                    self._ways[index] = _Way(-math.inf, command, 0.0, command)
+                    self._ways[joint] = _Way(-math.inf, command, 0.0, command)
             elif time > way.time + _REPORT and abs(command - value) > _SLACK + abs(way.rate) * _REPORT:
-                self._ways[index] = replace(way, time=time, value=command)  # something else moved it
+                self._ways[joint] = replace(way, time=time, value=command)  # something else moved it
 
 
 class NaoqiState:
@@ -132,7 +128,10 @@ class NaoqiState:
         try:
             self._layout = MemoryLayout(known, nao6=nao6)
         except KeyError as error:
-            kind = _kind(link)
+            try:
+                kind = str(call(link, "ALMemory.getData", "RobotConfig/Body/Type"))[:40]
+            except HardwareFailure:
+                kind = "robot of unknown kind"
             message = f"the robot, a {kind}, has no joint {error.args[0]}; only the Nao H25 can be served"
             raise HardwareFailure(message) from None
         self._history.clear()
@@ -152,10 +151,9 @@ class NaoqiState:
         joints = measured.joints
         self._history.append((time, joints.positions))
         first, positions = self._history[0]
-        elapsed = time - first
         moved = zip(joints.velocities, joints.positions, positions, strict=True)
         velocities = tuple(
-            velocity if not math.isnan(velocity) else (now - before) / elapsed if elapsed > 0.0 else 0.0
+            velocity if not math.isnan(velocity) else (now - before) / (time - first) if time > first else 0.0
             for velocity, now, before in moved
         )
         with self._lock:
@@ -168,12 +166,9 @@ class NaoqiState:
 
     def joints(self) -> JointReading:
         """Return the newest reading of the joints; the setpoints are those of this moment."""
-        return replace(self._require().joints, commands=self.commands())
-
-    def commands(self) -> tuple[float, ...]:
-        """Return the setpoint of every joint now."""
         with self._lock:
-            return self._setpoints.at(self._now())
+            commands = self._setpoints.at(self._now())
+        return replace(self._require().joints, commands=commands)
 
     def send(self, ways: Mapping[str, tuple[float, float]]) -> list[str]:
         """Let setpoints go to targets at speeds from now on, by joint; returns which of them that changes."""
@@ -243,10 +238,3 @@ class NaoqiSenses:
                 call(link, "ALSonar.unsubscribe", NAME, timeout=1.0)
         except HardwareFailure as error:
             _logger.debug("the sonar stays as it is: %s", error)
-
-
-def _kind(link: Link) -> str:
-    try:
-        return str(call(link, "ALMemory.getData", "RobotConfig/Body/Type"))[:40]
-    except HardwareFailure:
-        return "robot of unknown kind"

@@ -8,9 +8,8 @@ from contextlib import closing, contextmanager
 from typing import Any
 
 from naoserver.body import H25
-from naoserver_naoqi.care import Wishes
 from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost
-from naoserver_naoqi.robot import NaoqiRobot
+from naoserver_naoqi.robot import NaoqiRobot, Wishes
 from tests.support.robot_server import eventually
 
 __all__ = ["DEVICES", "ScriptedNaoqi", "nao_memory"]

@@ -7,8 +7,8 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from naoserver.fake import __main__ as fake
 from naoserver_naoqi import command as naoqi
-from naoserver_naoqi.care import End, Life, Start
 from naoserver_naoqi.connection import SILENCE
+from naoserver_naoqi.robot import End, Life, Start
 from tests.support.pages import DOCS
 
 PAGE = (DOCS / "naoqi.md").read_text(encoding="utf-8")

@@ -133,7 +133,7 @@ def test_a_closed_robot_takes_no_picture(naoqi):
 )
 def test_what_is_no_picture_of_the_size_is_refused(image):
     with pytest.raises(HardwareFailure, match="Camera"):
-        frame_of(image, "Camera", SIZE, 0.0)
+        frame_of(image, "Camera", SIZE)
 
 
 @given(st.lists(st.tuples(st.floats(0.03, 0.05), st.floats(0.0, 0.5)), min_size=1, max_size=50))

@@ -3,9 +3,8 @@
 import pytest
 
 from naoserver.errors import HardwareFailure
-from naoserver_naoqi.care import End, Life, Start, Wishes
 from naoserver_naoqi.link import CallFailed
-from naoserver_naoqi.robot import NaoqiRobot
+from naoserver_naoqi.robot import End, Life, NaoqiRobot, Start, Wishes
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
 WAKE, REST, STIFFEN = "ALMotion.wakeUp", "ALMotion.rest", "ALMotion.stiffnessInterpolation"

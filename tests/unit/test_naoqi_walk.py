@@ -4,7 +4,7 @@ import pytest
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver_naoqi.walk import limits_of
+from naoserver_naoqi.moves import limits_of
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
 

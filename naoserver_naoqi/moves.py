@@ -1,18 +1,18 @@
-"""The walk: ALMotion's own."""
+"""What NAOqi moves by itself: ALMotion's walk, and ALRobotPosture's ways into postures."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from dataclasses import astuple
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, replace
 from typing import Any, Final
 
 from naoserver.body import H25
-from naoserver.capabilities import Odometry, WalkVelocity
-from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.capabilities import Odometry, PostureProgress, WalkVelocity
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver_naoqi.connection import PERIOD, Connection, Reporter
-from naoserver_naoqi.errands import Lane, Question
-from naoserver_naoqi.link import CallFailed, Link, Reply, call
+from naoserver_naoqi.errands import Errands, Lane, Question
+from naoserver_naoqi.link import CallFailed, Link, LinkLost, Reply, call
 from naoserver_naoqi.state import NaoqiState
 from zenoh_ice import Clock
 
@@ -28,7 +28,6 @@ _FEET: Final = 0.1
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349}
 _LEGS: Final = tuple(joint for joint in H25.joint_names if joint[1:].startswith(("Hip", "Knee", "Ankle")))
 _LIMP: Final = 0.05
-_CONFIG: Final = "ALMotion.getMoveConfig"
 _POSITION: Final = "ALMotion.getRobotPosition"
 
 
@@ -45,9 +44,11 @@ class NaoqiWalker:
         self._clock = clock
         self._lock = threading.Lock()
         self._lane: Lane[str, WalkVelocity] = Lane("walk", connection, reporter, _send)
-        self._limits = limits_of(_USUAL)
+        self.limits = limits_of(_USUAL)
+        """The highest velocity of each kind, as NAOqi is configured."""
         self._commanded = _STILL
-        self._walking = False
+        self.walking = False
+        """Whether it moves the legs, by NAOqi's word."""
         self._sent = 0.0  # when the newest command was given
         self._still_since: float | None = None
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
@@ -57,28 +58,19 @@ class NaoqiWalker:
         )
         """What is to be asked at every cycle."""
 
-    @property
-    def limits(self) -> WalkVelocity:
-        """The highest velocity of each kind, as NAOqi is configured."""
-        return self._limits
-
-    @property
-    def walking(self) -> bool:
-        """Whether it moves the legs, by NAOqi's word."""
-        return self._walking
-
     def open(self, link: Link) -> None:
         """End a walk that goes on since before, and find out how fast the robot walks."""
         call(link, "ALMotion.stopMove")
         try:
-            config = {str(name): float(value) for name, value in call(link, _CONFIG, "Default")}
+            answer = call(link, "ALMotion.getMoveConfig", "Default")
+            config = {str(name): float(value) for name, value in answer}
         except (CallFailed, TypeError, ValueError):
             config = {}
-        self._limits = limits_of({**_USUAL, **config})
+        self.limits = limits_of({**_USUAL, **config})
 
     def close(self) -> None:
         """End the walk, and the thread."""
-        if self._walking or self._commanded != _STILL:
+        if self.walking or self._commanded != _STILL:
             self.command(_STILL)
         self._lane.close()
 
@@ -89,11 +81,11 @@ class NaoqiWalker:
                 self._check()
                 if velocity == self._commanded:
                     return  # NAOqi keeps it up by itself
-            elif self._commanded == _STILL and not self._walking:
+            elif self._commanded == _STILL and not self.walking:
                 return
             self._commanded = velocity
             self._sent, self._still_since = self._clock.now(), None
-            self._walking = self._walking or velocity != _STILL
+            self.walking = self.walking or velocity != _STILL
             self._lane.post({"velocity": velocity})
 
     def commanded(self) -> WalkVelocity:
@@ -104,11 +96,11 @@ class NaoqiWalker:
         """Return where the robot believes to be, by its joints."""
         return self._odometry
 
-    def lose(self) -> None:
+    def forget(self) -> None:
         """Take the walk for ended: the robot is lost, and stopped when it is found again."""
         with self._lock:
             self._lane.forget()
-            self._commanded, self._walking = _STILL, False
+            self._commanded, self.walking = _STILL, False
 
     def _check(self) -> None:
         if self._state.body().fallen:
@@ -120,7 +112,7 @@ class NaoqiWalker:
             raise InvalidCommand("velocity", message)
 
     def _period(self) -> float:
-        return PERIOD if self._walking else _RESTING_PERIOD
+        return PERIOD if self.walking else _RESTING_PERIOD
 
     def _take_position(self, answer: Any, asked: float) -> None:  # noqa: ANN401
         try:
@@ -132,12 +124,12 @@ class NaoqiWalker:
     def _take_active(self, answer: Any, asked: float) -> None:  # noqa: ANN401
         with self._lock:
             if answer:
-                self._walking, self._still_since = True, None
-            elif self._walking and asked > self._sent and self._lane.idle:
+                self.walking, self._still_since = True, None
+            elif self.walking and asked > self._sent and self._lane.idle:
                 if self._still_since is None:
                     self._still_since = asked
                 elif asked - self._still_since >= _ENDED:
-                    self._commanded, self._walking = _STILL, False
+                    self._commanded, self.walking = _STILL, False
 
 
 def limits_of(config: Mapping[str, float]) -> WalkVelocity:
@@ -158,3 +150,86 @@ def _send(link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
     if velocity == _STILL:
         return [link.begin("ALMotion.stopMove")]
     return [link.begin("ALMotion.move", *astuple(velocity))]
+
+
+_POSTURE_PERIOD: Final = 0.5
+"""Seconds between two questions in which posture it is."""
+
+
+class NaoqiPostures:
+    """The postures of a robot. Implements OwnPostures."""
+
+    def __init__(
+        self, connection: Connection, errands: Errands, reporter: Reporter, now: Callable[[], float]
+    ) -> None:
+        self._connection = connection
+        self._errands = errands
+        self._lock = threading.Lock()
+        self.names: tuple[str, ...] = ()
+        """The postures that the robot knows."""
+        self._current = ""
+        self._going: Reply | None = None
+        self._stopped = False
+        self._progress = PostureProgress()
+        self.question: Final = Question(
+            reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
+        )
+        """What is to be asked at every cycle."""
+
+    def open(self, link: Link) -> None:
+        """Find out which postures the robot knows."""
+        self.names = tuple(str(name) for name in call(link, "ALRobotPosture.getPostureList"))
+
+    def go(self, name: str, fraction: float) -> None:
+        """Begin to go to a posture at a fraction of full pace. Raises CommandRefused while it is lost."""
+        with self._lock:
+            link = self._connection.link
+            if link is None:
+                raise CommandRefused("the robot is not connected")
+            self._going = link.begin("ALRobotPosture.goToPosture", name, fraction)
+            self._stopped = False
+            self._progress = PostureProgress(name, moving=True)
+
+    def stop(self) -> None:
+        """Stop on the way."""
+        with self._lock:
+            if self._going is None:
+                return
+            self._stopped = True
+        try:
+            self._errands.run("ALRobotPosture.stopMove")
+        except LinkLost:
+            self.forget()
+
+    def current(self) -> str:
+        """Return the posture that it is in; empty when it is in none."""
+        return self._current
+
+    def progress(self) -> PostureProgress:
+        """Return how the newest way goes."""
+        return self._progress
+
+    def tick(self, _link: Link) -> None:
+        """Look whether the way is at its end."""
+        with self._lock:
+            if self._going is None or not self._going.done:
+                return
+            going, self._going = self._going, None
+            why = "it was stopped" if self._stopped else "the robot did not come there"
+            try:
+                reached = bool(going.result(0.0))
+            except HardwareFailure as error:
+                reached, why = False, str(error)
+            message = "" if reached else why
+            self._progress = replace(self._progress, moving=False, reached=reached, message=message)
+
+    def forget(self) -> None:
+        """Take the way for ended: the robot is lost."""
+        with self._lock:
+            if self._going is not None:
+                self._going = None
+                self._progress = replace(self._progress, moving=False, message="the robot was lost")
+
+    def _take(self, answer: Any, _asked: float) -> None:  # noqa: ANN401
+        name = str(answer)
+        self._current = name if name != "Unknown" and name in self.names else ""
