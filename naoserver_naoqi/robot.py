@@ -105,35 +105,28 @@ class Care:
         if self._wishes.start is Start.STAND:
             call(self._connection.require(), "ALMotion.wakeUp", timeout=_LONG)
         elif self._wishes.start is Start.STIFFEN:
-            self._stiffen(1.0)
+            _stiffen(self._connection.require(), 1.0)
 
     def end(self) -> None:
-        """Leave the robot as the operator wishes; what fails is told, and the rest is done."""
-        if self._connection.link is None:
+        """Leave the robot as the operator wishes; what fails is reported, and the rest is done."""
+        link = self._connection.link
+        if link is None:
             if self._begun and self._wishes.end is not End.LEAVE:
                 self._reporter.report(Severity.Error, "the robot is lost: it stays as it is")
             return
         try:
             if self._wishes.end is End.REST:
-                call(self._connection.require(), "ALMotion.rest", timeout=_LONG)
+                call(link, "ALMotion.rest", timeout=_LONG)
             elif self._wishes.end is End.LIMP:
-                self._stiffen(0.0)
+                _stiffen(link, 0.0)
             if self._wishes.life is Life.SUSPEND and self._life_before:
-                call(
-                    self._connection.require(), "ALAutonomousLife.setState", self._life_before, timeout=_LONG
-                )
+                call(link, "ALAutonomousLife.setState", self._life_before, timeout=_LONG)
         except HardwareFailure as error:
             self._reporter.report(Severity.Error, f"the robot was not left as wished: {error}")
 
-    def _stiffen(self, stiffness: float) -> None:
-        call(
-            self._connection.require(),
-            "ALMotion.stiffnessInterpolation",
-            "Body",
-            stiffness,
-            _SECONDS,
-            timeout=_LONG,
-        )
+
+def _stiffen(link: Link, stiffness: float) -> None:
+    call(link, "ALMotion.stiffnessInterpolation", "Body", stiffness, _SECONDS, timeout=_LONG)
 
 
 class NaoqiRobot:

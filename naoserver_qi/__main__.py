@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, closing
-from typing import Annotated, NoReturn
+from typing import Annotated, Final, NoReturn
 
 import typer
 
 import startup
 
-app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
-_EXAMPLES = """
-[bold]Examples[/bold]
+_EPILOG: Final = """Examples:
 
-  python -m naoserver_qi
-  python -m naoserver_qi --qi tcp://127.0.0.1:9560 --faults --speed 5
-"""
+python -m naoserver_qi --qi tcp://127.0.0.1:9560 --faults --speed 5"""
 
 
-@app.command(epilog=_EXAMPLES)
+@app.command(epilog=_EPILOG)
 def serve_fake(
     *,
     qi: Annotated[

@@ -85,8 +85,7 @@ def chosen(value: object, what: str, known: Iterable[str]) -> str:
     """Return a text that is one of some known. Raises InvalidCommand, which lists them."""
     name, names = text(value, what), tuple(known)
     if name not in names:
-        message = f"there is no {what} {name[:_QUOTED]!r}; there are {', '.join(names)}"
-        raise InvalidCommand(what, message)
+        raise InvalidCommand(what, f"there is no {what} {name[:_QUOTED]!r}; there are {', '.join(names)}")
     return name
 
 

@@ -110,9 +110,8 @@ class ALLeds:
         """Call some groups together by a new name."""
         if len(self._groups) >= _MOST:
             raise InvalidCommand("groupName", f"there are {_MOST} groups already")
-        members: dict[str, None] = {}
-        for name in listed(ledNames, "ledNames"):
-            members.update(dict.fromkeys(self._members(name)[0]))
+        groups = [self._members(name)[0] for name in listed(ledNames, "ledNames")]
+        members = dict.fromkeys(light for group in groups for light in group)
         self._groups[text(groupName, "groupName")] = tuple(members)
 
     def _members(self, name: object) -> tuple[tuple[str, ...], str]:

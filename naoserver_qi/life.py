@@ -10,8 +10,6 @@ from naoserver_qi.arguments import chosen
 from naoserver_qi.memory import ALMemory
 
 _STATES: Final = ("disabled", "solitary", "interactive", "safeguard")
-VERSION: Final = "2.8.6.23"
-"""Of the NAOqi that this one takes after."""
 
 
 class ALAutonomousLife:
@@ -56,4 +54,4 @@ class ALSystem:
 
     def systemVersion(self) -> str:
         """Return the version of NAOqi."""
-        return VERSION
+        return "2.8.6.23"  # that of the NAOqi that this one takes after

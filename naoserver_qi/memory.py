@@ -16,7 +16,7 @@ from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.robot import JointReading
 from naoserver_qi.access import Access
 from naoserver_qi.arguments import keepable, text, texts
-from naoserver_qi.faults import Faults
+from naoserver_qi.calls import Faults
 
 MOST: Final = 1000
 """Keys that clients may write, and keys that they may listen to."""
@@ -110,8 +110,7 @@ class ALMemory:
     def raiseEvent(self, name: object, value: object) -> None:
         """Write a value under a key, and send its signal."""
         self.insertData(name, value)
-        subscriber = self._subscribers.get(text(name, "name"))
-        if subscriber is not None:
+        if (subscriber := self._subscribers.get(text(name, "name"))) is not None:
             subscriber.signal(value)
 
     raiseMicroEvent = raiseEvent

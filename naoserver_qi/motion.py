@@ -10,7 +10,7 @@ from typing import Any, Final
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import PARTS, angles_of
-from naoserver_qi.access import PERIOD, Access
+from naoserver_qi.access import PERIOD, Access, Walking
 from naoserver_qi.arguments import (
     chosen,
     fraction,
@@ -25,7 +25,6 @@ from naoserver_qi.arguments import (
 from naoserver_qi.calls import Call
 from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.trajectory import JointTasks, Key, Task, Trajectory, check_times, smooth_trajectory
-from naoserver_qi.walking import Walking
 
 _logger = logging.getLogger(__name__)
 
@@ -57,12 +56,11 @@ _ROBOT_CONFIG: Final[dict[str, object]] = {
     **dict.fromkeys(("Number of Legs", "Number of Arms", "Number of Hands"), 2),
 }
 
-_Operation = Callable[..., Any]
 _Paths = Callable[[dict[str, float]], dict[str, Trajectory]]
 """Where joints go, from where each of them is."""
 
 
-def _robot_switch(name: str) -> tuple[_Operation, _Operation]:
+def _robot_switch(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Return the operations that set and get a switch of the whole robot, which is on at first."""
 
     def enable(self: ALMotion, enable: object) -> None:
@@ -76,7 +74,7 @@ def _robot_switch(name: str) -> tuple[_Operation, _Operation]:
     return enable, enabled
 
 
-def _part_switch(name: str, default: bool) -> tuple[_Operation, _Operation]:
+def _part_switch(name: str, default: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Return the operations that set and get a switch of a part of the body."""
 
     def enable(self: ALMotion, part: object, enable: object) -> bool:
@@ -268,9 +266,9 @@ class ALMotion:
         for config in rest:
             if not isinstance(config, (int, float)):  # formerly the seconds that it should take
                 _check_config(config)
-        ways = [_place(place) for place in places]
+        ways = [[number(part, "a place") for part in listed(place, "a place", 3)] for place in places]
         start = self._walking.guard.read()
-        return all(self._walking.go_to(call, *way, start) for way in ways)
+        return all(self._walking.go_to(call, x, y, theta, start) for x, y, theta in ways)
 
     def moveInit(self) -> None:
         """Do nothing, since the walk begins from any stance. Raises HardwareFailure when there is none."""
@@ -432,18 +430,10 @@ def _bezier_keys(joint: str, times: Sequence[float], points: object) -> list[Key
         parts = listed(entry, "controlPoints") if isinstance(entry, (list, tuple)) else [entry]
         if not parts:
             raise InvalidCommand(joint, f"{joint}: a key has no angle")
-        keys.append(Key(time, number(parts[0], "an angle"), *(_handle(part) for part in parts[1:3])))
+        handles = (listed(part, "a handle", 3) for part in parts[1:3])
+        sides = [(number(when, "a handle's time"), number(at, "a handle's angle")) for _, when, at in handles]
+        keys.append(Key(time, number(parts[0], "an angle"), *sides))
     return keys
-
-
-def _handle(part: object) -> tuple[float, float]:
-    _kind, time, angle = listed(part, "a handle", 3)
-    return number(time, "a handle's time"), number(angle, "a handle's angle")
-
-
-def _place(value: object) -> tuple[float, float, float]:
-    x, y, theta = listed(value, "a place", 3)
-    return number(x, "x"), number(y, "y"), number(theta, "theta")
 
 
 def _check_config(config: object) -> None:

@@ -17,9 +17,8 @@ from naoserver.errors import RobotError
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
-from naoserver_qi.access import Access
-from naoserver_qi.calls import Calls
-from naoserver_qi.faults import Faults
+from naoserver_qi.access import RENEWAL, Access, Walking
+from naoserver_qi.calls import Calls, Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
 from naoserver_qi.memory import NOTIFYING, ALMemory, ALSonar
@@ -27,12 +26,10 @@ from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
-from naoserver_qi.walking import RENEWAL, Walking
 from zenoh_ice import WallClock
 
 _logger = logging.getLogger(__name__)
 
-_LONGEST_BREAK: Final = 60.0
 _ANSWERING: Final = 0.05
 """Wall seconds in which the client that asks for a break gets its answer."""
 _RELEASING: Final = 2.0
@@ -103,12 +100,10 @@ class _Listener:
         self._listen()
 
     def interrupt(self, seconds: float) -> None:
-        """Close every connection soon, and listen again after some wall seconds, at most a minute.
+        """Close every connection soon, and listen again after some wall seconds.
 
         Does nothing during such a break.
         """
-        if not 0.0 <= seconds <= _LONGEST_BREAK:
-            raise RobotError(f"seconds is {seconds:g}: it must be from 0 to {_LONGEST_BREAK:g}")
         with self._lock:
             if self._closing.is_set() or (self._break is not None and self._break.is_alive()):
                 return

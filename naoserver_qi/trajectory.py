@@ -180,9 +180,8 @@ class JointTasks:
         # Wait until the setpoints have arrived; full speed where they are late.
         limit = self._clock.now() + _SETTLING
         while not task.call.stopped.is_set() and self._clock.now() < limit:
-            if not any(
-                self._late(joint, trajectories[joint].at(end)) for joint in self._own(task, trajectories)
-            ):
+            own = self._own(task, trajectories)
+            if not any(self._late(joint, trajectories[joint].at(end)) for joint in own):
                 return
             task.call.wait(PERIOD)
 

@@ -17,7 +17,7 @@ from naoserver.naoqi_names import IMAGE_SIZES
 from naoserver.pixel_formats import PIXEL_FORMATS
 from naoserver.robot import CameraFacts, Frame, Robot
 from naoserver_qi.arguments import number_within, text
-from naoserver_qi.faults import Faults
+from naoserver_qi.calls import Faults
 
 _logger = logging.getLogger(__name__)
 
@@ -207,8 +207,6 @@ class ALVideoDevice:
         """Return the vertical field of view in rad of pictures four to three."""
         return 2.0 * math.atan(math.tan(self.getHorizontalFOV(cameraIndex) / 2) * 3 / 4)
 
-    # -- within ------------------------------------------------------------------------------------------
-
     def _camera(self, index: object) -> CameraFacts:
         if not isinstance(index, int) or not 0 <= index < len(self._cameras):
             raise InvalidCommand("camera", f"there is no camera {index!r}; there are {len(self._cameras)}")
@@ -222,9 +220,7 @@ class ALVideoDevice:
         if size is None or source_size(facts, size) is None:
             raise InvalidCommand("resolution", f"{facts.name} has no resolution {resolution!r}")
         if not isinstance(color_space, int) or color_space not in COLOR_SPACES:
-            known = ", ".join(map(str, COLOR_SPACES))
-            message = f"there is no colour space {color_space!r}; there are {known}"
-            raise InvalidCommand("colorSpace", message)
+            raise InvalidCommand("colorSpace", f"no colour space {color_space!r}, only {[*COLOR_SPACES]}")
         assert isinstance(camera, int)
         assert isinstance(resolution, int)
         return _Subscription(camera, resolution, color_space, number_within(rate, "fps", 1.0, 30.0))

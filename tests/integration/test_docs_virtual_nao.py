@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver_qi.faults import Faults
+from naoserver_qi.calls import Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
 from naoserver_qi.memory import ALMemory, ALSonar

@@ -9,11 +9,10 @@ from typing import Any, Final
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver_qi.access import Access
+from naoserver_qi.access import Access, Walking
 from naoserver_qi.calls import Call
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALRobotPosture
-from naoserver_qi.walking import Walking
 from tests.support.limits import LIMIT
 from zenoh_ice import VirtualClock
 

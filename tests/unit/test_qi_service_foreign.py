@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
-from naoserver_qi.faults import Faults
+from naoserver_qi.calls import Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife
 from naoserver_qi.memory import ALMemory, ALSonar
