@@ -84,8 +84,8 @@ class MemoryLayout:
 
         def vector(places: Sequence[int | None], signs: Vector, rest: float = 0.0) -> Vector:
             """Return three values, each with its sign; those that are missing are 0, and `rest` along z."""
-            missing = zip(places, signs, (0.0, 0.0, rest), strict=True)
-            x, y, z = (sign * at(place, sign * otherwise) for place, sign, otherwise in missing)
+            entries = zip(places, signs, (0.0, 0.0, rest), strict=True)
+            x, y, z = (sign * at(place, sign * otherwise) for place, sign, otherwise in entries)
             return x, y, z
 
         def joints(field: str, otherwise: float = 0.0) -> tuple[float, ...]:

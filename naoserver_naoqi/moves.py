@@ -19,6 +19,8 @@ from zenoh_ice import Clock
 _STILL: Final = WalkVelocity()
 _RESTING_PERIOD: Final = 0.2
 """Seconds between two questions for the odometry while it stands."""
+_POSTURE_PERIOD: Final = 0.5
+"""Seconds between two questions in which posture it is."""
 _ENDED: Final = 0.3
 """Seconds for which NAOqi has to say that it does not walk before that is believed."""
 _STEP: Final = 0.42
@@ -150,10 +152,6 @@ def _send(link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
     if velocity == _STILL:
         return [link.begin("ALMotion.stopMove")]
     return [link.begin("ALMotion.move", *astuple(velocity))]
-
-
-_POSTURE_PERIOD: Final = 0.5
-"""Seconds between two questions in which posture it is."""
 
 
 class NaoqiPostures:

@@ -30,6 +30,19 @@ _TORSO, _WORLD, _ROBOT = 0, 1, 2
 """NAOqi's numbers of frames."""
 _ENDING: Final = 5.0
 """Robot seconds that a walk or a motion gets to end."""
+RENEWAL: Final = 0.15
+"""Wall seconds after which a command is renewed: well within the guard's timeout."""
+_CORRECTION: Final = 0.05
+"""Robot seconds between two corrections on the way to a goal."""
+_STILL: Final = WalkVelocity()
+_SHARE: Final = 0.7
+"""Of the highest velocities, on the way to a goal."""
+_GAIN: Final = 1.5
+"""Velocity in 1/s of what is left of the way."""
+_CLOSE: Final = 0.02
+"""Distance in m, and in rad / 2, within which a goal counts as reached."""
+_PATIENCE: Final = 10.0
+"""Robot seconds that a way may take beside three times what it takes at full speed."""
 
 
 class Access:
@@ -90,21 +103,6 @@ class Access:
             floor[:2, 3] = at.x, at.y
             place = floor @ place
         return place
-
-
-RENEWAL: Final = 0.15
-"""Wall seconds after which a command is renewed: well within the guard's timeout."""
-_PERIOD: Final = 0.05
-"""Robot seconds between two corrections on the way to a goal."""
-_STILL: Final = WalkVelocity()
-_SHARE: Final = 0.7
-"""Of the highest velocities, on the way to a goal."""
-_GAIN: Final = 1.5
-"""Velocity in 1/s of what is left of the way."""
-_CLOSE: Final = 0.02
-"""Distance in m, and in rad / 2, within which a goal counts as reached."""
-_PATIENCE: Final = 10.0
-"""Robot seconds that a way may take beside three times what it takes at full speed."""
 
 
 class Walking:
@@ -174,7 +172,7 @@ class Walking:
                     return False
                 self.go(_limited((way.real, way.imag, turn), highest))
                 began = True
-                call.wait(_PERIOD)
+                call.wait(_CORRECTION)
             return False
         finally:
             self.stop()
