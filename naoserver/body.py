@@ -10,11 +10,11 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from importlib import resources
 from itertools import pairwise
-from types import MappingProxyType
-from typing import Any, Final, cast
+from typing import Any, Final
+
+from msgspec import convert
 
 from naoserver.errors import RobotError
 from naoserver.robot import CameraFacts, JointFacts
@@ -42,13 +42,11 @@ class RangeTable:
     @property
     def steepest(self) -> float:
         """How far a limit of `dependent` moves at most for each rad of `independent`."""
-        return max(
-            (
-                max(abs(after[1] - before[1]), abs(after[2] - before[2])) / (after[0] - before[0])
-                for before, after in pairwise(self.rows)
-            ),
-            default=0.0,
+        slopes = (
+            max(abs(after[1] - before[1]), abs(after[2] - before[2])) / (after[0] - before[0])
+            for before, after in pairwise(self.rows)
         )
+        return max(slopes, default=0.0)
 
     def at(self, angle: float) -> tuple[float, float]:
         """Return the range of `dependent` at `angle` of `independent`; beyond the table, that of its edge."""
@@ -112,7 +110,7 @@ class Link:
     """In kg; 0 of the fingers, whose mass the hand includes."""
     com: Vector
     """Centre of mass in m."""
-    inertia: Inertia
+    inertia: Inertia = Inertia()
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,123 +122,46 @@ class Coupling:
 
 
 class Body:
-    """A humanoid body as its facts file describes it."""
+    """A humanoid body as a facts file describes it."""
 
-    def __init__(self, facts: Mapping[str, Any], name: str) -> None:
-        self.facts: Final[Mapping[str, Any]] = MappingProxyType(dict(facts))
+    def __init__(self, facts: Mapping[str, Any]) -> None:
+        self.facts: Final = facts
         """The whole file: also soles, pressure, inertial, sonar and touch sensors, collision shapes."""
-        self._name = name
-
-    @cached_property
-    def joints(self) -> tuple[Joint, ...]:
+        self.joints: Final = convert(facts["joints"], tuple[Joint, ...])
         """The joints in the order of every reading."""
-        return tuple(
-            Joint(
-                name=joint["name"],
-                lower=float(joint["limits"][0]),
-                upper=float(joint["limits"][1]),
-                max_velocity=float(joint["max_velocity"]),
-                max_torque=float(joint["max_torque"]),
-                parent=joint["parent"],
-                child=joint["child"],
-                axis=_vector(joint["axis"]),
-                origin=_vector(joint["origin_xyz"]),
-            )
-            for joint in self._section("joints")
-        )
-
-    @cached_property
-    def joint_names(self) -> tuple[str, ...]:
-        """The names of `joints`, in their order."""
-        return tuple(joint.name for joint in self.joints)
-
-    @cached_property
-    def links(self) -> tuple[Link, ...]:
+        self.joint_names: Final = tuple(joint.name for joint in self.joints)
+        self.links: Final = convert(facts["links"], tuple[Link, ...])
         """The rigid parts, the torso first, each after the link that carries it."""
-        return tuple(
-            Link(
-                name=link["name"],
-                parent_joint=link["parent_joint"],
-                mass=float(link["mass"]),
-                com=_vector(link["com"]),
-                inertia=Inertia(**{key: float(v) for key, v in link.get("inertia_com", {}).items()}),
-            )
-            for link in self._section("links")
-        )
-
-    @cached_property
-    def cameras(self) -> tuple[CameraFacts, ...]:
-        """The head's cameras: the top one, served as `Camera`, and `CameraBottom`."""
-        facts = self._section("cameras")
-        model = facts["v6"]
-        return tuple(
-            CameraFacts(
-                name=name,
-                position=_vector(facts[place]["position"]),
-                tilt=float(facts[place]["rpy"][1]),
-                horizontal_fov=math.radians(model["hfov_deg"]),
-                sizes=tuple((width, height) for width, height, _ in model["modes"][place]),
-                rates=tuple(float(rate) for _, _, rate in model["modes"][place]),
-            )
-            for name, place in (("Camera", "top"), ("CameraBottom", "bottom"))
-        )
-
-    @cached_property
-    def touch_sensors(self) -> tuple[str, ...]:
-        """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
-        facts = self._section("touch")
-        return (
-            "ChestButton",
-            *(f"Head{place}" for place in facts["head"]),
-            *(f"{side}Hand{place}" for side in "LR" for place in facts["hand_left"]),
-            *(f"LFootBumper{edge}" for edge in facts["bumpers_left_foot"]),
-            *(f"RFootBumper{edge}" for edge in facts["bumpers_right_foot"]),
-        )
-
-    @cached_property
-    def anticollision(self) -> tuple[RangeTable, ...]:
+        self.anticollision: Final = convert([*facts["anticollision"].values()], tuple[RangeTable, ...])
         """The ranges that keep the head off the shoulders and the feet off each other."""
-        tables = []
-        for table in self._section("anticollision").values():
-            independent, lowest, _ = table["columns"]
-            rows = tuple(_vector(row) for row in table["rows"])
-            tables.append(RangeTable(independent, lowest.removesuffix("_min"), rows))
-        return tuple(tables)
-
-    @cached_property
-    def couplings(self) -> tuple[Coupling, ...]:
+        self.couplings: Final = (convert(facts["coupling"], Coupling),)
         """The pairs of joints that one motor drives: the two HipYawPitch joints, the left one leading."""
-        leader, follower = self._section("coupling")["joints"]
-        return (Coupling(leader, follower),)
-
-    @cached_property
-    def postures(self) -> Mapping[str, Mapping[str, float]]:
+        self.postures: Final = convert(facts["postures"], dict[str, dict[str, float]])
         """NAOqi's postures by name (`STAND`, `STAND_INIT`, `CROUCH`, ...): an angle in rad for each joint."""
-        section = self._section("postures")
-        return MappingProxyType(
-            {
-                name: MappingProxyType({joint: float(angle) for joint, angle in angles.items()})
-                for name, angles in section.items()
-                if isinstance(angles, Mapping)
-            }
+        cameras = facts["cameras"]
+        self.cameras: Final = (_camera("Camera", cameras, "top"), _camera("CameraBottom", cameras, "bottom"))
+        """The head's cameras."""
+        touch = facts["touch"]
+        self.touch_sensors: Final = (
+            "ChestButton",
+            *(f"Head{place}" for place in touch["head"]),
+            *(f"{side}Hand{place}" for side in "LR" for place in touch["hand_left"]),
+            *(f"LFootBumper{edge}" for edge in touch["bumpers_left_foot"]),
+            *(f"RFootBumper{edge}" for edge in touch["bumpers_right_foot"]),
         )
-
-    def _section(self, key: str) -> Any:  # noqa: ANN401  (a part of a JSON document)
-        try:
-            return self.facts[key]
-        except KeyError:
-            raise RobotError(f"{self._name}: there is no section {key!r}") from None
+        """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
 
 
-def load_body(name: str = "nao_h25.json") -> Body:
-    """Return the body whose facts file `name` stands in this package."""
-    text = resources.files("naoserver").joinpath(name).read_text(encoding="utf-8")
-    return Body(json.loads(text), name)
+def _camera(name: str, facts: Mapping[str, Any], place: str) -> CameraFacts:
+    model, modes = facts["v6"], facts["v6"]["modes"][place]
+    return CameraFacts(
+        name=name,
+        position=convert(facts[place]["position"], Vector),
+        tilt=float(facts[place]["rpy"][1]),
+        horizontal_fov=math.radians(model["hfov_deg"]),
+        sizes=tuple((width, height) for width, height, _ in modes),
+        rates=tuple(float(rate) for _, _, rate in modes),
+    )
 
 
-def _vector(values: object) -> Vector:
-    x, y, z = cast("list[float]", values)
-    return float(x), float(y), float(z)
-
-
-H25: Final = load_body()
+H25: Final = Body(json.loads(resources.files("naoserver").joinpath("nao_h25.json").read_bytes()))

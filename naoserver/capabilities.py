@@ -49,27 +49,22 @@ class Walker(Protocol):
     @property
     def limits(self) -> WalkVelocity:
         """The highest velocity of each kind, each by itself."""
-        ...
 
     def command(self, velocity: WalkVelocity) -> None:
         """Walk at a velocity until the next command; all 0 ends the walk on both feet.
 
         Raises InvalidCommand when it cannot walk now: it does not stand on its feet, its legs are limp.
         """
-        ...
 
     def commanded(self) -> WalkVelocity:
         """Return the newest command; all 0 once it has ended, also by a fall."""
-        ...
 
     @property
     def walking(self) -> bool:
         """Whether it moves the legs: from a command until it stands on both feet again."""
-        ...
 
     def odometry(self) -> Odometry:
         """Return where the robot believes to be, by its joints and its inertial unit."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,54 +132,44 @@ class SenseReading:
     battery: BatteryReading
 
 
-@runtime_checkable
 class Senses(Protocol):
     """The senses of a robot but joints and cameras."""
 
     @property
     def touch_names(self) -> tuple[str, ...]:
         """The touch sensors: ChestButton, HeadFront, HeadMiddle, HeadRear, LHandBack, LFootBumperLeft, ..."""
-        ...
 
     @property
     def sonar_range(self) -> tuple[float, float]:
         """Nearest and farthest distance that the sonar tells in m."""
-        ...
 
     @property
     def sonar_cone(self) -> float:
         """Full angle of the sonar's cone in rad."""
-        ...
 
     def read(self) -> SenseReading:
         """Return the newest snapshot without blocking."""
-        ...
 
 
 Color = tuple[float, float, float]
 """Red, green and blue from 0 to 1."""
 
 
-@runtime_checkable
 class Lights(Protocol):
     """The lights of a robot, in groups of one colour each."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """LeftEye, RightEye, LeftEar, RightEar, Head, Chest, LeftFoot, RightFoot."""
-        ...
 
     def set(self, name: str, color: Color, seconds: float) -> None:
         """Let a group fade to a colour in some seconds of robot time."""
-        ...
 
     def reset(self) -> None:
         """Turn every light to what it shows after the start."""
-        ...
 
     def colors(self) -> Mapping[str, Color]:
         """Return what each group shows now."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,21 +182,17 @@ class Utterance:
     """How many texts were begun since the start."""
 
 
-@runtime_checkable
 class Voice(Protocol):
     """The voice of a robot."""
 
     def say(self, text: str) -> None:
         """Say a text after those that were asked for before."""
-        ...
 
     def stop(self) -> None:
         """Fall silent, and forget what was not said yet."""
-        ...
 
     def utterance(self) -> Utterance:
         """Return what is being said."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,31 +233,24 @@ class Stage(Protocol):
     @property
     def objects(self) -> tuple[str, ...]:
         """The names of what can be placed."""
-        ...
 
     def truth(self) -> Truth:
         """Return where everything is."""
-        ...
 
     def reset(self) -> None:
         """Put the robot and everything else back to where they began; time goes on."""
-        ...
 
     def place_object(self, name: str, position: Vector) -> None:
         """Put an object somewhere, at rest. Raises InvalidCommand when it cannot be there."""
-        ...
 
     def place_robot(self, x: float, y: float, heading: float) -> None:
         """Put the robot on its feet somewhere on the floor."""
-        ...
 
     def push(self, force: Vector, seconds: float) -> None:
         """Push the torso with a force in N in the world's frame, for some seconds of robot time."""
-        ...
 
     def press(self, sensor: str, seconds: float) -> None:
         """Press a touch sensor for some seconds of robot time."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,7 +264,6 @@ class PostureProgress:
     """Why it was not reached, for people."""
 
 
-@runtime_checkable
 class OwnPostures(Protocol):
     """A robot that itself knows how to go from any posture into another, as NAOqi does.
 
@@ -300,20 +273,15 @@ class OwnPostures(Protocol):
     @property
     def names(self) -> tuple[str, ...]:
         """The postures that it can go to."""
-        ...
 
     def go(self, name: str, fraction: float) -> None:
         """Begin to go to a posture at a fraction of full pace."""
-        ...
 
     def stop(self) -> None:
         """Stop on the way."""
-        ...
 
     def current(self) -> str:
         """Return the posture that it is in; empty when it is in none."""
-        ...
 
     def progress(self) -> PostureProgress:
         """Return how the newest way goes."""
-        ...

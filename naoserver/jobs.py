@@ -40,25 +40,20 @@ class Job(Protocol):
     @property
     def name(self) -> str:
         """What it is called in the log."""
-        ...
 
     @property
     def thread(self) -> str:
         """The thread that does it in a server; jobs of one thread delay each other and have one clock."""
-        ...
 
     @property
     def clock(self) -> Clock:
         """The clock that it follows."""
-        ...
 
     def due(self, now: float) -> float:
         """Return when it is due on its clock, which shows `now`; infinity while it rests."""
-        ...
 
     def run(self) -> None:
         """Do what is due."""
-        ...
 
 
 def is_due(job: Job, now: float) -> bool:

@@ -115,38 +115,31 @@ class BodyState:
     """Wall seconds by which robot time lags behind its schedule; 0 on a real robot."""
 
 
-@runtime_checkable
 class JointDevice(Protocol):
     """Something with joints that can be read and commanded: a robot, or a mechanism that carries a ball."""
 
     @property
     def name(self) -> str:
         """`Nao` of the robot; of a mechanism the first part of its identities, such as `BallRed`."""
-        ...
 
     @property
     def joints(self) -> tuple[JointFacts, ...]:
         """The joints in the order of every reading; constant for the device's life."""
-        ...
 
     def read(self) -> JointReading:
         """Return the newest snapshot of the joints without blocking."""
-        ...
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
         """Move the setpoints of some joints to `targets`.
 
         Each moves at most at its speed in `max_speeds`, which names the same joints.
         """
-        ...
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         """Move the setpoints of some joints at `velocities` until further notice; 0 holds."""
-        ...
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
         """Change how strongly some motors hold to `stiffnesses`, from 0 to 1, within some robot seconds."""
-        ...
 
 
 @runtime_checkable
@@ -156,51 +149,41 @@ class Robot(JointDevice, Protocol):
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:
         """The cameras that `capture` takes."""
-        ...
 
     @property
     def clock(self) -> Clock:
         """The robot's time: simulated (at any pace), or steady wall time of a real robot."""
-        ...
 
     @property
     def mechanisms(self) -> tuple[JointDevice, ...]:
         """What is served beside the robot: the balls of a simulation; empty on a real robot."""
-        ...
 
     @property
     def walker(self) -> Walker | None:
         """Its walk; None when it has none."""
-        ...
 
     @property
     def senses(self) -> Senses | None:
         """Its senses but joints and cameras; None when it has none."""
-        ...
 
     @property
     def lights(self) -> Lights | None:
         """Its lights; None when it has none."""
-        ...
 
     @property
     def voice(self) -> Voice | None:
         """Its voice; None when it has none."""
-        ...
 
     @property
     def postures(self) -> OwnPostures | None:
         """The robot's own way into postures; None when the server's key frames are to do it."""
-        ...
 
     @property
     def stage(self) -> Stage | None:
         """The scene around it, which only a simulation can change; None of a real robot."""
-        ...
 
     def state(self) -> BodyState:
         """Return the newest snapshot of the body without blocking."""
-        ...
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Take an image; blocks at most 1 s.
@@ -210,12 +193,9 @@ class Robot(JointDevice, Protocol):
 
         Raises HardwareFailure when it cannot, naming the missing package when the machine has no GL.
         """
-        ...
 
     def start(self) -> None:
         """Start the threads that make the robot live. Raises RobotError when it cannot."""
-        ...
 
     def close(self) -> None:
         """Stop all motion, threads and devices; return when they have ended."""
-        ...

@@ -25,19 +25,15 @@ class Watched(Protocol):
     @property
     def name(self) -> str:
         """What it is called in the log."""
-        ...
 
     def watch(self) -> float | None:
         """Stop what was not renewed; return in how many wall seconds to look again, None while all rests."""
-        ...
 
     def drop_client(self, client: str) -> None:
         """Stop what a lost client drives."""
-        ...
 
     def close(self) -> None:
         """Stop, and refuse further motion."""
-        ...
 
 
 class Watchdog:

@@ -41,7 +41,6 @@ class Route(Protocol):
 
     def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
         """Return the next leg, None at the end; `commands` are the joints' setpoints. Raises RouteError."""
-        ...
 
 
 class PostureRoute:

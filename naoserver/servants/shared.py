@@ -23,7 +23,6 @@ class Timed(Protocol):
     @property
     def time(self) -> float:
         """Robot time in s."""
-        ...
 
 
 R = TypeVar("R", bound=Timed)

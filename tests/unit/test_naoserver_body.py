@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.body import H25, Body, RangeTable
+from naoserver.body import H25, RangeTable
 from naoserver.errors import RobotError
 from naoserver.hinges import HINGES
 
@@ -46,11 +46,6 @@ def test_a_camera_has_a_rate_for_each_size():
         assert (320, 240) in camera.sizes
         vertical = 2 * math.atan(math.tan(camera.horizontal_fov / 2) * 0.75)
         assert math.degrees(vertical) == pytest.approx(H25.facts["cameras"]["v6"]["vfov_deg"], abs=0.1)
-
-
-def test_a_missing_section_is_named():
-    with pytest.raises(RobotError, match=r"short\.json.*'joints'"):
-        _ = Body({}, "short.json").joints
 
 
 def test_the_head_table_interpolates_and_ends_at_its_edges():
