@@ -14,7 +14,7 @@ from naoserver.event_log import EventLog
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.hinges import HINGES, Hinge, ball_hinge
-from naoserver.jobs import Job, Periodic
+from naoserver.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.motions.player import PERIOD, MotionPlayer
 from naoserver.motions.postures import situation_of
 from naoserver.motions.reader import load_motions
@@ -33,7 +33,6 @@ from naoserver.servants.shared import StateStream
 from naoserver.servants.simulation import GroundTruthI, SceneI
 from naoserver.servants.walk import EncodersI, MotorsI
 from naoserver.walk_guard import WalkGuard
-from naoserver.watchdog import Watchdog, Watched
 from zenoh_ice import Clock, Object
 
 

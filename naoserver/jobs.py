@@ -12,13 +12,10 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from types import TracebackType
 from typing import Final, Protocol, Self
 
 from zenoh_ice import Clock
 from zenoh_ice.clock import ClockStalledException
-
-__all__ = ["Job", "JobThreads", "Periodic", "is_due"]
 
 _logger = logging.getLogger(__name__)
 
@@ -30,6 +27,10 @@ _SHORTEST: Final = 0.001
 """Wall seconds that a thread rests at least, whatever its clock does."""
 _RETRY: Final = 1.0
 """Wall seconds until a job is tried again after a failure."""
+_LONGEST: Final = 1.0
+"""Seconds between two checks of the watchdog while everything rests."""
+_AFTER_ERROR: Final = 0.1
+"""Seconds until the watchdog checks what it could not check again."""
 _END: Final = 3.0
 """Wall seconds within which a thread ends: more than a camera takes for an image."""
 
@@ -109,6 +110,71 @@ class Periodic:
             self._earliest = now + _RETRY * (self.clock.rate or 1.0)
 
 
+class Watched(Protocol):
+    """What can move and must not for longer than its client wants it: joints, and the walk."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in the log."""
+
+    def watch(self) -> float | None:
+        """Stop what was not renewed; return in how many wall seconds to look again, None while all rests."""
+
+    def drop_client(self, client: str) -> None:
+        """Stop what a lost client drives."""
+
+    def close(self) -> None:
+        """Stop, and refuse further motion."""
+
+
+class Watchdog:
+    """Check devices for expired commands: rarely while all rest, and in time after each command.
+
+    `clock` is steady wall time on a robot, however fast a simulation runs; in tests it is the virtual one.
+    `sooner` is called when the next check has become due earlier. Implements Job.
+    """
+
+    def __init__(self, clock: Clock, sooner: Callable[[], None]) -> None:
+        self.name: Final = "watchdog"
+        self.thread: Final = "watchdog"
+        self.clock: Final = clock
+        self.watched: Final[list[Watched]] = []
+        """What moves and is checked."""
+        self._sooner = sooner
+        self._lock = threading.Lock()
+        self._next = clock.now()
+
+    def look_within(self, seconds: float) -> None:
+        """Check again in at most `seconds`: something has been commanded."""
+        when = self.clock.now() + seconds
+        with self._lock:
+            sooner = when < self._next
+            if sooner:
+                self._next = when
+        if sooner:
+            self._sooner()
+
+    def due(self, now: float) -> float:  # noqa: ARG002 - it does not depend on the time
+        """Return when the next check is due."""
+        return self._next
+
+    def run(self) -> None:
+        """Check every device; one that fails does not keep the others from being checked."""
+        with self._lock:
+            self._next = math.inf  # so that a command during the check is not missed
+        seconds = min((self._check(device) for device in self.watched), default=_LONGEST)
+        with self._lock:
+            self._next = min(self._next, self.clock.now() + seconds)
+
+    def _check(self, device: Watched) -> float:
+        try:
+            due = device.watch()
+        except Exception:
+            _logger.exception("the watchdog could not check %s", device.name)
+            return _AFTER_ERROR
+        return _LONGEST if due is None else due
+
+
 class JobThreads:
     """Do jobs in threads, one for each name that they give, from `start` or a `with` block on until `close`.
 
@@ -150,9 +216,7 @@ class JobThreads:
         self.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

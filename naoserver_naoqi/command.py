@@ -64,8 +64,8 @@ def naoserver_naoqi(
     with stop_on_signals() as stop, initialize(settings) as communicator, closing(nao):
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
-        with serve(nao, adapter, ServerOptions()) as server:
-            nao.report_to(server.assembly)
+        with serve(nao, adapter, ServerOptions()) as assembly:
+            nao.report_to(assembly)
             adapter.activate()
             typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")
             stop.wait()

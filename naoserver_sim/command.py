@@ -126,9 +126,9 @@ def naoserver_sim(
         robot.start()  # first: whoever finds the server looks for its servants, and not for long
         with initialize(settings) as communicator:
             adapter = communicator.createObjectAdapter("NaoServer")
-            with serve(robot, adapter, ServerOptions(cameras=requested)) as server, ExitStack() as also:
+            with serve(robot, adapter, ServerOptions(cameras=requested)) as assembly, ExitStack() as also:
                 if qi is not None:
-                    url = also.enter_context(serve_as_naoqi(robot, server.assembly, qi))
+                    url = also.enter_context(serve_as_naoqi(robot, assembly, qi))
                     typer.echo(f"NAOqi: {url}")
                 adapter.activate()
                 endpoints = ", ".join(settings.reached_at)

@@ -42,7 +42,7 @@ def nao(address):
 def reported(robot):
     """Serve a robot that tells the server's clients what happens to it."""
     with served_to_client(robot) as nao:
-        robot.report_to(nao.server.assembly)
+        robot.report_to(nao.assembly)
         yield nao
 
 

@@ -43,7 +43,7 @@ def commands(nao):
 def stop_everything(nao):
     """Call every stop operation of every servant of the robot's."""
     stopped = set()
-    for identity, servant in nao.server.assembly.servants.items():
+    for identity, servant in nao.assembly.servants.items():
         for operation in servant.ice_interface.stop_operations:
             nao.communicator.stringToProxy(identity).ice_invoke(operation)
             stopped.add(identity)
@@ -131,7 +131,7 @@ def test_a_lease_ends_with_its_holder(nao):
 def test_who_declares_and_ends_tokens_of_another_client_ends_neither_its_lease_nor_its_walk(same):
     patient = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
     with served_to_client(FakeRobot(), patient) as nao, stranger(nao.endpoint) as intruder:
-        watch = nao.server._adapter.getCommunicator().onClientLost
+        watch = nao.served_by.onClientLost
         lost: SimpleQueue[str] = SimpleQueue()
         walk = nao.proxy(MotorsPrx, "Motors")
         nao.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)

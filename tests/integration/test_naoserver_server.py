@@ -135,8 +135,7 @@ def test_closing_stops_the_motion_and_takes_the_servants_away(robot):
         data.pan, data.panSpeed = 2.0, 0.5
         neck.setPose3DMotorsData(data)
         eventually(lambda: robot.read().commands[0] > 0.1)
-        nao.server.close()
-        nao.server.close()
+        nao.serving.close()
         there = robot.read().commands[0]
         with pytest.raises(ZenohIceError):
             nao.proxy(PoseHeadPrx, "Head").getPose()
@@ -157,7 +156,7 @@ def test_options_that_the_robot_cannot_meet_are_refused_before_anything_starts(r
     ) as communicator:
         adapter = communicator.createObjectAdapter("Robot")
         with pytest.raises(RobotError, match=reason):
-            serve(robot, adapter, options)
+            serve(robot, adapter, options).__enter__()
         assert adapter.find("Head") is None
         with pytest.raises(ObjectNotExistException):
             adapter.remove("Head")

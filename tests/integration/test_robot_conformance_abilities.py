@@ -103,7 +103,7 @@ def test_it_serves_what_such_a_robot_has(nao):
         expected |= BALLS
     if nao.robot.stage is not None:
         expected |= SIMULATION
-    assert nao.server.assembly.servants.keys() == expected
+    assert nao.assembly.servants.keys() == expected
 
 
 # -- the walk ------------------------------------------------------------------------------------------------

@@ -55,8 +55,8 @@ def naoqi(options: ServerOptions | None) -> Iterator[RobotClient]:
     with (
         closing(behind),
         initialize(realm="behind", listen=[free_endpoint()], connect=[], clock="wall") as communicator,
-        serve(behind, communicator.createObjectAdapter("Behind"), ServerOptions()) as server,
-        serve_as_naoqi(behind, server.assembly, "tcp://127.0.0.1:0") as url,
+        serve(behind, communicator.createObjectAdapter("Behind"), ServerOptions()) as assembly,
+        serve_as_naoqi(behind, assembly, "tcp://127.0.0.1:0") as url,
     ):
         address = RobotAddress.parse(url)
         with served_to_client(NaoqiRobot(lambda _: connect_patiently(address)), options) as nao:

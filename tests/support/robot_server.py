@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 from uuid import uuid4
 
+from naoserver.assembly import Assembly
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
-from naoserver.server import RobotServer, serve
+from naoserver.server import serve
 from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectPrx, initialize
@@ -26,7 +27,10 @@ class ServedRobot:
     """A robot that is served, and where."""
 
     robot: Robot
-    server: RobotServer
+    assembly: Assembly
+    serving: ExitStack
+    """Closing it ends the server before the robot and its session."""
+    served_by: Communicator
     realm: str
     endpoint: str
 
@@ -37,7 +41,15 @@ class ServedRobot:
             realm=self.realm, listen=["tcp/127.0.0.1:0"], connect=[self.endpoint], clock="wall"
         ) as communicator:
             eventually(lambda: bool(communicator.identities()))  # on a busy machine word of them takes longer
-            yield RobotClient(self.robot, self.server, self.realm, self.endpoint, communicator)
+            yield RobotClient(
+                self.robot,
+                self.assembly,
+                self.serving,
+                self.served_by,
+                self.realm,
+                self.endpoint,
+                communicator,
+            )
 
 
 @dataclass(frozen=True)
@@ -61,9 +73,10 @@ def served(robot: Robot, options: ServerOptions | None = None) -> Iterator[Serve
     ):
         robot.start()
         adapter = communicator.createObjectAdapter("Robot")
-        with serve(robot, adapter, options) as server:
+        with ExitStack() as serving:
+            assembly = serving.enter_context(serve(robot, adapter, options))
             adapter.activate()
-            yield ServedRobot(robot, server, realm, endpoint)
+            yield ServedRobot(robot, assembly, serving, communicator, realm, endpoint)
 
 
 @contextmanager

@@ -11,10 +11,9 @@ from naoserver.event_log import KEPT, EventLog
 from naoserver.fake import FakeDevice
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
-from naoserver.jobs import JobThreads
+from naoserver.jobs import JobThreads, Watchdog
 from naoserver.options import SafetyOptions
 from naoserver.safety import JointSafety
-from naoserver.watchdog import Watchdog
 from tests.support.limits import LIMIT
 from zenoh_ice import VirtualClock, WallClock
 
