@@ -13,8 +13,6 @@ from typing import Final
 from interfaces.nao import HealthEvent, Severity
 from naoserver.robot import BodyState, JointReading, Robot
 
-__all__ = ["COOL", "HOT", "LOW", "VERY_LOW", "ConditionWatch"]
-
 log = logging.getLogger(__name__)
 
 KEPT: Final = 20

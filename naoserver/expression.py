@@ -12,16 +12,6 @@ from typing import Final
 from naoserver.capabilities import Color, Utterance
 from naoserver.errors import InvalidCommand
 
-__all__ = [
-    "LONGEST_TEXT",
-    "MOST_WAITING",
-    "SINGLE_COLORED",
-    "START",
-    "FadingLights",
-    "TimedVoice",
-    "speaking_time",
-]
-
 _WHITE: Final = (1.0, 1.0, 1.0)
 _BLUE: Final = (0.0, 0.0, 1.0)
 _OFF: Final = (0.0, 0.0, 0.0)

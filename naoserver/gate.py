@@ -12,8 +12,6 @@ from interfaces.nao import Severity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
 
-__all__ = ["LONGEST_LEASE", "Gate", "GateState"]
-
 _logger = logging.getLogger(__name__)
 
 LONGEST_LEASE: Final = 60.0

@@ -12,11 +12,8 @@ from interfaces.nao import Severity
 from naoserver.errors import InvalidCommand
 from naoserver.event_log import EventLog
 from naoserver.gate import Gate
-from naoserver.joint_rules import Outcome
 from naoserver.robot import JointDevice, JointFacts, JointReading
-from naoserver.safety import Goal, JointSafety
-
-__all__ = ["Claims"]
+from naoserver.safety import Goal, JointSafety, Outcome
 
 _logger = logging.getLogger(__name__)
 
@@ -118,7 +115,7 @@ class GuardedDevice:
 
     def speed_cap(self, joint: str) -> float:
         """Return the highest speed that a command of the joint gets."""
-        return self._safety.speed_cap(joint)
+        return self._safety.rules.speed_cap(joint)
 
     def read(self) -> JointReading:
         """Return the newest snapshot of the joints without blocking."""

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from naoserver.body import H25, Joint
 from naoserver.errors import InvalidCommand
 
-__all__ = ["PARTS", "Matrix", "angles_of", "place_of", "rotation"]
-
 Matrix = NDArray[np.float64]
 """A homogeneous transform, shape (4, 4)."""
 

@@ -6,8 +6,6 @@ import threading
 
 import qi
 
-__all__ = ["start_libqi"]
-
 _lock = threading.Lock()
 
 

@@ -17,13 +17,13 @@ Every change is told in the `Outcome`. Callers serialise the calls (`naoserver.g
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from naoserver.body import Coupling, RangeTable
 from naoserver.errors import InvalidCommand
-from naoserver.joint_rules import JointRules, Limitation, Outcome, clamp
 from naoserver.options import SafetyOptions
 from naoserver.robot import JointFacts, JointReading
 
@@ -31,6 +31,106 @@ _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
 _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a joint's load may keep it; beyond it the joint lags behind."""
+
+_LONGEST_NAME: Final = 64
+"""Characters of a client's text that are told back."""
+_ROUNDING: Final = 1e-9
+"""Change in rad (or m) by which a value that only went through arithmetic is not called limited."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limitation:
+    """A value that was changed, and why."""
+
+    joint: str
+    reason: str
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What the device is to be told, and what became of the client's command."""
+
+    positions: dict[str, float] = field(default_factory=dict)
+    """Targets for `JointDevice.command_positions`, with `max_speeds`."""
+    max_speeds: dict[str, float] = field(default_factory=dict)
+    velocities: dict[str, float] = field(default_factory=dict)
+    """Velocities for `JointDevice.command_velocities`."""
+    accepted: dict[str, float] = field(default_factory=dict)
+    """The value of each joint that the client named, as it was limited."""
+    limitations: list[Limitation] = field(default_factory=list)
+    stopped: list[str] = field(default_factory=list)
+    """Joints whose velocity command ended because it was not renewed or its client was lost."""
+
+
+class JointRules:
+    """The rules for the joints of one device; what they change is told in an Outcome."""
+
+    def __init__(
+        self, joints: Sequence[JointFacts], options: SafetyOptions, couplings: Iterable[Coupling]
+    ) -> None:
+        self.facts: Final = {joint.name: joint for joint in joints}
+        self._options = options
+        self._couplings = tuple(couplings)
+
+    def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
+        """Return a copy of the values; raises InvalidCommand for an unknown joint or a value not finite."""
+        for joint, value in values.items():
+            if joint not in self.facts:
+                name = joint[:_LONGEST_NAME]
+                raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self.facts)}")
+            if not math.isfinite(value):
+                raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
+        return dict(values)
+
+    def check_speeds(self, speeds: Mapping[str, float]) -> dict[str, float]:
+        """Return a copy of the speeds of position commands; raises InvalidCommand for a negative one, too."""
+        for joint, speed in speeds.items():
+            if speed < 0:
+                raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
+        return self.check(speeds, "speed")
+
+    def couple(self, values: dict[str, float], outcome: Outcome) -> None:
+        """Give joints of one motor the same value: the leader's, or the follower's if it alone has one."""
+        for pair in self._couplings:
+            leader, follower = values.get(pair.leader), values.get(pair.follower)
+            if leader is not None:
+                values[pair.follower] = leader
+                if follower is not None and follower != leader:
+                    reason = f"shares its motor with {pair.leader}, whose {leader:.4g} it takes"
+                    outcome.limitations.append(Limitation(pair.follower, reason))
+            elif follower is not None:
+                values[pair.leader] = follower
+
+    def speed_cap(self, joint: str) -> float:
+        """Return the highest speed that a command gets, in rad/s or m/s."""
+        fraction = self._options.speed_fractions.get(joint, self._options.speed_fraction)
+        return fraction * self.facts[joint].max_velocity
+
+    def default_speed(self, joint: str) -> float:
+        """Return the speed of a position command that gives none."""
+        return self._options.default_fraction * self.facts[joint].max_velocity
+
+    def cap_speed(self, joint: str, speed: float, outcome: Outcome, *, full: bool = False) -> float:
+        """Return a speed, or velocity, capped; with `full` only by what the motor does."""
+        cap = self.facts[joint].max_velocity if full else self.speed_cap(joint)
+        safe = clamp(speed, -cap, cap)
+        if abs(safe - speed) > _ROUNDING:
+            outcome.limitations.append(Limitation(joint, f"speed {speed:.4g} is too fast, taken {safe:.4g}"))
+        return safe
+
+    def clamp_target(
+        self, joint: str, target: float, limits: tuple[float, float], why: str, outcome: Outcome
+    ) -> float:
+        """Return a target clamped to limits; `why` says what is wrong beyond them."""
+        safe = clamp(target, *limits)
+        if abs(safe - target) > _ROUNDING:
+            outcome.limitations.append(Limitation(joint, f"{target:.4g} {why}, taken {safe:.4g}"))
+        return safe
+
+
+def clamp(value: float, lower: float, upper: float) -> float:
+    """Return the value nearest to `value` from `lower` to `upper`."""
+    return min(max(value, lower), upper)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +163,7 @@ class JointSafety:
         couplings: Iterable[Coupling] = (),
     ) -> None:
         self.options: Final = options or SafetyOptions()
-        self._rules = JointRules(joints, self.options, couplings)
+        self.rules = JointRules(joints, self.options, couplings)
         self._index = {joint.name: index for index, joint in enumerate(joints)}
         self._tables = tuple(tables)
         self._table_of = {table.dependent: table for table in self._tables}
@@ -84,10 +184,6 @@ class JointSafety:
         drive = self._drives.get(joint)
         return drive.target if drive else 0.0
 
-    def speed_cap(self, joint: str) -> float:
-        """Return the highest speed that a command gets, in rad/s or m/s."""
-        return self._rules.speed_cap(joint)
-
     def move(
         self,
         targets: Mapping[str, float],
@@ -101,7 +197,7 @@ class JointSafety:
         With `full_speed` a speed is capped by what the motor does, not by the options: for motions that were
         proven. Raises InvalidCommand, and then commands nothing.
         """
-        rules = self._rules
+        rules = self.rules
         wanted = rules.check(targets, "target")
         limits = rules.check_speeds({joint: speed for joint, speed in speeds.items() if joint in wanted})
         outcome = Outcome()
@@ -126,16 +222,16 @@ class JointSafety:
 
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self._rules.check(velocities, "velocity")
+        wanted = self.rules.check(velocities, "velocity")
         outcome = Outcome()
         self._wake(reading)
-        self._rules.couple(wanted, outcome)
+        self.rules.couple(wanted, outcome)
         for joint, velocity in wanted.items():
             before = self._drives.get(joint)
             self._set_drive(
                 joint,
                 _Drive(
-                    target=self._rules.cap_speed(joint, velocity, outcome),
+                    target=self.rules.cap_speed(joint, velocity, outcome),
                     velocity=before.velocity if before else 0.0,
                     deadline=now + self.options.velocity_timeout,
                     client=client,
@@ -154,17 +250,17 @@ class JointSafety:
 
         Raises InvalidCommand unless every one is from 0 to 1.
         """
-        wanted = self._rules.check(stiffnesses, "stiffness")
+        wanted = self.rules.check(stiffnesses, "stiffness")
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
-        self._rules.couple(wanted, Outcome())
+        self.rules.couple(wanted, Outcome())
         return wanted
 
     def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:
         """Return joints and those that share a motor with one of them."""
         wanted = dict.fromkeys(joints, 0.0)
-        self._rules.couple(wanted, Outcome())
+        self.rules.couple(wanted, Outcome())
         return tuple(wanted)
 
     def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
@@ -209,7 +305,7 @@ class JointSafety:
             goal, other = self._goals[joint], self._goals.get(table.independent)
             limits = table.at(other.target if other else self._setpoint(table.independent, reading))
             why = f"would hit at this {table.independent}"
-            safe = self._rules.clamp_target(joint, goal.target, limits, why, outcome)
+            safe = self.rules.clamp_target(joint, goal.target, limits, why, outcome)
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed))
 
@@ -221,7 +317,7 @@ class JointSafety:
                 continue
             goal = self._goals[joint]
             way = table.over((self._setpoint(joint, reading), goal.target))
-            speed = self.speed_cap(other) / table.steepest
+            speed = self.rules.speed_cap(other) / table.steepest
             if speed < goal.speed and not _is_within(self._setpoint(other, reading), way):
                 reason = f"speed {goal.speed:.4g} leaves {other} no time to make way, taken {speed:.4g}"
                 outcome.limitations.append(Limitation(joint, reason))
@@ -244,7 +340,7 @@ class JointSafety:
 
     def _stay(self, joint: str, reading: JointReading) -> None:
         """Make where the joint is its goal, without telling the device."""
-        goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint))
+        goal = Goal(self._setpoint(joint, reading), self.rules.default_speed(joint))
         self._set_goal(joint, goal)
         self._issued[joint] = (goal.target, goal.speed)
         self._resting.add(joint)
@@ -287,15 +383,17 @@ class JointSafety:
                     if _is_within(setpoint, limits):
                         self._issue_position(joint, safe, goal.speed, outcome)
                     else:  # the other joint comes near: out of its way first, however slow the goal
-                        self._issue_position(joint, clamp(setpoint, *limits), self.speed_cap(joint), outcome)
+                        self._issue_position(
+                            joint, clamp(setpoint, *limits), self.rules.speed_cap(joint), outcome
+                        )
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
                 if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
                     self._tell_once(joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome)
-                self._issue_position(joint, safe, self.speed_cap(joint), outcome)
+                self._issue_position(joint, safe, self.rules.speed_cap(joint), outcome)
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
-        step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
+        step = self.rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
         if joint in self._held_back and drive.velocity * drive.target < 0.0:
             drive.velocity = 0.0  # it stands at its limit: the way back begins from rest
         drive.velocity += clamp(drive.target - drive.velocity, -step, step)
@@ -311,7 +409,9 @@ class JointSafety:
         if not inside or end != ahead:
             if not inside or abs(end - setpoint) <= _REACHED:
                 self._tell_once(joint, f"stopped at its limit {end:.4g}", outcome)
-            self._issue_position(joint, end, abs(velocity) if inside else self.speed_cap(joint), outcome)
+            self._issue_position(
+                joint, end, abs(velocity) if inside else self.rules.speed_cap(joint), outcome
+            )
             return
         self._held_back.discard(joint)
         if self._issued.get(joint) != velocity:
@@ -337,7 +437,7 @@ class JointSafety:
 
     def _range(self, joint: str, horizon: float, reading: JointReading) -> tuple[float, float]:
         """Return the range in which the joint may be until `horizon` robot seconds from now."""
-        facts = self._rules.facts[joint]
+        facts = self.rules.facts[joint]
         table = self._table_of.get(joint)
         if table is None:
             return facts.lower, facts.upper

@@ -16,8 +16,6 @@ from zenoh_ice.command import run, with_settings
 from zenoh_ice.settings import Settings
 from zenoh_ice.transport import Target
 
-__all__ = ["survey", "table"]
-
 P = TypeVar("P", bound=ObjectPrx)
 
 Served = Mapping[str, P]

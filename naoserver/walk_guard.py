@@ -16,8 +16,6 @@ from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
 
-__all__ = ["WALK", "WalkGuard"]
-
 WALK: Final = "the walk"
 """To whom the legs belong while it walks."""
 _SOURCE: Final = "Walk"

@@ -6,8 +6,6 @@ import threading
 import time
 from typing import Final
 
-__all__ = ["FastClock"]
-
 
 class FastClock:
     """Steady wall time, `rate` times as fast. Implements zenoh_ice.Clock."""

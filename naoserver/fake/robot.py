@@ -33,8 +33,6 @@ from naoserver.fake.camera import Ball, draw
 from naoserver.robot import BodyState, Frame, JointFacts, JointReading
 from zenoh_ice import Clock, WallClock
 
-__all__ = ["LIMITS", "FakeWalker", "StiffnessRamps"]
-
 _GRAVITY: Final = 9.81  # m/s2
 _WEIGHT: Final = _GRAVITY * sum(link.mass for link in H25.links)  # N
 _HALF: Final = FootReading(*[_WEIGHT / 8] * 4)

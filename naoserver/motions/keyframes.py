@@ -10,8 +10,6 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Final
 
-__all__ = ["Interpolation", "Key", "Motion"]
-
 
 class Interpolation(StrEnum):
     """How a joint comes to a key from the one before."""

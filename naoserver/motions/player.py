@@ -17,8 +17,6 @@ from naoserver.motions.postures import STANCES, Situation, Stance, stance_of
 from naoserver.motions.routes import Route
 from naoserver.robot import JointReading
 
-__all__ = ["PERIOD", "ActionProgress", "MotionPlayer"]
-
 PERIOD: Final = 0.02
 """Robot seconds between two commands: 50 Hz, the cycle of NAOqi's motion."""
 _AHEAD: Final = 2 * PERIOD

@@ -17,8 +17,6 @@ from naoserver.body import H25
 from naoserver.errors import RobotError
 from naoserver.robot import FALLEN_TILT, Robot
 
-__all__ = ["POSTURES", "STANCES", "Situation", "Stance", "nearest_posture", "situation_of", "stance_of"]
-
 
 class Stance(StrEnum):
     """On what the body rests."""

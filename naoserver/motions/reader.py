@@ -35,8 +35,6 @@ from naoserver.motions.keyframes import Interpolation, Key, Motion
 from naoserver.motions.postures import POSTURES
 from zenoh_ice.toml_file import parse_toml, place, read_text
 
-__all__ = ["MotionError", "load_motions", "parse_motion", "read_motion"]
-
 _LONGEST: Final = 600.0
 _SAME_MOTOR: Final = "HipYawPitch"
 _JOINTS: Final = {joint.name: joint for joint in H25.joints}

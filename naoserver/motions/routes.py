@@ -17,8 +17,6 @@ from naoserver.errors import RobotError
 from naoserver.motions.keyframes import Key, Motion
 from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
 
-__all__ = ["MotionRoute", "PostureRoute", "Route", "RouteError", "change_posture", "within_stance"]
-
 _FRACTION: Final = 0.3
 """Highest speed of a change of posture as a fraction of the joints': of full pace."""
 _SLOWEST: Final = 0.01
