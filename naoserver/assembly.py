@@ -57,12 +57,12 @@ class Assembly:
         """What moves and is checked by the watchdog."""
         self.events: Final = EventLog(robot.clock.now, wall.now)
         """What an operator should know, as the health report has it."""
-        self.gate: Final = Gate(self.events, wall.now)
+        self.gate: Final = Gate(self.events)
         """Emergency stop and lease in front of every command of the robot."""
 
         time = robot.clock.now
         self._clock = ClockI(robot.clock)
-        self._safety = SafetyI(self.gate, time)
+        self._safety = SafetyI(self.gate)
         self._add(Clock=self._clock, Safety=self._safety)
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
@@ -86,7 +86,6 @@ class Assembly:
             robot,
             self.events,
             lambda: {camera.facts.name: camera.delivered_rate for camera in cameras},
-            wall.now,
         )
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
@@ -118,15 +117,7 @@ class Assembly:
         return body
 
     def _add_walk(self, walker: Walker) -> None:
-        walk = WalkGuard(
-            walker,
-            self.body,
-            self.gate,
-            self.events,
-            self._options.safety,
-            wall_time=self._wall.now,
-            look_within=self._watchdog.look_within,
-        )
+        walk = WalkGuard(walker, self.body, self._options.safety)
         self.gate.on_stop(walk.stop)
         self.watched.append(walk)
         self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk))
@@ -142,8 +133,7 @@ class Assembly:
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # Its gate is never shut: what carries a ball is no part of the robot.
-        gate = Gate(self.events, self._wall.now)
-        device = self._guard(mechanism, self._options.mechanism_safety, gate)
+        device = self._guard(mechanism, self._options.mechanism_safety, Gate(self.events))
         self._add_hinge(device, ball_hinge(mechanism.name, tuple(j.name for j in mechanism.joints)))
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
@@ -164,19 +154,18 @@ class Assembly:
         return cameras
 
     def _add_motions(self) -> MotionPlayer:
-        robot, time = self._robot, self._robot.clock.now
-        player = MotionPlayer(self.body, time, lambda: situation_of(robot), self.events)
-        player.on_begin = self._wake
+        robot = self._robot
+        player = MotionPlayer(self.body, lambda: situation_of(robot), self._wake)
         self.watched.append(player)
         motions = load_motions()
         postures: PosturesI
         if robot.postures is None:
-            postures = KeyFramePosturesI(player, motions, time)
+            postures = KeyFramePosturesI(player, motions)
         else:
-            postures = OwnPosturesI(robot.postures, self.body, time, self._watchdog.look_within)
+            postures = OwnPosturesI(robot.postures, self.body)
             self.gate.on_stop(robot.postures.stop)
             self.watched.append(postures)
-        self._add(Motions=MotionsI(player, motions, time), Postures=postures)
+        self._add(Motions=MotionsI(player, motions), Postures=postures)
         return player
 
     def _wake(self) -> None:
@@ -256,14 +245,7 @@ class Assembly:
             [table for table in H25.anticollision if {table.independent, table.dependent} <= own],
             [pair for pair in H25.couplings if {pair.leader, pair.follower} <= own],
         )
-        guarded = GuardedDevice(
-            device,
-            safety,
-            gate,
-            self.events,
-            wall_time=self._wall.now,
-            look_within=self._watchdog.look_within,
-        )
+        guarded = GuardedDevice(device, safety, gate, self._watchdog.look_within)
         self.watched.append(guarded)
         return guarded
 

@@ -30,8 +30,8 @@ class EventLog:
     """
 
     def __init__(self, robot_time: Callable[[], float], wall_time: Callable[[], float]) -> None:
-        self._robot_time = robot_time
-        self._wall_time = wall_time
+        self.robot_time: Final = robot_time
+        self.wall_time: Final = wall_time
         self._lock = threading.Lock()
         self._events: deque[HealthEvent] = deque(maxlen=KEPT)
         self._last: dict[tuple[str, str], tuple[float, int]] = {}  # wall time of the newest, suppressed since
@@ -39,8 +39,8 @@ class EventLog:
         self._timeouts = 0
 
     def add(self, level: Severity, source: str, message: str, kind: str = "") -> None:
-        """Tell what happened to `source`; events of the same source and `kind` count as the same."""
-        now = self._wall_time()
+        """Report what happened to `source`; events of the same source and `kind` count as the same."""
+        now = self.wall_time()
         with self._lock:
             last, suppressed = self._last.get((source, kind), (-float("inf"), 0))
             if now - last < 1.0:
@@ -49,7 +49,7 @@ class EventLog:
             self._last[source, kind] = (now, 0)
             if suppressed:
                 message = f"{message} ({suppressed} more since the last report)"
-            self._events.append(HealthEvent(self._robot_time(), level, source, message))
+            self._events.append(HealthEvent(self.robot_time(), level, source, message))
         log.log(_LEVELS[level], "%s: %s", source, message)
 
     def count_limited(self) -> None:

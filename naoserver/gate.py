@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from interfaces.nao import Severity
+from interfaces.nao import SafetyState, Severity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
 
@@ -19,19 +19,6 @@ LONGEST_LEASE: Final = 60.0
 _LONGEST_HOLDER: Final = 64
 _LONGEST_REASON: Final = 200
 _SOURCE: Final = "Safety"
-
-
-@dataclass(frozen=True, slots=True)
-class GateState:
-    """Who may command the robot at one moment."""
-
-    stopped: bool = False
-    reason: str = ""
-    """Why it is stopped, for people."""
-    holder: str = ""
-    """Who holds the lease, as they call themselves; empty while nobody does."""
-    remaining: float = 0.0
-    """Wall seconds until the lease ends unless it is renewed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +33,12 @@ class Gate:
     """Let commands through, or not. Safe to use from any thread.
 
     What commands the robot calls `require` while it holds the lock that it holds to stop: then no command
-    comes after an emergency stop. Nobody is refused to stop. `wall_time` is steady.
+    comes after an emergency stop. Nobody is refused to stop.
     """
 
-    def __init__(self, events: EventLog, wall_time: Callable[[], float]) -> None:
-        self._events = events
-        self._wall_time = wall_time
+    def __init__(self, events: EventLog) -> None:
+        self.events: Final = events
+        """What an operator should know."""
         self._lock = threading.Lock()
         self._stops: list[Callable[[], None]] = []
         self._stop_reason: str | None = None
@@ -77,7 +64,7 @@ class Gate:
                 why, what = f"held by {holder}", "wait until the lease is given back"
             else:
                 why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
-        self._events.add(Severity.Warning, _SOURCE, f"refused a command: the robot is {why}", "refused")
+        self.events.add(Severity.Warning, _SOURCE, f"refused a command: the robot is {why}", "refused")
         raise CommandRefused(f"the robot is {why}; {what}", holder)
 
     def stop(self, reason: str) -> None:
@@ -89,7 +76,7 @@ class Gate:
         reason = reason.strip() or "emergency stop"
         with self._lock:
             self._stop_reason = reason
-        self._events.add(Severity.Error, _SOURCE, f"emergency stop: {reason}", "stop")
+        self.events.add(Severity.Error, _SOURCE, f"emergency stop: {reason}", "stop")
         failure: Exception | None = None
         for stop in self._stops:
             try:
@@ -105,7 +92,7 @@ class Gate:
         with self._lock:
             was_stopped, self._stop_reason = self._stop_reason is not None, None
         if was_stopped:
-            self._events.add(Severity.Info, _SOURCE, "the emergency stop was reset", "reset")
+            self.events.add(Severity.Info, _SOURCE, "the emergency stop was reset", "reset")
 
     def lose(self, why: str) -> None:
         """Refuse every command until `find`, because no command reaches the robot."""
@@ -132,9 +119,9 @@ class Gate:
             if taken := self._other_holder(client):
                 raise CommandRefused(f"the robot is held by {taken}; wait until it is given back", taken)
             new = self._lease is None
-            self._lease = _Lease(client, holder, self._wall_time() + seconds)
+            self._lease = _Lease(client, holder, self.events.wall_time() + seconds)
         if new:
-            self._events.add(Severity.Info, _SOURCE, f"{holder} holds the robot", "lease")
+            self.events.add(Severity.Info, _SOURCE, f"{holder} holds the robot", "lease")
 
     def release(self, client: str) -> bool:
         """Give the lease of a client back, also because it is lost; returns whether it held one."""
@@ -143,19 +130,20 @@ class Gate:
             if lease is None or lease.client != client:
                 return False
             self._lease = None
-        self._events.add(Severity.Info, _SOURCE, f"{lease.holder} holds the robot no longer", "lease")
+        self.events.add(Severity.Info, _SOURCE, f"{lease.holder} holds the robot no longer", "lease")
         return True
 
-    def state(self) -> GateState:
+    def state(self) -> SafetyState:
         """Return who may command the robot now."""
         with self._lock:
             self._drop_ended()
             lease = self._lease
-            return GateState(
+            return SafetyState(
+                time=self.events.robot_time(),
                 stopped=self._stop_reason is not None,
                 reason=self._stop_reason or "",
                 holder=lease.holder if lease else "",
-                remaining=lease.end - self._wall_time() if lease else 0.0,
+                remaining=lease.end - self.events.wall_time() if lease else 0.0,
             )
 
     def _other_holder(self, client: str) -> str:
@@ -164,5 +152,5 @@ class Gate:
         return self._lease.holder if self._lease is not None and self._lease.client != client else ""
 
     def _drop_ended(self) -> None:
-        if self._lease is not None and self._wall_time() >= self._lease.end:
+        if self._lease is not None and self.events.wall_time() >= self._lease.end:
             self._lease = None

@@ -5,12 +5,10 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Final
 
 from interfaces.nao import Severity
 from naoserver.errors import InvalidCommand
-from naoserver.event_log import EventLog
 from naoserver.gate import Gate
 from naoserver.robot import JointDevice, JointFacts, JointReading
 from naoserver.safety import Goal, JointSafety, Outcome
@@ -18,18 +16,12 @@ from naoserver.safety import Goal, JointSafety, Outcome
 _logger = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class _Claim:
-    joints: frozenset[str]
-    stop: Callable[[], None]
-
-
 class Claims:
     """The joints of a device that belong to somebody. Safe to use from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._claims: dict[str, _Claim] = {}
+        self._claims: dict[str, tuple[frozenset[str], Callable[[], None]]] = {}
 
     def claim(self, owner: str, joints: Iterable[str], stop: Callable[[], None]) -> None:
         """Let joints belong to `owner`, as people call it ("the walk"), instead of those it had before.
@@ -40,13 +32,13 @@ class Claims:
         wanted = frozenset(joints)
         with self._lock:
             self._check(wanted, owner)
-            self._claims[owner] = _Claim(wanted, stop)
+            self._claims[owner] = (wanted, stop)
 
     def release(self, owner: str) -> frozenset[str]:
         """Let the joints of `owner` belong to nobody; returns which it had."""
         with self._lock:
-            claim = self._claims.pop(owner, None)
-        return claim.joints if claim else frozenset()
+            joints, _ = self._claims.pop(owner, (frozenset[str](), None))
+        return joints
 
     def check(self, joints: Iterable[str], owner: str = "") -> None:
         """Raise InvalidCommand, naming the joint and its owner, unless `owner` may move all the joints."""
@@ -57,48 +49,44 @@ class Claims:
         """Let whom any of the joints belong to end what they do; returns the joints that are still theirs."""
         wanted = frozenset(joints)
         with self._lock:
-            claims = [claim for claim in self._claims.values() if claim.joints & wanted]
-        for claim in claims:
+            claims = [claim for claim in self._claims.values() if claim[0] & wanted]
+        for claimed, stop in claims:
             try:
-                claim.stop()
+                stop()
             except Exception:  # the others and the joints themselves are to be stopped all the same
-                _logger.exception("what moves %s could not be stopped", ", ".join(sorted(claim.joints)))
+                _logger.exception("what moves %s could not be stopped", ", ".join(sorted(claimed)))
         with self._lock:
-            return wanted & frozenset().union(*(claim.joints for claim in self._claims.values()))
+            return wanted & frozenset().union(*(joints for joints, _ in self._claims.values()))
 
     def _check(self, joints: Iterable[str], owner: str) -> None:
         for joint in joints:
-            for name, claim in self._claims.items():
-                if name != owner and joint in claim.joints:
+            for name, (claimed, _) in self._claims.items():
+                if name != owner and joint in claimed:
                     raise InvalidCommand(joint, f"{joint} is moved by {name} now: stop it first")
 
 
 class GuardedDevice:
-    """Pass commands through `safety` to `device`, one at a time, and tell `events` what was changed.
+    """Pass commands through `safety` to `device`, one at a time, and log as events what was changed.
 
     `gate` lets each command through or refuses it with CommandRefused, but nobody is refused to hold. Who
     commands is the calling client, as the gate knows it; without one it is somebody who holds no lease.
-    `wall_time` is steady; `look_within` is told in how many wall seconds `watch` is due after a command.
+    `look_within` is called after a command with the wall seconds in which `watch` is due.
     """
 
     def __init__(
-        self,
-        device: JointDevice,
-        safety: JointSafety,
-        gate: Gate,
-        events: EventLog,
-        *,
-        wall_time: Callable[[], float],
-        look_within: Callable[[float], None],
+        self, device: JointDevice, safety: JointSafety, gate: Gate, look_within: Callable[[float], None]
     ) -> None:
         self.name: Final = device.name
         self.joints: Final = device.joints
+        self.read: Final = device.read
+        """Return the newest snapshot of the joints without blocking."""
+        self.speed_cap: Final = safety.speed_cap
+        """Return the highest speed that a command of a joint gets, in rad/s or m/s."""
         self._device = device
         self._safety = safety
-        self._gate = gate
-        self._events = events
-        self._wall_time = wall_time
-        self._look_within = look_within
+        self.gate: Final = gate
+        self.events: Final = gate.events
+        self.look_within: Final = look_within
         self._lock = threading.Lock()
         self._closed = False
         self.claims: Final = Claims()
@@ -112,14 +100,6 @@ class GuardedDevice:
     def index(self, joint: str) -> int:
         """Return the place of a joint in every reading."""
         return self._index[joint]
-
-    def speed_cap(self, joint: str) -> float:
-        """Return the highest speed that a command of the joint gets."""
-        return self._safety.rules.speed_cap(joint)
-
-    def read(self) -> JointReading:
-        """Return the newest snapshot of the joints without blocking."""
-        return self._device.read()
 
     def goal(self, joint: str) -> Goal:
         """Return where the joint was last sent and how fast; where it is, and 0, before any such command."""
@@ -146,25 +126,21 @@ class GuardedDevice:
         """
 
         def command(reading: JointReading) -> Outcome:
-            self._gate.require(client)
+            self.gate.require(client)
             self.claims.check(targets, owner)
             return self._safety.move(targets, speeds, reading, full_speed=bool(owner))
 
         return self._obey(command)
-
-    def require(self, client: str = "") -> None:
-        """Raise CommandRefused unless a client may command the device now."""
-        self._gate.require(client)
 
     def drive(self, velocities: Mapping[str, float], client: str) -> Outcome:
         """Move joints at velocities until the timeout.
 
         Raises InvalidCommand or CommandRefused, and then commands nothing.
         """
-        now = self._wall_time()
+        now = self.events.wall_time()
 
         def command(reading: JointReading) -> Outcome:
-            self._gate.require(client)
+            self.gate.require(client)
             self.claims.check(velocities)
             return self._safety.drive(velocities, reading, client, now)
 
@@ -195,7 +171,7 @@ class GuardedDevice:
         Raises InvalidCommand or CommandRefused, and then changes nothing.
         """
         with self._lock:
-            self._gate.require(client)
+            self.gate.require(client)
             safe = self._safety.stiffen(stiffnesses)
             if not self._closed:
                 self._device.command_stiffnesses(safe, seconds)
@@ -206,21 +182,21 @@ class GuardedDevice:
         with self._lock:
             outcome = self._apply(self._safety.drop_client(client, self.read()))
         for joint in outcome.stopped:
-            self._events.add(Severity.Warning, joint, "stopped: the client that drove it is gone", "lost")
+            self.events.add(Severity.Warning, joint, "stopped: the client that drove it is gone", "lost")
 
     def watch(self) -> float | None:
         """Look at the moving joints; return in how many wall seconds to look again, None while all rests."""
         with self._lock:
-            reading, now = self.read(), self._wall_time()
+            reading, now = self.read(), self.events.wall_time()
             outcome = self._apply(self._safety.watch(reading, now))
             due = self._safety.next_watch(reading, now)
         if outcome.stopped:
-            self._events.count_timeout()
+            self.events.count_timeout()
         for joint in outcome.stopped:
             message = (
                 f"stopped: its velocity was not renewed within {self._safety.options.velocity_timeout:g} s"
             )
-            self._events.add(Severity.Warning, joint, message, "timeout")
+            self.events.add(Severity.Warning, joint, message, "timeout")
         self._tell(outcome)
         return due
 
@@ -241,10 +217,10 @@ class GuardedDevice:
         with self._lock:
             reading = self.read()
             outcome = self._apply(command(reading))
-            due = self._safety.next_watch(reading, self._wall_time())
+            due = self._safety.next_watch(reading, self.events.wall_time())
         self._tell(outcome)
         if due is not None:
-            self._look_within(due)
+            self.look_within(due)
         return outcome
 
     def _apply(self, outcome: Outcome) -> Outcome:
@@ -257,6 +233,6 @@ class GuardedDevice:
 
     def _tell(self, outcome: Outcome) -> None:
         if outcome.limitations:
-            self._events.count_limited()
+            self.events.count_limited()
         for limitation in outcome.limitations:
-            self._events.add(Severity.Warning, limitation.joint, limitation.reason, "limited")
+            self.events.add(Severity.Warning, limitation.joint, limitation.reason, "limited")

@@ -163,7 +163,8 @@ class JointSafety:
         couplings: Iterable[Coupling] = (),
     ) -> None:
         self.options: Final = options or SafetyOptions()
-        self.rules = JointRules(joints, self.options, couplings)
+        self._rules = JointRules(joints, self.options, couplings)
+        self.speed_cap: Final = self._rules.speed_cap
         self._index = {joint.name: index for index, joint in enumerate(joints)}
         self._tables = tuple(tables)
         self._table_of = {table.dependent: table for table in self._tables}
@@ -197,7 +198,7 @@ class JointSafety:
         With `full_speed` a speed is capped by what the motor does, not by the options: for motions that were
         proven. Raises InvalidCommand, and then commands nothing.
         """
-        rules = self.rules
+        rules = self._rules
         wanted = rules.check(targets, "target")
         limits = rules.check_speeds({joint: speed for joint, speed in speeds.items() if joint in wanted})
         outcome = Outcome()
@@ -222,16 +223,16 @@ class JointSafety:
 
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self.rules.check(velocities, "velocity")
+        wanted = self._rules.check(velocities, "velocity")
         outcome = Outcome()
         self._wake(reading)
-        self.rules.couple(wanted, outcome)
+        self._rules.couple(wanted, outcome)
         for joint, velocity in wanted.items():
             before = self._drives.get(joint)
             self._set_drive(
                 joint,
                 _Drive(
-                    target=self.rules.cap_speed(joint, velocity, outcome),
+                    target=self._rules.cap_speed(joint, velocity, outcome),
                     velocity=before.velocity if before else 0.0,
                     deadline=now + self.options.velocity_timeout,
                     client=client,
@@ -250,17 +251,17 @@ class JointSafety:
 
         Raises InvalidCommand unless every one is from 0 to 1.
         """
-        wanted = self.rules.check(stiffnesses, "stiffness")
+        wanted = self._rules.check(stiffnesses, "stiffness")
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
-        self.rules.couple(wanted, Outcome())
+        self._rules.couple(wanted, Outcome())
         return wanted
 
     def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:
         """Return joints and those that share a motor with one of them."""
         wanted = dict.fromkeys(joints, 0.0)
-        self.rules.couple(wanted, Outcome())
+        self._rules.couple(wanted, Outcome())
         return tuple(wanted)
 
     def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
@@ -305,7 +306,7 @@ class JointSafety:
             goal, other = self._goals[joint], self._goals.get(table.independent)
             limits = table.at(other.target if other else self._setpoint(table.independent, reading))
             why = f"would hit at this {table.independent}"
-            safe = self.rules.clamp_target(joint, goal.target, limits, why, outcome)
+            safe = self._rules.clamp_target(joint, goal.target, limits, why, outcome)
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed))
 
@@ -317,7 +318,7 @@ class JointSafety:
                 continue
             goal = self._goals[joint]
             way = table.over((self._setpoint(joint, reading), goal.target))
-            speed = self.rules.speed_cap(other) / table.steepest
+            speed = self.speed_cap(other) / table.steepest
             if speed < goal.speed and not _is_within(self._setpoint(other, reading), way):
                 reason = f"speed {goal.speed:.4g} leaves {other} no time to make way, taken {speed:.4g}"
                 outcome.limitations.append(Limitation(joint, reason))
@@ -340,7 +341,7 @@ class JointSafety:
 
     def _stay(self, joint: str, reading: JointReading) -> None:
         """Make where the joint is its goal, without telling the device."""
-        goal = Goal(self._setpoint(joint, reading), self.rules.default_speed(joint))
+        goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint))
         self._set_goal(joint, goal)
         self._issued[joint] = (goal.target, goal.speed)
         self._resting.add(joint)
@@ -383,17 +384,15 @@ class JointSafety:
                     if _is_within(setpoint, limits):
                         self._issue_position(joint, safe, goal.speed, outcome)
                     else:  # the other joint comes near: out of its way first, however slow the goal
-                        self._issue_position(
-                            joint, clamp(setpoint, *limits), self.rules.speed_cap(joint), outcome
-                        )
+                        self._issue_position(joint, clamp(setpoint, *limits), self.speed_cap(joint), outcome)
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
                 if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
                     self._tell_once(joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome)
-                self._issue_position(joint, safe, self.rules.speed_cap(joint), outcome)
+                self._issue_position(joint, safe, self.speed_cap(joint), outcome)
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
-        step = self.rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
+        step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
         if joint in self._held_back and drive.velocity * drive.target < 0.0:
             drive.velocity = 0.0  # it stands at its limit: the way back begins from rest
         drive.velocity += clamp(drive.target - drive.velocity, -step, step)
@@ -409,9 +408,7 @@ class JointSafety:
         if not inside or end != ahead:
             if not inside or abs(end - setpoint) <= _REACHED:
                 self._tell_once(joint, f"stopped at its limit {end:.4g}", outcome)
-            self._issue_position(
-                joint, end, abs(velocity) if inside else self.rules.speed_cap(joint), outcome
-            )
+            self._issue_position(joint, end, abs(velocity) if inside else self.speed_cap(joint), outcome)
             return
         self._held_back.discard(joint)
         if self._issued.get(joint) != velocity:
@@ -437,7 +434,7 @@ class JointSafety:
 
     def _range(self, joint: str, horizon: float, reading: JointReading) -> tuple[float, float]:
         """Return the range in which the joint may be until `horizon` robot seconds from now."""
-        facts = self.rules.facts[joint]
+        facts = self._rules.facts[joint]
         table = self._table_of.get(joint)
         if table is None:
             return facts.lower, facts.upper

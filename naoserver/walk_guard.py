@@ -11,8 +11,6 @@ from typing import Final
 from interfaces.nao import Severity
 from naoserver.capabilities import Odometry, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver.event_log import EventLog
-from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
 
@@ -36,31 +34,18 @@ class WalkGuard:
     """Pass velocities to `walker`, limited, and each for as long as its client renews it.
 
     The velocities forwards, to the left and of the turn are commanded one by one; each stops by itself. While
-    it walks the legs of `body` belong to the walk. `gate` lets each command through or refuses it, but nobody
-    is refused to stop. `wall_time` is steady; `look_within` is told in how many wall seconds `watch` is due.
+    it walks the legs of `body` belong to the walk. The gate of `body` lets each command through or refuses
+    it, but nobody is refused to stop.
     """
 
-    def __init__(
-        self,
-        walker: Walker,
-        body: GuardedDevice,
-        gate: Gate,
-        events: EventLog,
-        options: SafetyOptions,
-        *,
-        wall_time: Callable[[], float],
-        look_within: Callable[[float], None],
-    ) -> None:
+    def __init__(self, walker: Walker, body: GuardedDevice, options: SafetyOptions) -> None:
         self.name: Final = WALK
         self.limits: Final = walker.limits
         """The highest velocity of each kind."""
         self._walker = walker
         self._body = body
-        self._gate = gate
-        self._events = events
+        self._events = body.events
         self._options = options
-        self._wall_time = wall_time
-        self._look_within = look_within
         self._highest: dict[str, float] = asdict(walker.limits)
         self._legs = [
             joint.name for joint in body.joints if joint.name[1:] in _LEG and joint.name[0] in ("L", "R")
@@ -85,9 +70,9 @@ class WalkGuard:
         limitations = []
         with self._lock:
             if any(velocities.values()):  # everybody may stop it
-                self._gate.require(client)
+                self._body.gate.require(client)
             drives = dict(self._drives)
-            deadline = self._wall_time() + self._options.velocity_timeout
+            deadline = self._events.wall_time() + self._options.velocity_timeout
             for kind, velocity in velocities.items():
                 if not math.isfinite(velocity):
                     raise InvalidCommand(kind, f"{kind} is {velocity}: it must be a finite number")
@@ -104,7 +89,7 @@ class WalkGuard:
             self._events.count_limited()
         for limitation in limitations:
             self._events.add(Severity.Warning, _SOURCE, limitation, "limited")
-        self._look_within(self._options.period)
+        self._body.look_within(self._options.period)
         return bool(limitations)
 
     def stop(self) -> None:
@@ -122,7 +107,7 @@ class WalkGuard:
 
     def watch(self) -> float | None:
         """Stop what was not renewed; return in how many wall seconds to look again, None while it rests."""
-        now = self._wall_time()
+        now = self._events.wall_time()
         stopped = self._stop_where(lambda drive: now >= drive.deadline)
         if stopped:
             self._events.count_timeout()

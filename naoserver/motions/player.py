@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
-from interfaces.nao import ActionStatus, Severity
+from msgspec.structs import replace
+
+from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver.body import H25
 from naoserver.errors import CommandRefused, RobotError
-from naoserver.event_log import EventLog
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
 from naoserver.motions.postures import STANCES, Situation, Stance, stance_of
@@ -33,18 +34,7 @@ _SETTLING: Final = 0.3
 """Seconds after a leg until it is looked where it has led."""
 
 
-@dataclass(frozen=True, slots=True)
-class ActionProgress:
-    """How the newest action of a kind goes."""
-
-    name: str = ""
-    status: ActionStatus = ActionStatus.Idle
-    progress: float = 0.0
-    """From 0 to 1, of the present leg."""
-    message: str = ""
-    """Why it failed or stopped, for people."""
-    count: int = 0
-    """How many were begun since the start."""
+_IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
 
 
 @dataclass(slots=True)
@@ -71,41 +61,36 @@ class _Action:
 class MotionPlayer:
     """Move the joints of `body` along routes; `tick` is due every PERIOD of robot time while one is `busy`.
 
-    `situation` tells how the body is. While an action moves, its joints are claimed: other commands to them
-    are refused. Who stops one of them stops the action. Safe to use from any thread.
+    `situation` returns how the body is; `on_begin` is called when an action begins to move. While one moves,
+    its joints are claimed: other commands to them are refused. Who stops one of them stops the action. Safe
+    to use from any thread.
     """
 
     def __init__(
         self,
         body: GuardedDevice,
-        robot_time: Callable[[], float],
         situation: Callable[[], Situation],
-        events: EventLog,
+        on_begin: Callable[[], None] = lambda: None,
     ) -> None:
         self.name: Final = "motions"
         self._body = body
-        self._robot_time = robot_time
-        self._situation = situation
-        self._events = events
+        self.robot_time: Final = body.events.robot_time
+        self.situation: Final = situation
+        """Return how the body is. Raises RobotError when the robot cannot tell."""
+        self._on_begin = on_begin
         self._lock = threading.RLock()
         self._action: _Action | None = None
-        self._progress: dict[str, ActionProgress] = {}
+        self._progress: dict[str, ActionState] = {}
         self._closed = False
-        self.on_begin: Callable[[], None] = _nothing
-        """What is told that an action begins to move."""
 
     @property
     def busy(self) -> bool:
         """Whether an action moves."""
         return self._action is not None
 
-    def progress(self, kind: str) -> ActionProgress:
-        """Return how the newest action of a kind goes."""
-        return self._progress.get(kind, ActionProgress())
-
-    def situation(self) -> Situation:
-        """Return how the body is. Raises RobotError when the robot cannot tell."""
-        return self._situation()
+    def progress(self, kind: str) -> ActionState:
+        """Return how the newest action of a kind goes; `progress` is that of its present leg."""
+        return replace(self._progress.get(kind, _IDLE), time=self.robot_time())
 
     def begin(self, kind: str, name: str, route: Route, *, pace: float = 1.0, client: str = "") -> None:
         """Begin an action instead of the one that moves.
@@ -114,11 +99,11 @@ class MotionPlayer:
         joints, CommandRefused when the client may not command, RobotError when there is no way to go.
         """
         with self._lock:
-            self._body.require(client)
+            self._body.gate.require(client)
             if self._closed:
                 return
             action = _Action(kind, name, route, max(pace, _SLOWEST), client)
-            first = route.next_leg(self._situation(), self._commands())
+            first = route.next_leg(self.situation(), self._commands())
             self._finish(ActionStatus.Stopped, f"{action.owner} began")
             try:
                 self._begin_leg(action, first)
@@ -126,10 +111,11 @@ class MotionPlayer:
                 self._body.claims.release(action.owner)
                 raise
             status = ActionStatus.Moving if first else ActionStatus.Done
-            self._progress[kind] = ActionProgress(name, status, count=self.progress(kind).count + 1)
+            count = self.progress(kind).count + 1
+            self._progress[kind] = replace(_IDLE, name=name, status=status, count=count)
             self._action = action if first else None
         if self.busy:
-            self.on_begin()
+            self._on_begin()
 
     def stop(self, kind: str = "", message: str = "stopped") -> None:
         """Stop the action that moves, of a kind or any, and hold its joints where they are."""
@@ -151,7 +137,7 @@ class MotionPlayer:
             except RobotError as error:
                 refused = isinstance(error, CommandRefused)
                 self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, str(error))
-                self._events.add(Severity.Warning, "Motions", f"{action.owner} ended: {error}", "failed")
+                self._body.events.add(Severity.Warning, "Motions", f"{action.owner} ended: {error}", "failed")
             else:
                 return
         self._body.hold(_joints(action.leg))
@@ -173,10 +159,10 @@ class MotionPlayer:
         leg, begin = action.leg, action.begin
         assert leg is not None
         assert begin is not None
-        time = self._robot_time() - action.since
+        time = self.robot_time() - action.since
         if time >= leg.duration / action.pace + _SETTLING:
             self._check(leg, self._body.read())
-            self._begin_leg(action, action.route.next_leg(self._situation(), self._commands()))
+            self._begin_leg(action, action.route.next_leg(self.situation(), self._commands()))
             if action.leg is None:
                 self._finish(ActionStatus.Done)
             return
@@ -202,7 +188,7 @@ class MotionPlayer:
             return
         joints = _joints(leg)
         self._body.claims.claim(action.owner, joints, lambda: self._let_go(action))
-        action.begin, action.since = self._commands(), self._robot_time()
+        action.begin, action.since = self._commands(), self.robot_time()
         stiffnesses = zip(H25.joint_names, self._body.read().stiffnesses, strict=True)
         limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
         if limp:
@@ -227,7 +213,7 @@ class MotionPlayer:
     def _check(self, leg: Motion, reading: JointReading) -> None:
         """Raise RobotError when a motor has gone limp, or the body lies in a leg from feet to feet."""
         ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
-        if ends and ends <= _UPRIGHT and stance_of(self._situation()) not in _UPRIGHT:
+        if ends and ends <= _UPRIGHT and stance_of(self.situation()) not in _UPRIGHT:
             raise RobotError("the robot has fallen")
         for joint, stiffness in zip(H25.joint_names, reading.stiffnesses, strict=True):
             if joint in leg.keys and stiffness <= _LIMP:
@@ -235,10 +221,6 @@ class MotionPlayer:
 
     def _commands(self) -> dict[str, float]:
         return dict(zip(H25.joint_names, self._body.read().commands, strict=True))
-
-
-def _nothing() -> None:
-    pass
 
 
 def _joints(leg: Motion | None) -> frozenset[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Final
 
 from interfaces.nao import Clock as ClockServant
@@ -36,18 +36,11 @@ class ClockI(ClockServant):
 class HealthI(Health):
     """Report how the robot and its server are, in calls and as a stream."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        events: EventLog,
-        camera_rates: Callable[[], Mapping[str, float]],
-        wall_time: Callable[[], float],
-    ) -> None:
+    def __init__(self, robot: Robot, events: EventLog, camera_rates: Callable[[], dict[str, float]]) -> None:
         self._robot = robot
         self._events = events
         self._camera_rates = camera_rates
-        self._wall_time = wall_time
-        self._started = wall_time()
+        self._started = events.wall_time()
         self._condition = ConditionWatch(robot, events)
 
     def getHealth(self, current: Current) -> HealthReport:
@@ -79,12 +72,12 @@ class HealthI(Health):
         events, limited, timeouts = self._events.snapshot()
         return HealthReport(
             time=self._robot.clock.now(),
-            uptime=self._wall_time() - self._started,
+            uptime=self._events.wall_time() - self._started,
             realTimeFactor=state.real_time_factor,
             lag=state.lag,
             torsoTilt=state.torso_tilt,
             fallen=state.fallen,
-            cameraRates=dict(self._camera_rates()),
+            cameraRates=self._camera_rates(),
             limitedCommands=limited,
             velocityTimeouts=timeouts,
             events=events,

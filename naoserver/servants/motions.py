@@ -13,7 +13,7 @@ from naoserver.capabilities import OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
-from naoserver.motions.player import ActionProgress, MotionPlayer
+from naoserver.motions.player import MotionPlayer
 from naoserver.motions.postures import POSTURES, nearest_posture
 from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError
 from naoserver.servants.shared import (
@@ -37,15 +37,12 @@ _PERIOD: Final = 0.05
 
 
 class MotionsI(Motions):
-    """Play motions, and report their progress. `robot_time` is in s."""
+    """Play motions, and report their progress."""
 
-    def __init__(
-        self, player: MotionPlayer, motions: Mapping[str, Motion], robot_time: Callable[[], float]
-    ) -> None:
+    def __init__(self, player: MotionPlayer, motions: Mapping[str, Motion]) -> None:
         self._player = player
         self._motions = motions
-        self._robot_time = robot_time
-        self.stream: Final = _action_stream(self._state, self.getMotionStatePublisher)
+        self.stream: Final = _action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
 
     def getMotions(self, current: Current) -> list[MotionFacts]:
         """Return the motions that can be played."""
@@ -81,18 +78,14 @@ class MotionsI(Motions):
 
     def getMotionState(self, current: Current) -> ActionState:
         """Return how the newest motion goes."""
-        return self._state()
-
-    def _state(self) -> ActionState:
-        return _action_state(self._player.progress(MOTION), self._robot_time())
+        return self._player.progress(MOTION)
 
 
 class PosturesI(Postures):
-    """What both kinds have in common. `robot_time` is in s."""
+    """What both kinds have in common."""
 
-    def __init__(self, robot_time: Callable[[], float]) -> None:
-        self._robot_time = robot_time
-        self.stream: Final = _action_stream(self._state, self.getPostureStatePublisher)
+    def __init__(self) -> None:
+        self.stream: Final = _action_stream(self.progress, self.getPostureStatePublisher)
 
     @property
     @abstractmethod
@@ -100,7 +93,7 @@ class PosturesI(Postures):
         """The postures that the body can be brought into."""
 
     @abstractmethod
-    def progress(self) -> ActionProgress:
+    def progress(self) -> ActionState:
         """Return how the way to the newest posture goes."""
 
     @abstractmethod
@@ -128,19 +121,14 @@ class PosturesI(Postures):
 
     def getPostureState(self, current: Current) -> ActionState:
         """Return how the way to the newest posture goes."""
-        return self._state()
-
-    def _state(self) -> ActionState:
-        return _action_state(self.progress(), self._robot_time())
+        return self.progress()
 
 
 class KeyFramePosturesI(PosturesI):
     """Bring a body into postures by the server's own motions."""
 
-    def __init__(
-        self, player: MotionPlayer, motions: Mapping[str, Motion], robot_time: Callable[[], float]
-    ) -> None:
-        super().__init__(robot_time)
+    def __init__(self, player: MotionPlayer, motions: Mapping[str, Motion]) -> None:
+        super().__init__()
         self._player = player
         self._motions = motions
 
@@ -149,7 +137,7 @@ class KeyFramePosturesI(PosturesI):
         """The postures whose angles are known."""
         return tuple(POSTURES)
 
-    def progress(self) -> ActionProgress:
+    def progress(self) -> ActionState:
         """Return how the way to the newest posture goes."""
         return self._player.progress(POSTURE)
 
@@ -172,21 +160,14 @@ class OwnPosturesI(PosturesI):
     """Pass postures on to a robot that knows the way itself, through the gate in front of its `body`.
 
     On the way all joints belong to it: who stops one of them ends it. It is to be watched, so that they are
-    free at its end; `look_within` is called with the wall seconds after which `watch` is due.
+    free at its end.
     """
 
-    def __init__(
-        self,
-        postures: OwnPostures,
-        body: GuardedDevice,
-        robot_time: Callable[[], float],
-        look_within: Callable[[float], None],
-    ) -> None:
-        super().__init__(robot_time)
+    def __init__(self, postures: OwnPostures, body: GuardedDevice) -> None:
+        super().__init__()
         self.name: Final = "postures"
         self._postures = postures
         self._body = body
-        self._look_within = look_within
         self._lock = threading.Lock()
         self._closed = False
         self._count = 0
@@ -196,7 +177,7 @@ class OwnPosturesI(PosturesI):
         """The postures that the robot knows."""
         return self._postures.names
 
-    def progress(self) -> ActionProgress:
+    def progress(self) -> ActionState:
         """Return how the way to the newest posture goes."""
         of = self._look()
         if of.moving:
@@ -205,13 +186,14 @@ class OwnPosturesI(PosturesI):
             status = ActionStatus.Done
         else:
             status = ActionStatus.Failed if of.message else ActionStatus.Idle
-        return ActionProgress(of.name, status, float(of.reached), of.message, self._count)
+        time = self._body.events.robot_time()
+        return ActionState(time, of.name, status, float(of.reached), of.message, self._count)
 
     def go(self, name: str, fraction: float, client: str) -> None:
         """Let the robot begin to go to a posture."""
         joints = [joint.name for joint in self._body.joints]
         with self._lock:
-            self._body.require(client)
+            self._body.gate.require(client)
             if self._closed:
                 return
             self._body.claims.claim(_OWNER, joints, self._end)
@@ -221,9 +203,9 @@ class OwnPosturesI(PosturesI):
                 self._body.claims.release(_OWNER)
                 raise
             self._count += 1
-        self._look_within(_PERIOD)
+        self._body.look_within(_PERIOD)
         try:
-            self._body.require(client)
+            self._body.gate.require(client)
         except CommandRefused:  # an emergency stop came in between
             self._end()
             raise
@@ -260,18 +242,6 @@ class OwnPosturesI(PosturesI):
             if not progress.moving:
                 self._body.claims.release(_OWNER)
         return progress
-
-
-def _action_state(progress: ActionProgress, time: float) -> ActionState:
-    """Return how an action goes as the interface has it."""
-    return ActionState(
-        time=time,
-        name=progress.name,
-        status=progress.status,
-        progress=progress.progress,
-        message=progress.message,
-        count=progress.count,
-    )
 
 
 def _action_stream(

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from interfaces.nao import Safety, SafetyState
-from naoserver.gate import Gate, GateState
+from naoserver.gate import Gate
 from naoserver.servants.shared import refusals_raised
 from zenoh_ice import Current
 
 
 class SafetyI(Safety):
-    """Stop the robot for everybody, or hold it for one client. `robot_time` is in s."""
+    """Stop the robot for everybody, or hold it for one client."""
 
     ice_concurrent = True  # a stop waits for nobody
 
-    def __init__(self, gate: Gate, robot_time: Callable[[], float]) -> None:
+    def __init__(self, gate: Gate) -> None:
         self._gate = gate
-        self._robot_time = robot_time
 
     def emergencyStop(self, reason: str, current: Current) -> None:
         """Stop all that moves and refuse every command until resetEmergencyStop."""
@@ -47,25 +44,15 @@ class SafetyI(Safety):
 
     def getSafetyState(self, current: Current) -> SafetyState:
         """Return who may command the robot."""
-        return self._state()
+        return self._gate.state()
 
     def publish(self) -> None:
         """Send who may command the robot to the listeners."""
         if self.getSafetyStatePublisher.listening:
-            state = self._state()
+            state = self._gate.state()
             self.getSafetyStatePublisher.publish(state, time=state.time)
 
     def drop_client(self, client: str) -> None:
         """Give the lease of a lost client back."""
         if self._gate.release(client):
             self.publish()
-
-    def _state(self) -> SafetyState:
-        state: GateState = self._gate.state()
-        return SafetyState(
-            time=self._robot_time(),
-            stopped=state.stopped,
-            reason=state.reason,
-            holder=state.holder,
-            remaining=state.remaining,
-        )

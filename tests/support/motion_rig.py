@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from interfaces.nao import ActionState
 from naoserver.assembly import Assembly
-from naoserver.motions.player import PERIOD, ActionProgress
+from naoserver.motions.player import PERIOD
 from naoserver.motions.postures import nearest_posture, situation_of, stance_of
 from naoserver.motions.reader import load_motions
 from naoserver.motions.routes import MotionRoute, PostureRoute
@@ -37,13 +38,13 @@ class MotionRig:
         route = MotionRoute(MOTIONS[motion], MOTIONS.values())
         self.player.begin("motion", motion, route, pace=pace)
 
-    def play(self, motion: str, pace: float = 1.0) -> ActionProgress:
+    def play(self, motion: str, pace: float = 1.0) -> ActionState:
         """Play a motion to its end."""
         self.begin(motion, pace)
         self._finish()
         return self.player.progress("motion")
 
-    def go(self, posture: str, fraction: float = 1.0) -> ActionProgress:
+    def go(self, posture: str, fraction: float = 1.0) -> ActionState:
         """Go to a posture."""
         self.player.begin("posture", posture, PostureRoute(posture, MOTIONS.values(), fraction))
         self._finish()

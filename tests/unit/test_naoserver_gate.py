@@ -2,16 +2,19 @@
 
 import pytest
 
+from interfaces.nao import SafetyState
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
-from naoserver.gate import LONGEST_LEASE, Gate, GateState
+from naoserver.gate import LONGEST_LEASE, Gate
+
+FREE = SafetyState(time=0.0, stopped=False, reason="", holder="", remaining=0.0)
 
 
 class Rig:
     def __init__(self):
         self.wall = 0.0
         self.events = EventLog(lambda: 0.0, lambda: self.wall)
-        self.gate = Gate(self.events, lambda: self.wall)
+        self.gate = Gate(self.events)
 
     def lets_through(self, client=""):
         try:
@@ -32,7 +35,7 @@ def rig():
 def test_everybody_may_command_at_first(rig):
     assert rig.lets_through()
     assert rig.lets_through("a")
-    assert rig.gate.state() == GateState()
+    assert rig.gate.state() == FREE
 
 
 def test_an_emergency_stop_latches_until_it_is_reset_and_says_why(rig):
@@ -41,7 +44,9 @@ def test_an_emergency_stop_latches_until_it_is_reset_and_says_why(rig):
     with pytest.raises(CommandRefused, match=r"a hand in the way.*reset") as refusal:
         rig.gate.require("a")
     assert refusal.value.holder == ""
-    assert rig.gate.state() == GateState(stopped=True, reason="a hand in the way")
+    assert rig.gate.state() == SafetyState(
+        0.0, stopped=True, reason="a hand in the way", holder="", remaining=0.0
+    )
     rig.gate.reset()
     assert rig.lets_through("a")
     assert rig.messages()[0] == "emergency stop: a hand in the way"
@@ -82,7 +87,7 @@ def test_a_lease_shuts_others_out_until_it_ends(rig):
     assert rig.gate.state().remaining == pytest.approx(0.1)
     rig.wall = 5.0
     assert rig.lets_through("b")
-    assert rig.gate.state() == GateState()
+    assert rig.gate.state() == FREE
 
 
 def test_a_lease_is_renewed_by_its_holder_alone(rig):

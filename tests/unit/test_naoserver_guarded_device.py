@@ -25,15 +25,8 @@ class Rig:
         self.events = EventLog(clock.now, lambda: self.wall)
         self.device = device or FakeDevice("Nao", H25.joints, clock)
         safety = JointSafety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
-        self.gate = Gate(self.events, lambda: self.wall)
-        self.guarded = GuardedDevice(
-            self.device,
-            safety,
-            self.gate,
-            self.events,
-            wall_time=lambda: self.wall,
-            look_within=self.look_within,
-        )
+        self.gate = Gate(self.events)
+        self.guarded = GuardedDevice(self.device, safety, self.gate, self.look_within)
 
     def look_within(self, seconds):
         self.due = seconds

@@ -1,7 +1,6 @@
 """The walk behind its safety layer: what reaches the walker, what is told, and what ends it."""
 
 import math
-from typing import Any
 
 import pytest
 
@@ -50,13 +49,12 @@ class Rig:
         self.wall = 0.0
         self.due: list[float] = []
         self.events = EventLog(self.clock.now, lambda: self.wall)
-        self.gate = Gate(self.events, lambda: self.wall)
+        self.gate = Gate(self.events)
         self.robot = FakeRobot(self.clock)
-        steady: dict[str, Any] = {"wall_time": lambda: self.wall, "look_within": self.due.append}
         safety = JointSafety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
-        self.body = GuardedDevice(self.robot, safety, self.gate, self.events, **steady)
+        self.body = GuardedDevice(self.robot, safety, self.gate, self.due.append)
         self.walker = SlowWalker(self.clock)
-        self.walk = WalkGuard(self.walker, self.body, self.gate, self.events, SafetyOptions(), **steady)
+        self.walk = WalkGuard(self.walker, self.body, SafetyOptions())
         self.gate.on_stop(self.body.hold)
         self.gate.on_stop(self.walk.stop)
 
