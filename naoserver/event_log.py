@@ -6,21 +6,16 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from typing import Final
 
 from interfaces.nao import HealthEvent, Severity
-from naoserver.robot import BodyState, JointReading, Robot
+from naoserver.robot import BodyState, Robot
 
 log = logging.getLogger(__name__)
 
 KEPT: Final = 20
-_LEVELS: Final = {
-    Severity.Info: logging.INFO,
-    Severity.Warning: logging.WARNING,
-    Severity.Error: logging.ERROR,
-}
+_LEVELS: Final = (logging.INFO, logging.WARNING, logging.ERROR)  # by severity
 
 
 class EventLog:
@@ -77,73 +72,54 @@ LOW: Final = 0.2
 VERY_LOW: Final = 0.07
 """Charge of the battery at which a Nao is about to switch itself off."""
 _RECOVERED: Final = 0.05
-"""By how much the charge is above a mark before it can be told of again."""
+"""By how much the charge is above a mark before it is reported again."""
 _LIMP: Final = 0.05
 """Stiffness below which a motor holds nothing."""
 
-_Event = tuple[Severity, str, str]
 
-
-@dataclass(slots=True)
 class ConditionWatch:
-    """Compare a robot's condition with that of the last look, and tell what has changed, once."""
+    """Compare a robot's condition with that of the last look, and report what has changed, once."""
 
-    robot: Robot
-    events: EventLog
-    _fallen: bool = False
-    _limp: bool = False
-    _hot: set[str] = field(default_factory=set)
-    _charge_mark: float = math.inf
+    def __init__(self, robot: Robot, events: EventLog) -> None:
+        self._robot = robot
+        self._events = events
+        self._present: set[str] = set()  # what is out of order
+        self._charge_mark = math.inf
 
     def look(self, state: BodyState) -> None:
-        """Tell what has changed since the last look; `state` is the robot's newest."""
-        reading = self.robot.read()
-        for level, source, message in (
-            *self._look_at_fall(state),
-            *self._look_at_stiffness(reading),
-            *self._look_at_temperatures(reading),
-            *self._look_at_battery(),
-        ):
-            self.events.add(level, source, message, message)
+        """Report what has changed since the last look; `state` is the robot's newest."""
+        name, reading = self._robot.name, self._robot.read()
+        tilt = f"the torso tilts by {math.degrees(state.torso_tilt):.0f} deg"
+        fallen = (Severity.Error, f"fallen: {tilt}")
+        self._compare("fallen", state.fallen, name, fallen, f"upright again: {tilt}")
+        is_limp = max(reading.stiffnesses, default=1.0) < _LIMP
+        limp = (Severity.Warning, "limp: no motor holds until it is made stiff again")
+        self._compare("limp", is_limp, name, limp, "no longer limp: motors hold again")
+        for joint, temperature in zip(self._robot.joints, reading.temperatures, strict=True):
+            is_hot = temperature >= (COOL if joint.name in self._present else HOT)
+            degrees = f"its motor has {temperature:.0f} degrees Celsius"
+            hot = (Severity.Warning, f"hot: {degrees} and gives less torque")
+            self._compare(joint.name, is_hot, joint.name, hot, f"cool again: {degrees}")
+        self._look_at_battery()
 
-    def _look_at_fall(self, state: BodyState) -> Iterator[_Event]:
-        if state.fallen != self._fallen:
-            self._fallen = state.fallen
-            tilt = math.degrees(state.torso_tilt)
-            if state.fallen:
-                yield Severity.Error, self.robot.name, f"fallen: the torso tilts by {tilt:.0f} deg"
-            else:
-                yield Severity.Info, self.robot.name, f"upright again: the torso tilts by {tilt:.0f} deg"
+    def _compare(
+        self, condition: str, present: bool, source: str, begin: tuple[Severity, str], end: str
+    ) -> None:
+        if present != (condition in self._present):
+            self._present ^= {condition}
+            level, message = begin if present else (Severity.Info, end)
+            self._events.add(level, source, message, message)
 
-    def _look_at_stiffness(self, reading: JointReading) -> Iterator[_Event]:
-        limp = max(reading.stiffnesses, default=1.0) < _LIMP
-        if limp != self._limp:
-            self._limp = limp
-            if limp:
-                yield Severity.Warning, self.robot.name, "limp: no motor holds until it is made stiff again"
-            else:
-                yield Severity.Info, self.robot.name, "no longer limp: motors hold again"
-
-    def _look_at_temperatures(self, reading: JointReading) -> Iterator[_Event]:
-        for joint, temperature in zip(self.robot.joints, reading.temperatures, strict=True):
-            name = joint.name
-            if name not in self._hot and temperature >= HOT:
-                self._hot.add(name)
-                message = f"hot: its motor has {temperature:.0f} degrees Celsius and gives less torque"
-                yield Severity.Warning, name, message
-            elif name in self._hot and temperature < COOL:
-                self._hot.remove(name)
-                yield Severity.Info, name, f"cool again: its motor has {temperature:.0f} degrees Celsius"
-
-    def _look_at_battery(self) -> Iterator[_Event]:
-        if self.robot.senses is None:
+    def _look_at_battery(self) -> None:
+        if self._robot.senses is None:
             return
-        battery = self.robot.senses.read().battery
+        battery = self._robot.senses.read().battery
         if battery.plugged or battery.charge > self._charge_mark + _RECOVERED:
             self._charge_mark = math.inf
             return
         for mark, level in ((VERY_LOW, Severity.Error), (LOW, Severity.Warning)):
             if battery.charge < mark < self._charge_mark:
                 self._charge_mark = mark
-                yield level, "Battery", f"low: {battery.charge:.0%} of its charge are left"
+                message = f"low: {battery.charge:.0%} of its charge are left"
+                self._events.add(level, "Battery", message, message)
                 return

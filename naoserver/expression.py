@@ -36,21 +36,20 @@ SINGLE_COLORED: Final[Mapping[str, Color]] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class _Fade:
-    """A change from `start` on: from one color to another within some seconds."""
+class Ramp:
+    """A change from `start` on: from one value to another within some seconds."""
 
-    before: Color
-    after: Color
+    before: float
+    after: float
     start: float = 0.0
     seconds: float = 0.0
 
-    def at(self, time: float) -> Color:
+    def at(self, time: float) -> float:
+        """Return the value at a time in s."""
         left = self.start + self.seconds - time
         if left <= 0.0:
             return self.after
-        share = min(1.0, left / self.seconds)
-        red, green, blue = (a + (b - a) * share for a, b in zip(self.after, self.before, strict=True))
-        return red, green, blue
+        return self.after + (self.before - self.after) * min(1.0, left / self.seconds)
 
 
 class FadingLights:
@@ -59,7 +58,7 @@ class FadingLights:
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._lock = threading.Lock()
-        self._fades = {name: _Fade(color, color) for name, color in START.items()}
+        self.reset()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,18 +72,19 @@ class FadingLights:
             color = (only[0] * brightness, only[1] * brightness, only[2] * brightness)
         with self._lock:
             now = self._now()
-            self._fades[name] = _Fade(self._fades[name].at(now), color, now, seconds)
+            change = zip(self._fades[name], color, strict=True)
+            self._fades[name] = [Ramp(ramp.at(now), part, now, seconds) for ramp, part in change]
 
     def reset(self) -> None:
         """Let every group show what it shows after the start."""
         with self._lock:
-            self._fades = {name: _Fade(color, color) for name, color in START.items()}
+            self._fades = {name: [Ramp(part, part) for part in color] for name, color in START.items()}
 
     def colors(self) -> Mapping[str, Color]:
         """Return what each group shows now."""
         with self._lock:
             now = self._now()
-            return {name: fade.at(now) for name, fade in self._fades.items()}
+            return {name: (r.at(now), g.at(now), b.at(now)) for name, (r, g, b) in self._fades.items()}
 
 
 _RATE: Final = 14.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final, TypedDict, Unpack
 
@@ -28,7 +28,7 @@ from naoserver.capabilities import (
     WalkVelocity,
 )
 from naoserver.errors import HardwareFailure
-from naoserver.expression import FadingLights, TimedVoice
+from naoserver.expression import FadingLights, Ramp, TimedVoice
 from naoserver.fake.camera import Ball, draw
 from naoserver.robot import BodyState, Frame, JointFacts, JointReading
 from zenoh_ice import Clock, WallClock
@@ -143,47 +143,6 @@ class FakeWalker:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Ramp:
-    """A change from `start` on: from one value to another within some seconds."""
-
-    start: float
-    seconds: float
-    before: float
-    after: float
-
-    def at(self, time: float) -> float:
-        left = self.start + self.seconds - time
-        if left <= 0.0:
-            return self.after
-        return self.after + (self.before - self.after) * min(1.0, left / self.seconds)
-
-
-class StiffnessRamps:
-    """The stiffness of each motor over robot time, 1 at first. Safe to use from any thread."""
-
-    def __init__(self, motors: Sequence[str]) -> None:
-        self._lock = threading.Lock()
-        self._ramps = {motor: _Ramp(0.0, 0.0, 1.0, 1.0) for motor in motors}
-
-    def command(self, stiffnesses: Mapping[str, float], seconds: float, now: float) -> None:
-        """Change some motors within some seconds from `now` on. Raises KeyError for an unknown one."""
-        with self._lock:
-            for motor, value in stiffnesses.items():
-                self._ramps[motor] = _Ramp(now, seconds, self._ramps[motor].at(now), value)
-
-    def at(self, time: float) -> tuple[float, ...]:
-        """Return the stiffness of every motor, in the order in which they were given."""
-        with self._lock:
-            return tuple(ramp.at(time) for ramp in self._ramps.values())
-
-    def limp_since(self, time: float) -> dict[str, float]:
-        """Return the motors that are limp at a time, and since when."""
-        with self._lock:
-            ends = {motor: ramp.start + ramp.seconds for motor, ramp in self._ramps.items() if not ramp.after}
-        return {motor: end for motor, end in ends.items() if end <= time}
-
-
 LAG: Final = 0.02
 """Time constant in s with which a joint follows its setpoint."""
 _STIFFNESS: Final = 20.0  # N m for a rad between setpoint and position: that of the simulated upper body
@@ -249,7 +208,7 @@ class FakeDevice:
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
         self._closed = False
-        self._stiffnesses = StiffnessRamps(tuple(self._by_name))
+        self._stiffnesses = {name: Ramp(1.0, 1.0) for name in self._by_name}
         now = self._time = clock.now()
         start = {joint.name: (posture or {}).get(joint.name, 0.0) for joint in joints}
         self._motions = {
@@ -263,6 +222,7 @@ class FakeDevice:
             self._go_on()
             motions = list(self._motions.values())
             time = self._time
+            stiffnesses = tuple(ramp.at(time) for ramp in self._stiffnesses.values())
         return JointReading(
             time=time,
             positions=tuple(m.position for m in motions),
@@ -272,7 +232,7 @@ class FakeDevice:
                 min(max(_STIFFNESS * (m.setpoint - m.position), -j.max_torque), j.max_torque)
                 for m, j in zip(motions, self.joints, strict=True)
             ),
-            stiffnesses=self._stiffnesses.at(time),
+            stiffnesses=stiffnesses,
             temperatures=(_WARM,) * len(motions),
         )
 
@@ -288,8 +248,9 @@ class FakeDevice:
         """Change how strongly some motors hold; a limp one stays where it is."""
         with self._lock:
             self._go_on()
-            if not self._closed:
-                self._stiffnesses.command(stiffnesses, seconds, self._time)
+            for name, value in stiffnesses.items() if not self._closed else ():
+                before = self._stiffnesses[name].at(self._time)
+                self._stiffnesses[name] = Ramp(before, value, self._time, seconds)
 
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints somewhere at once, where they rest: a test's way to set a scene."""
@@ -311,9 +272,11 @@ class FakeDevice:
         if self._closed:
             return
         now = self._time = self._clock.now()
-        for name, since in self._stiffnesses.limp_since(now).items():
-            stopped = self._motions[name].at(since)
-            self._motions[name] = _Motion(stopped.time, stopped.position, stopped.position)
+        for name, ramp in self._stiffnesses.items():
+            limp_since = ramp.start + ramp.seconds
+            if not ramp.after and limp_since <= now:
+                stopped = self._motions[name].at(limp_since)
+                self._motions[name] = _Motion(stopped.time, stopped.position, stopped.position)
         self._motions = {name: motion.at(now) for name, motion in self._motions.items()}
 
     def _command(self, commands: Mapping[str, tuple[float, float]]) -> None:
@@ -322,9 +285,8 @@ class FakeDevice:
             now = self._clock.now()
             if self._closed:
                 return
-            stiff = dict(zip(self._by_name, self._stiffnesses.at(now), strict=True))
             for name, (target, speed) in commands.items():
-                if stiff[name] == 0.0:
+                if self._stiffnesses[name].at(now) == 0.0:
                     continue
                 facts, motion = self._by_name[name], self._motions[name].at(now)
                 end = min(max(target, facts.lower), facts.upper)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+import msgspec
+
 from interfaces.nao import HeadLimits, HeadPose, JointLimits, Joints, JointState, PoseHead
 from naoserver.guarded_device import GuardedDevice
 from naoserver.hinges import NECK
@@ -36,44 +38,28 @@ class JointsI(Joints):
     def getJointLimits(self, current: Current) -> list[JointLimits]:
         """Return the limits of the joints in the order of getJointNames."""
         return [
-            JointLimits(
-                name=joint.name,
-                lower=joint.lower,
-                upper=joint.upper,
-                maxVelocity=joint.max_velocity,
-                maxTorque=joint.max_torque,
-            )
+            JointLimits(joint.name, joint.lower, joint.upper, joint.max_velocity, joint.max_torque)
             for joint in self._device.joints
         ]
 
     def getJointState(self, current: Current) -> JointState:
         """Return the state of all joints."""
-        return _state(self._device.read())
+        return self.stream.now()
 
     def setJointPositions(
-        self,
-        targets: dict[str, float],
-        fraction: float,
-        current: Current,
+        self, targets: dict[str, float], fraction: float, current: Current
     ) -> dict[str, float]:
         """Send some joints to targets at a fraction of their full speed; returns the targets as limited.
 
         Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
         require_fraction(fraction)
-        speeds = {
-            joint.name: fraction * joint.max_velocity
-            for joint in self._device.joints
-            if joint.name in targets
-        }
+        speeds = {joint.name: fraction * joint.max_velocity for joint in self._device.joints}
         with refusals_raised():
             return self._device.move(targets, speeds, client=current.client).accepted
 
     def setStiffnesses(
-        self,
-        stiffnesses: dict[str, float],
-        seconds: float,
-        current: Current,
+        self, stiffnesses: dict[str, float], seconds: float, current: Current
     ) -> dict[str, float]:
         """Change how strongly some joints hold; returns what was set, the same for joints of one motor.
 
@@ -122,7 +108,7 @@ class PoseHeadI(PoseHead):
         require_finite(pan=pan, tilt=tilt)
         with refusals_raised():
             outcome = self._device.drive({_YAW: pan, _PITCH: tilt}, current.client)
-        pose = self._pose(self._device.read())
+        pose = self.stream.now()
         pose.panSpeed, pose.tiltSpeed = outcome.accepted[_YAW], outcome.accepted[_PITCH]
         return pose
 
@@ -132,7 +118,7 @@ class PoseHeadI(PoseHead):
 
     def getPose(self, current: Current) -> HeadPose:
         """Return where the head points."""
-        return self._pose(self._device.read())
+        return self.stream.now()
 
     def getLimits(self, current: Current) -> HeadLimits:
         """Return how far and how fast the head turns."""
@@ -157,12 +143,4 @@ class PoseHeadI(PoseHead):
 
 
 def _state(reading: JointReading) -> JointState:
-    return JointState(
-        time=reading.time,
-        positions=list(reading.positions),
-        velocities=list(reading.velocities),
-        commands=list(reading.commands),
-        torques=list(reading.torques),
-        stiffnesses=list(reading.stiffnesses),
-        temperatures=list(reading.temperatures),
-    )
+    return msgspec.convert(reading, JointState, from_attributes=True)

@@ -23,42 +23,30 @@ from naoserver.event_log import EventLog
 from naoserver.options import CameraOptions
 from naoserver.pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
 from naoserver.robot import CameraFacts, Frame, Robot
-from naoserver.servants.shared import to_time
+from naoserver.servants.shared import MOST_QUOTED, to_time
 from zenoh_ice import Current
 
 WINDOW: Final = 2.0
 """Seconds over which a rate is measured."""
+_MOST_COUNTED: Final = 1000
 
 
 class RateMeter:
-    """Count events and return their rate over the last `WINDOW` seconds of the clock `now`. Thread-safe."""
+    """Return the rate of events over the last `WINDOW` seconds of the clock `now`. Thread-safe."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
-        self._lock = threading.Lock()
-        self._times: deque[float] = deque()
+        self._times: deque[float] = deque(maxlen=_MOST_COUNTED)
 
     def count(self, time: float) -> None:
         """Count an event at a time in s."""
-        with self._lock:
-            if self._times and time < self._times[-1]:
-                self._times.clear()  # a simulation was restarted
-            self._times.append(time)
-            self._drop(time)
+        self._times.append(time)
 
     @property
     def rate(self) -> float:
         """Events a second."""
-        with self._lock:
-            self._drop(self._now())
-            return len(self._times) / WINDOW
-
-    def _drop(self, now: float) -> None:
-        while self._times and now - self._times[0] >= WINDOW:
-            self._times.popleft()
-
-
-_LONGEST_NAME = 64  # characters of a client's text that an error repeats
+        now = self._now()
+        return sum(0.0 <= now - time < WINDOW for time in tuple(self._times)) / WINDOW
 
 
 class CameraI(Camera):
@@ -107,7 +95,7 @@ class CameraI(Camera):
                 "; JPEG needs Pillow where the server runs: pip install pillow" if format == "JPEG" else ""
             )
             raise ConfigurationNotExistException(
-                f"{self.facts.name} has no format {format[:_LONGEST_NAME]!r}; "
+                f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; "
                 f"it has {', '.join(PIXEL_FORMATS)}{missing}"
             )
         try:

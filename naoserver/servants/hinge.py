@@ -69,13 +69,12 @@ class Pose3DEncodersI(Pose3DEncoders):
     """Report where the joints of `hinge` are, in calls and as a stream."""
 
     def __init__(self, device: GuardedDevice, hinge: Hinge) -> None:
-        self._device = device
         self._places = tuple((str(axis), device.index(joint)) for axis, joint in hinge.joints)
         self.stream: Final = StateStream(device.read, self.getPose3DEncodersDataPublisher, self._data)
 
     def getPose3DEncodersData(self, current: Current) -> Pose3DEncodersData:
         """Return the newest positions."""
-        return self._data(self._device.read())
+        return self.stream.now()
 
     def _data(self, reading: JointReading) -> Pose3DEncodersData:
         data = Pose3DEncodersData(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Final
 
 from interfaces import nao
@@ -21,24 +22,22 @@ class InertialUnitI(nao.InertialUnit):
     """Report how the torso is accelerated, turned and tilted, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
-        self._senses = senses
         self.stream: Final = StateStream(senses.read, self.getInertialReadingPublisher, _inertial)
 
     def getInertialReading(self, current: Current) -> nao.InertialReading:
         """Return the newest reading."""
-        return _inertial(self._senses.read())
+        return self.stream.now()
 
 
 class FootPressureI(nao.FootPressure):
     """Report what presses on the soles, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
-        self._senses = senses
         self.stream: Final = StateStream(senses.read, self.getFeetReadingPublisher, _feet)
 
     def getFeetReading(self, current: Current) -> nao.FeetReading:
         """Return the newest reading."""
-        return _feet(self._senses.read())
+        return self.stream.now()
 
 
 class SonarI(nao.Sonar):
@@ -52,7 +51,7 @@ class SonarI(nao.Sonar):
 
     def getSonarReading(self, current: Current) -> nao.SonarReading:
         """Return the newest reading."""
-        return _sonar(self._senses.read())
+        return self.stream.now()
 
     def getSonarLimits(self, current: Current) -> nao.SonarLimits:
         """Return the sonar's range and cone."""
@@ -75,7 +74,7 @@ class TouchI(nao.Touch):
 
     def getTouchReading(self, current: Current) -> nao.TouchReading:
         """Return what is touched."""
-        return self._touch(self._senses.read())
+        return self.stream.now()
 
     def _touch(self, reading: SenseReading) -> nao.TouchReading:
         touched = [name for name in self._senses.touch_names if name in reading.touched]
@@ -86,14 +85,13 @@ class BatteryI(nao.Battery):
     """Report the state of the battery, in calls and as a stream, which is slow: a battery changes slowly."""
 
     def __init__(self, senses: Senses) -> None:
-        self._senses = senses
         self.stream: Final = StateStream(
             senses.read, self.getBatteryReadingPublisher, _battery, news=lambda _: None
         )
 
     def getBatteryReading(self, current: Current) -> nao.BatteryReading:
         """Return the newest reading."""
-        return _battery(self._senses.read())
+        return self.stream.now()
 
 
 def _inertial(reading: SenseReading) -> nao.InertialReading:
@@ -108,8 +106,9 @@ def _inertial(reading: SenseReading) -> nao.InertialReading:
 
 
 def _feet(reading: SenseReading) -> nao.FeetReading:
-    left, right = _foot(reading.left_foot, "left"), _foot(reading.right_foot, "right")
-    return nao.FeetReading(time=reading.time, left=left, right=right)
+    return nao.FeetReading(
+        time=reading.time, left=_foot(reading.left_foot, "left"), right=_foot(reading.right_foot, "right")
+    )
 
 
 def _foot(foot: FootReading, side: str) -> nao.FootReading:
@@ -129,11 +128,4 @@ def _sonar(reading: SenseReading) -> nao.SonarReading:
 
 
 def _battery(reading: SenseReading) -> nao.BatteryReading:
-    battery = reading.battery
-    return nao.BatteryReading(
-        time=reading.time,
-        charge=battery.charge,
-        current=battery.current,
-        temperature=battery.temperature,
-        plugged=battery.plugged,
-    )
+    return nao.BatteryReading(time=reading.time, **asdict(reading.battery))

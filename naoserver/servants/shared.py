@@ -52,6 +52,10 @@ class StateStream(Generic[R, V]):
         self._last: object = None
         self._sent = -math.inf
 
+    def now(self) -> V:
+        """Return the newest state, as a call of the servant does."""
+        return self._convert(self.read())
+
     @property
     def listening(self) -> bool:
         """Whether anybody listens."""

@@ -60,12 +60,11 @@ class GroundTruthI(GroundTruth):
     """Report where the robot and everything else is, in calls and as a stream."""
 
     def __init__(self, stage: Stage) -> None:
-        self._stage = stage
         self.stream: Final = StateStream(stage.truth, self.getGroundTruthPublisher, _truth)
 
     def getGroundTruth(self, current: Current) -> GroundTruthReading:
         """Return where everything is."""
-        return _truth(self._stage.truth())
+        return self.stream.now()
 
 
 def _finite(vector: Vector3) -> Vector:

@@ -61,12 +61,11 @@ class EncodersI(Encoders):
     """Report where the robot believes to be, in calls and as a stream."""
 
     def __init__(self, walk: WalkGuard) -> None:
-        self._walk = walk
         self.stream: Final = StateStream(walk.read, self.getEncodersDataPublisher, _data)
 
     def getEncodersData(self, current: Current) -> EncodersData:
         """Return the newest odometry."""
-        return _data(self._walk.read())
+        return self.stream.now()
 
 
 def _data(odometry: Odometry) -> EncodersData:
