@@ -13,11 +13,10 @@ from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
-from naoserver.hinges import HINGES, Hinge, ball_hinge
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
+from naoserver.motions.keyframes import load_motions
 from naoserver.motions.player import PERIOD, MotionPlayer
 from naoserver.motions.postures import situation_of
-from naoserver.motions.reader import load_motions
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import JointDevice, Robot
 from naoserver.safety import JointSafety
@@ -25,7 +24,14 @@ from naoserver.servants.body import JointsI, PoseHeadI
 from naoserver.servants.camera import CameraI
 from naoserver.servants.expression import LedsI, SpeechI
 from naoserver.servants.health import ClockI, HealthI
-from naoserver.servants.hinge import NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
+from naoserver.servants.hinge import (
+    HINGES,
+    Hinge,
+    NeckSpeedI,
+    Pose3DEncodersI,
+    Pose3DMotorsI,
+    ball_hinge,
+)
 from naoserver.servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
 from naoserver.servants.safety import SafetyI
 from naoserver.servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
@@ -47,7 +53,7 @@ class Assembly:
         self._robot = robot
         self._options = options
         self._wall = wall
-        self.on_wake: Callable[[], None] = _nothing
+        self.on_wake: Callable[[], None] = lambda: None
         """Called when a job may be due earlier than it was; the driver of the jobs sets it."""
         self._watchdog = Watchdog(wall, self._wake)
         self.servants: Final[dict[str, Object]] = {}
@@ -81,12 +87,7 @@ class Assembly:
             self._add(Speech=SpeechI(robot.voice, time))
         self.player: Final = self._add_motions()
         """What plays motions."""
-        cameras = self._cameras
-        self.health: Final = HealthI(
-            robot,
-            self.events,
-            lambda: {camera.facts.name: camera.delivered_rate for camera in cameras},
-        )
+        self.health: Final = HealthI(robot, self.events, self._cameras)
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
         """What is to be done periodically."""
@@ -182,9 +183,6 @@ class Assembly:
             self._safety.publish()
             self.health.publish()
 
-        def listening() -> bool:
-            return self._clock.getTimePublisher.listening
-
         return [
             self._watchdog,
             *(self._state_job(read, streams) for read, streams in by_source.items()),
@@ -202,7 +200,7 @@ class Assembly:
                 lambda: 1.0 / options.clock_rate,
                 self._clock.publish,
                 thread="reports",
-                wanted=listening,
+                wanted=lambda: self._clock.getTimePublisher.listening,
             ),
             Periodic("reports", self._wall, lambda: 1.0 / options.health_rate, report),
             *(self._camera_job(camera) for camera in self._cameras),
@@ -248,7 +246,3 @@ class Assembly:
         guarded = GuardedDevice(device, safety, gate, self._watchdog.look_within)
         self.watched.append(guarded)
         return guarded
-
-
-def _nothing() -> None:
-    pass

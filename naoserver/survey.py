@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
 import typer
 
 from interfaces import jderobot, nao
-from naoserver.hinges import HINGES
+from naoserver.servants.hinge import HINGES
 from zenoh_ice import Communicator, ObjectPrx, initialize
 from zenoh_ice.command import run, with_settings
 from zenoh_ice.settings import Settings
@@ -22,50 +21,41 @@ Served = Mapping[str, P]
 """Proxies by identity."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Row:
-    """What is told of the servants of one interface."""
-
-    name: str
-    interface: type[ObjectPrx]
-    describe: Callable[[Served[Any]], str]
-
-    @property
-    def title(self) -> str:
-        return f"{self.name} (`{self.interface.ice_interface.type_id.strip(':')}`)"
-
-
 def survey(communicator: Communicator) -> dict[str, str]:
     """Return what the servers of a communicator's realm have, by row of the table.
 
     Raises ZenohIceError when a server does not answer.
     """
-    # Whoever waits for what nobody serves waits until all have told what they serve.
+    # To wait for what nobody serves is to wait until all servers have announced what they serve.
     communicator.presence.wait_for(Target(communicator.realm, "Nobody"), None, communicator.settings.timeout)
     served = {
         identity: communicator.presence.interfaces(Target(communicator.realm, identity))
         for identity in communicator.identities()
     }
     found = {}
-    for row in _ROWS:
+    for name, interface, describe in _ROWS:
         proxies = {
-            identity: row.interface.checkedCast(communicator.stringToProxy(identity))
+            identity: interface.checkedCast(communicator.stringToProxy(identity))
             for identity, interfaces in served.items()
-            if row.interface.ice_interface.type_id in interfaces
+            if interface.ice_interface.type_id in interfaces
         }
         if proxies:
-            found[row.title] = row.describe(proxies)
+            found[_title(name, interface)] = describe(proxies)
     return found
 
 
 def table(surveys: Mapping[str, Mapping[str, str]]) -> str:
     """Return surveys, by the robot's name, as a table in Markdown."""
     lines = [["", *surveys], ["---"] * (1 + len(surveys))]
-    for row in _ROWS:
-        cells = [found.get(row.title, "-") for found in surveys.values()]
+    for name, interface, _ in _ROWS:
+        cells = [found.get(_title(name, interface), "-") for found in surveys.values()]
         if any(cell != "-" for cell in cells):
-            lines.append([row.title, *cells])
+            lines.append([_title(name, interface), *cells])
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _title(name: str, interface: type[ObjectPrx]) -> str:
+    return f"{name} (`{interface.ice_interface.type_id.strip(':')}`)"
 
 
 def _yes(_: Served[Any]) -> str:
@@ -115,28 +105,28 @@ def _list(names: Iterable[str]) -> str:
     return ", ".join(names)
 
 
-_ROWS: Final[Sequence[_Row]] = (
-    _Row("Whole body", nao.JointsPrx, _joints),
-    _Row("Hinges and mechanisms", jderobot.Pose3DMotorsPrx, _identities("Motors")),
-    _Row("Their encoders", jderobot.Pose3DEncodersPrx, _identities("Encoders")),
-    _Row("Head", nao.PoseHeadPrx, _yes),
-    _Row("Cameras", jderobot.CameraPrx, _cameras),
-    _Row("Walk", jderobot.MotorsPrx, _yes),
-    _Row("Odometry", jderobot.EncodersPrx, _yes),
-    _Row("Inertial unit", nao.InertialUnitPrx, _yes),
-    _Row("Foot pressure", nao.FootPressurePrx, _yes),
-    _Row("Sonar", nao.SonarPrx, _sonars),
-    _Row("Touch", nao.TouchPrx, _names(nao.TouchPrx.getTouchNames)),
-    _Row("Battery", nao.BatteryPrx, _yes),
-    _Row("Lights", nao.LedsPrx, _names(nao.LedsPrx.getLedNames)),
-    _Row("Voice", nao.SpeechPrx, _yes),
-    _Row("Motions", nao.MotionsPrx, _names(lambda of: [motion.name for motion in of.getMotions()])),
-    _Row("Postures", nao.PosturesPrx, _names(nao.PosturesPrx.getPostures)),
-    _Row("Emergency stop and lease", nao.SafetyPrx, _yes),
-    _Row("Health", nao.HealthPrx, _yes),
-    _Row("Clock", nao.ClockPrx, _clocks),
-    _Row("Ground truth", nao.GroundTruthPrx, _yes),
-    _Row("Scene", nao.ScenePrx, _scenes),
+_ROWS: Final[Sequence[tuple[str, type[ObjectPrx], Callable[[Served[Any]], str]]]] = (
+    ("Whole body", nao.JointsPrx, _joints),
+    ("Hinges and mechanisms", jderobot.Pose3DMotorsPrx, _identities("Motors")),
+    ("Their encoders", jderobot.Pose3DEncodersPrx, _identities("Encoders")),
+    ("Head", nao.PoseHeadPrx, _yes),
+    ("Cameras", jderobot.CameraPrx, _cameras),
+    ("Walk", jderobot.MotorsPrx, _yes),
+    ("Odometry", jderobot.EncodersPrx, _yes),
+    ("Inertial unit", nao.InertialUnitPrx, _yes),
+    ("Foot pressure", nao.FootPressurePrx, _yes),
+    ("Sonar", nao.SonarPrx, _sonars),
+    ("Touch", nao.TouchPrx, _names(nao.TouchPrx.getTouchNames)),
+    ("Battery", nao.BatteryPrx, _yes),
+    ("Lights", nao.LedsPrx, _names(nao.LedsPrx.getLedNames)),
+    ("Voice", nao.SpeechPrx, _yes),
+    ("Motions", nao.MotionsPrx, _names(lambda of: [motion.name for motion in of.getMotions()])),
+    ("Postures", nao.PosturesPrx, _names(nao.PosturesPrx.getPostures)),
+    ("Emergency stop and lease", nao.SafetyPrx, _yes),
+    ("Health", nao.HealthPrx, _yes),
+    ("Clock", nao.ClockPrx, _clocks),
+    ("Ground truth", nao.GroundTruthPrx, _yes),
+    ("Scene", nao.ScenePrx, _scenes),
 )
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")

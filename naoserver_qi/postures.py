@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from interfaces.nao import ActionStatus
-from naoserver.motions.keyframes import Motion
+from naoserver.motions.keyframes import Motion, load_motions
 from naoserver.motions.postures import nearest_posture
-from naoserver.motions.reader import load_motions
 from naoserver.motions.routes import MotionRoute
 from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import CLIENT, Access

@@ -14,7 +14,7 @@ from typing import Final, Protocol
 
 from naoserver.body import H25
 from naoserver.errors import RobotError
-from naoserver.motions.keyframes import Key, Motion
+from naoserver.motions.keyframes import Interpolation, Key, Motion
 from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
 
 _FRACTION: Final = 0.3
@@ -23,7 +23,6 @@ _SLOWEST: Final = 0.01
 """Least fraction of the full pace: what is less counts as this, so that every way has an end."""
 _SHORTEST: Final = 0.4
 """Seconds that a change of posture takes at least."""
-_PEAK: Final = 1.875  # of the smooth interpolation: highest by mean speed
 _SAME: Final = 0.02
 """Angle in rad within which a joint's setpoint needs no leg of its own."""
 _TRIES: Final = 3
@@ -136,7 +135,7 @@ def change_posture(posture: str, commands: Mapping[str, float], fraction: float)
     seconds = max(
         abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity for joint in H25.joints
     )
-    seconds = max(seconds * _PEAK / (_FRACTION * max(fraction, _SLOWEST)), _SHORTEST)
+    seconds = max(seconds * Interpolation.SMOOTH.peak / (_FRACTION * max(fraction, _SLOWEST)), _SHORTEST)
     keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items()}
     for pair in H25.couplings:
         del keys[pair.follower]

@@ -8,8 +8,8 @@ import msgspec
 
 from interfaces.nao import HeadLimits, HeadPose, JointLimits, Joints, JointState, PoseHead
 from naoserver.guarded_device import GuardedDevice
-from naoserver.hinges import NECK
 from naoserver.robot import JointReading
+from naoserver.servants.hinge import NECK
 from naoserver.servants.shared import (
     StateStream,
     refusals_raised,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Final
 
 from interfaces.nao import Clock as ClockServant
@@ -10,6 +10,7 @@ from interfaces.nao import ClockReading, Health, HealthReport, Severity
 from naoserver.errors import RobotError
 from naoserver.event_log import ConditionWatch, EventLog
 from naoserver.robot import BodyState, Robot
+from naoserver.servants.camera import CameraI
 from zenoh_ice import Clock, Current
 
 
@@ -36,10 +37,10 @@ class ClockI(ClockServant):
 class HealthI(Health):
     """Report how the robot and its server are, in calls and as a stream."""
 
-    def __init__(self, robot: Robot, events: EventLog, camera_rates: Callable[[], dict[str, float]]) -> None:
+    def __init__(self, robot: Robot, events: EventLog, cameras: Sequence[CameraI]) -> None:
         self._robot = robot
         self._events = events
-        self._camera_rates = camera_rates
+        self._cameras = cameras
         self._started = events.wall_time()
         self._condition = ConditionWatch(robot, events)
 
@@ -77,7 +78,7 @@ class HealthI(Health):
             lag=state.lag,
             torsoTilt=state.torso_tilt,
             fallen=state.fallen,
-            cameraRates=self._camera_rates(),
+            cameraRates={camera.facts.name: camera.delivered_rate for camera in self._cameras},
             limitedCommands=limited,
             velocityTimeouts=timeouts,
             events=events,

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from naoserver.fake import FakeRobot
-from naoserver.motions.reader import MotionError, parse_motion
+from naoserver.motions.keyframes import MotionError, parse_motion
 from tests.support.limits import LIMIT
 from tests.support.motion_rig import MOTIONS
 from tests.support.pages import DOCS

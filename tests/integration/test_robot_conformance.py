@@ -16,7 +16,7 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.body import H25
-from naoserver.hinges import HINGES
+from naoserver.servants.hinge import HINGES
 from tests.support.conformance import ROBOTS
 from tests.support.limits import LIMIT
 from tests.support.robot_server import wait_for

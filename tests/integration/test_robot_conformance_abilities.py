@@ -33,8 +33,8 @@ from interfaces.nao import (
     Vector3,
 )
 from naoserver.body import H25
-from naoserver.hinges import HINGES
 from naoserver.motions.postures import POSTURES
+from naoserver.servants.hinge import HINGES
 from tests.support.conformance import PATIENT, ROBOTS
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually, wait_for

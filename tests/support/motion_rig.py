@@ -6,9 +6,9 @@ from typing import Any, Final
 
 from interfaces.nao import ActionState
 from naoserver.assembly import Assembly
+from naoserver.motions.keyframes import load_motions
 from naoserver.motions.player import PERIOD
 from naoserver.motions.postures import nearest_posture, situation_of, stance_of
-from naoserver.motions.reader import load_motions
 from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.options import ServerOptions
 from zenoh_ice import VirtualClock

@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
-from naoserver.motions.reader import load_motions
+from naoserver.motions.keyframes import load_motions
 from naoserver_sim.learning import ENVIRONMENTS
 from naoserver_sim.learning.environment import PERIOD
 from naoserver_sim.learning.reach import ARM, hand_at

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.body import H25
-from naoserver.motions.keyframes import Interpolation
+from naoserver.motions.keyframes import Interpolation, MotionError, parse_motion
 from naoserver.motions.postures import POSTURES
-from naoserver.motions.reader import MotionError, load_motions, parse_motion
 
 FRAME = "[[frame]]\nafter = 1.0\n"
 
@@ -123,13 +122,6 @@ def test_what_is_no_toml_is_told_with_its_line():
 def test_any_text_is_a_motion_or_refused(text):
     with suppress(MotionError):
         parse(text)
-
-
-def test_a_folder_gives_its_motions_by_the_names_of_the_files(tmp_path):
-    (tmp_path / "nod.toml").write_text(FRAME + "HeadPitch = 0.2\n", encoding="utf-8")
-    assert list(load_motions(tmp_path)) == ["nod"]
-    with pytest.raises(MotionError, match="no such folder"):
-        load_motions(tmp_path / "absent")
 
 
 def test_a_joint_that_is_held_stays_where_it_is_up_to_that_frame():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from naoserver.body import H25, RangeTable
 from naoserver.errors import RobotError
-from naoserver.hinges import HINGES
+from naoserver.servants.hinge import HINGES
 
 HEAD = next(table for table in H25.anticollision if table.dependent == "HeadPitch")
 
