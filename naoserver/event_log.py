@@ -6,7 +6,7 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from interfaces.nao import HealthEvent, Severity
@@ -47,10 +47,12 @@ class EventLog:
             self._events.append(HealthEvent(self.robot_time(), level, source, message))
         log.log(_LEVELS[level], "%s: %s", source, message)
 
-    def count_limited(self) -> None:
-        """Count a command that was limited."""
+    def add_limited(self, limitations: Sequence[tuple[str, str]]) -> None:
+        """Count a command that was limited, if it was, and report what of it and why."""
         with self._lock:
-            self._limited += 1
+            self._limited += bool(limitations)
+        for source, reason in limitations:
+            self.add(Severity.Warning, source, reason, "limited")
 
     def count_timeout(self) -> None:
         """Count a velocity command that was stopped because it was not renewed."""

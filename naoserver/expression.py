@@ -102,13 +102,6 @@ def speaking_time(text: str) -> float:
     return _PAUSE + len(text) / _RATE
 
 
-@dataclass(frozen=True, slots=True)
-class _Speech:
-    text: str
-    start: float
-    end: float
-
-
 class TimedVoice:
     """Say texts one after the other on a clock, `now` in s of robot time.
 
@@ -118,7 +111,7 @@ class TimedVoice:
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._lock = threading.Lock()
-        self._agenda: deque[_Speech] = deque()  # what is being said, and what comes after it
+        self._agenda: deque[tuple[str, float]] = deque()  # what is said now and then, and until when
         self._newest = ""
         self._begun = 0
 
@@ -132,15 +125,15 @@ class TimedVoice:
             self._go_on(now)
             if len(self._agenda) > MOST_WAITING:
                 raise InvalidCommand("text", f"{MOST_WAITING} texts wait to be said already")
-            start = self._agenda[-1].end if self._agenda else now
-            self._agenda.append(_Speech(text, start, start + speaking_time(text)))
+            start = self._agenda[-1][1] if self._agenda else now
+            self._agenda.append((text, start + speaking_time(text)))
 
     def stop(self) -> None:
         """Fall silent, and forget what was not said yet."""
         with self._lock:
             self._go_on(self._now())
             if self._agenda:
-                self._begin(self._agenda[0])
+                self._begin(self._agenda[0][0])
             self._agenda.clear()
 
     def utterance(self) -> Utterance:
@@ -149,13 +142,13 @@ class TimedVoice:
             self._go_on(self._now())
             if not self._agenda:
                 return Utterance(self._newest, speaking=False, count=self._begun)
-            return Utterance(self._agenda[0].text, speaking=True, count=self._begun + 1)
+            return Utterance(self._agenda[0][0], speaking=True, count=self._begun + 1)
 
     def _go_on(self, now: float) -> None:
         """Drop what has been said by now."""
-        while self._agenda and self._agenda[0].end <= now:
-            self._begin(self._agenda.popleft())
+        while self._agenda and self._agenda[0][1] <= now:
+            self._begin(self._agenda.popleft()[0])
 
-    def _begin(self, speech: _Speech) -> None:
-        self._newest = speech.text
+    def _begin(self, text: str) -> None:
+        self._newest = text
         self._begun += 1

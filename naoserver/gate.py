@@ -54,16 +54,16 @@ class Gate:
 
         Without a client it is asked for somebody who cannot hold a lease.
         """
+        holder = ""
         with self._lock:
-            holder = self._other_holder(client) if self._stop_reason is None else ""
-            if self._stop_reason is None and not holder and not self._out_of_reach:
-                return
             if self._out_of_reach:
                 why, what = f"out of reach: {self._out_of_reach}", "wait until it is found again"
-            elif holder:
+            elif self._stop_reason is not None:
+                why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
+            elif holder := self._other_holder(client):
                 why, what = f"held by {holder}", "wait until the lease is given back"
             else:
-                why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
+                return
         self.events.add(Severity.Warning, _SOURCE, f"refused a command: the robot is {why}", "refused")
         raise CommandRefused(f"the robot is {why}; {what}", holder)
 

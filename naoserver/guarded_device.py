@@ -197,7 +197,7 @@ class GuardedDevice:
                 f"stopped: its velocity was not renewed within {self._safety.options.velocity_timeout:g} s"
             )
             self.events.add(Severity.Warning, joint, message, "timeout")
-        self._tell(outcome)
+        self.events.add_limited(outcome.limitations)
         return due
 
     def close(self) -> None:
@@ -218,7 +218,7 @@ class GuardedDevice:
             reading = self.read()
             outcome = self._apply(command(reading))
             due = self._safety.next_watch(reading, self.events.wall_time())
-        self._tell(outcome)
+        self.events.add_limited(outcome.limitations)
         if due is not None:
             self.look_within(due)
         return outcome
@@ -230,9 +230,3 @@ class GuardedDevice:
             if outcome.velocities:
                 self._device.command_velocities(outcome.velocities)
         return outcome
-
-    def _tell(self, outcome: Outcome) -> None:
-        if outcome.limitations:
-            self.events.count_limited()
-        for limitation in outcome.limitations:
-            self.events.add(Severity.Warning, limitation.joint, limitation.reason, "limited")

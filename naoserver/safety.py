@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 from naoserver.body import Coupling, RangeTable
 from naoserver.errors import InvalidCommand
@@ -38,8 +38,7 @@ _ROUNDING: Final = 1e-9
 """Change in rad (or m) by which a value that only went through arithmetic is not called limited."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limitation:
+class Limitation(NamedTuple):
     """A value that was changed, and why."""
 
     joint: str
@@ -81,13 +80,6 @@ class JointRules:
             if not math.isfinite(value):
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
         return dict(values)
-
-    def check_speeds(self, speeds: Mapping[str, float]) -> dict[str, float]:
-        """Return a copy of the speeds of position commands; raises InvalidCommand for a negative one, too."""
-        for joint, speed in speeds.items():
-            if speed < 0:
-                raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
-        return self.check(speeds, "speed")
 
     def couple(self, values: dict[str, float], outcome: Outcome) -> None:
         """Give joints of one motor the same value: the leader's, or the follower's if it alone has one."""
@@ -200,7 +192,10 @@ class JointSafety:
         """
         rules = self._rules
         wanted = rules.check(targets, "target")
-        limits = rules.check_speeds({joint: speed for joint, speed in speeds.items() if joint in wanted})
+        limits = rules.check({joint: speeds[joint] for joint in wanted if joint in speeds}, "speed")
+        for joint, speed in limits.items():
+            if speed < 0:
+                raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
         outcome = Outcome()
         self._wake(reading)
         rules.couple(wanted, outcome)

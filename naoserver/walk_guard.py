@@ -79,16 +79,14 @@ class WalkGuard:
                 highest = self._highest[kind]
                 safe = max(-highest, min(highest, velocity))
                 if safe != velocity:
-                    limitations.append(f"{kind} velocity {velocity:.4g} is too high, taken {safe:.4g}")
+                    reason = f"{kind} velocity {velocity:.4g} is too high, taken {safe:.4g}"
+                    limitations.append((_SOURCE, reason))
                 drives.pop(kind, None)
                 if safe:
                     drives[kind] = _Drive(safe, client, deadline)
             if not self._closed:
                 self._command(drives)
-        if limitations:
-            self._events.count_limited()
-        for limitation in limitations:
-            self._events.add(Severity.Warning, _SOURCE, limitation, "limited")
+        self._events.add_limited(limitations)
         self._body.look_within(self._options.period)
         return bool(limitations)
 

@@ -29,7 +29,6 @@ class Ball:
     pan: float
     distance: float
     height: float
-    color: tuple[int, int, int]
 
 
 def focal_length(camera: CameraFacts, width: int) -> float:
@@ -48,23 +47,16 @@ def project(camera: CameraFacts, pan: float, tilt: float, ball: Ball) -> Point:
     return ahead, y - camera.position[1], up
 
 
-def draw(
-    camera: CameraFacts, size: tuple[int, int], head: tuple[float, float], balls: Iterable[Ball]
-) -> NDArray[np.uint8]:
-    """Return an RGB image of `size`, width and height, with the head at pan and tilt `head` in rad.
-
-    Nearer balls hide those behind them.
-    """
-    return paint(camera, size, ((project(camera, *head, ball), ball.color) for ball in balls))
-
-
 def paint(
     camera: CameraFacts,
     size: tuple[int, int],
     balls: Iterable[tuple[Point, tuple[int, int, int]]],
     ball_radius: float = RADIUS,
 ) -> NDArray[np.uint8]:
-    """Return an RGB image of balls, each with its place in the camera's frame, as `project` has it."""
+    """Return an RGB image of `size`, width and height, of balls, each with its place and its color.
+
+    A place is in the camera's frame, as `project` returns it. Nearer balls hide those behind them.
+    """
     width, height = size
     image = np.full((height, width, 3), _GROUND, np.uint8)
     focal = focal_length(camera, width)

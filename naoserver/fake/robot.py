@@ -10,10 +10,7 @@ import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, TypedDict, Unpack
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, Final
 
 from naoserver.body import H25
 from naoserver.capabilities import (
@@ -29,24 +26,13 @@ from naoserver.capabilities import (
 )
 from naoserver.errors import HardwareFailure
 from naoserver.expression import FadingLights, Ramp, TimedVoice
-from naoserver.fake.camera import Ball, draw
+from naoserver.fake.camera import Ball, paint, project
 from naoserver.robot import BodyState, Frame, JointFacts, JointReading
 from zenoh_ice import Clock, WallClock
 
 _GRAVITY: Final = 9.81  # m/s2
 _WEIGHT: Final = _GRAVITY * sum(link.mass for link in H25.links)  # N
 _HALF: Final = FootReading(*[_WEIGHT / 8] * 4)
-
-
-class Feelings(TypedDict, total=False):
-    """What can be felt: fields of `SenseReading`."""
-
-    inertial: InertialReading
-    left_foot: FootReading
-    right_foot: FootReading
-    sonar: SonarReading
-    touched: frozenset[str]
-    battery: BatteryReading
 
 
 class FakeSenses:
@@ -74,8 +60,8 @@ class FakeSenses:
         with self._lock:
             return replace(self._reading, time=self._clock.now())
 
-    def feel(self, **feelings: Unpack[Feelings]) -> None:
-        """Let some senses tell something from now on: a test's way to set a scene."""
+    def feel(self, **feelings: Any) -> None:  # noqa: ANN401 - fields of SenseReading
+        """Let some senses, fields of `SenseReading`, feel something from now on: to set a scene."""
         with self._lock:
             self._reading = replace(self._reading, **feelings)
 
@@ -348,12 +334,9 @@ class FakeRobot(FakeDevice):
             raise HardwareFailure(f"{camera}: the robot is closed")
         reading = self.read()
         pan, tilt = reading.positions[:2]
-        balls = []
-        for name, ball in self._balls.items():
-            bearing, distance, height_above_floor = ball.read().positions
-            balls.append(Ball(bearing, distance, height_above_floor, self._colors[name]))
-        pixels: NDArray[np.uint8] = draw(facts, (width, height), (pan, tilt), balls)
-        return Frame(camera, reading.time, width, height, pixels)
+        places = {name: Ball(*ball.read().positions) for name, ball in self._balls.items()}
+        balls = [(project(facts, pan, tilt, ball), self._colors[name]) for name, ball in places.items()]
+        return Frame(camera, reading.time, width, height, paint(facts, (width, height), balls))
 
     def start(self) -> None:
         """Do nothing: it computes its state when it is asked."""

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Final, Protocol
 
 from naoserver.body import H25
-from naoserver.errors import RobotError
+from naoserver.errors import InvalidCommand
 from naoserver.motions.keyframes import Interpolation, Key, Motion
 from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
 
@@ -29,8 +29,11 @@ _TRIES: Final = 3
 """How often a motion out of a stance is tried."""
 
 
-class RouteError(RobotError):
+class RouteError(InvalidCommand):
     """There is no way on; the message says why."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__("name", message)
 
 
 class Route(Protocol):

@@ -14,7 +14,7 @@ from naoserver.servants.shared import (
     StateStream,
     refusals_raised,
     require_finite,
-    require_fraction,
+    require_positive,
     require_within,
 )
 from zenoh_ice import Current
@@ -53,7 +53,7 @@ class JointsI(Joints):
 
         Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
-        require_fraction(fraction)
+        require_positive(1.0, fraction=fraction)
         speeds = {joint.name: fraction * joint.max_velocity for joint in self._device.joints}
         with refusals_raised():
             return self._device.move(targets, speeds, client=current.client).accepted
@@ -88,7 +88,7 @@ class PoseHeadI(PoseHead):
         Raises InvalidValueException or CommandRefusedException, and then moves nothing.
         """
         require_finite(pan=pan, tilt=tilt)
-        require_fraction(fraction)
+        require_positive(1.0, fraction=fraction)
         speeds = {joint: fraction * self._device.facts(joint).max_velocity for joint in (_YAW, _PITCH)}
         with refusals_raised():
             outcome = self._device.move({_YAW: pan, _PITCH: tilt}, speeds, client=current.client)

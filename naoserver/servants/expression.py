@@ -9,7 +9,7 @@ from interfaces.jderobot import InvalidValueException
 from interfaces.nao import LedColor, Leds, LedState, Speech, SpeechState
 from naoserver.capabilities import Lights, Voice
 from naoserver.expression import LONGEST_TEXT
-from naoserver.servants.shared import MOST_QUOTED, StateStream, refusals_raised, require_within
+from naoserver.servants.shared import StateStream, refusals_raised, require_known, require_within
 from zenoh_ice import Current
 
 _LONGEST_FADE: Final = 60.0  # s
@@ -34,11 +34,7 @@ class LedsI(Leds):
 
         Raises InvalidValueException, and then changes nothing.
         """
-        if name not in self._lights.names:
-            known = ", ".join(self._lights.names)
-            raise InvalidValueException(
-                f"there is no light {name[:MOST_QUOTED]!r}; there are {known}", "name"
-            )
+        require_known("light", name, self._lights.names)
         require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
         require_within(0.0, _LONGEST_FADE, seconds=seconds)
         with refusals_raised():

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
 
 from interfaces.nao import Clock as ClockServant
-from interfaces.nao import ClockReading, Health, HealthReport, Severity
-from naoserver.errors import RobotError
+from interfaces.nao import ClockReading, Health, HealthReport
 from naoserver.event_log import ConditionWatch, EventLog
-from naoserver.robot import BodyState, Robot
+from naoserver.robot import Robot
 from naoserver.servants.camera import CameraI
 from zenoh_ice import Clock, Current
 
@@ -50,9 +48,7 @@ class HealthI(Health):
 
     def publish(self) -> None:
         """Check the robot, and send a report to the listeners."""
-        state = self._state()
-        if state is not None:
-            self._condition.look(state)
+        self._condition.look(self._robot.state())
         self.report_now()
 
     def report_now(self) -> None:
@@ -61,15 +57,8 @@ class HealthI(Health):
             report = self._report()
             self.getHealthPublisher.publish(report, time=report.time)
 
-    def _state(self) -> BodyState | None:
-        try:
-            return self._robot.state()
-        except RobotError as error:
-            self._events.add(Severity.Error, self._robot.name, str(error), "state")
-            return None
-
     def _report(self) -> HealthReport:
-        state = self._state() or _UNKNOWN
+        state = self._robot.state()
         events, limited, timeouts = self._events.snapshot()
         return HealthReport(
             time=self._robot.clock.now(),
@@ -83,6 +72,3 @@ class HealthI(Health):
             velocityTimeouts=timeouts,
             events=events,
         )
-
-
-_UNKNOWN: Final = BodyState(torso_tilt=0.0, fallen=False, real_time_factor=0.0, lag=0.0)

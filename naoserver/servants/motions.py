@@ -7,7 +7,6 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from interfaces.jderobot import InvalidValueException
 from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
 from naoserver.capabilities import OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
@@ -15,14 +14,8 @@ from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
 from naoserver.motions.player import MotionPlayer
 from naoserver.motions.postures import POSTURES, nearest_posture
-from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError
-from naoserver.servants.shared import (
-    MOST_QUOTED,
-    StateStream,
-    refusals_raised,
-    require_finite,
-    require_fraction,
-)
+from naoserver.motions.routes import MotionRoute, PostureRoute
+from naoserver.servants.shared import StateStream, refusals_raised, require_known, require_positive
 from zenoh_ice import Current, Publisher
 
 _FASTEST: Final = 2.0
@@ -56,21 +49,11 @@ class MotionsI(Motions):
 
         Raises InvalidValueException, also when it cannot begin as the body is, or CommandRefusedException.
         """
-        motion = self._motions.get(name)
-        if motion is None:
-            message = f"there is no motion {name[:MOST_QUOTED]!r}; there are {', '.join(self._motions)}"
-            raise InvalidValueException(message, "name")
-        require_finite(pace=pace)
-        if not 0.0 < pace <= _FASTEST:
-            raise InvalidValueException(
-                f"pace is {pace:g}: it must be above 0 and at most {_FASTEST:g}", "pace"
-            )
-        route = MotionRoute(motion, self._motions.values())
+        require_known("motion", name, self._motions)
+        require_positive(_FASTEST, pace=pace)
+        route = MotionRoute(self._motions[name], self._motions.values())
         with refusals_raised():
-            try:
-                self._player.begin(MOTION, name, route, pace=pace, client=current.client)
-            except RouteError as error:
-                raise InvalidValueException(str(error), "name") from error
+            self._player.begin(MOTION, name, route, pace=pace, client=current.client)
 
     def stop(self, current: Current) -> None:
         """Stop what is played, and hold its joints where they are."""
@@ -98,7 +81,7 @@ class PosturesI(Postures):
 
     @abstractmethod
     def go(self, name: str, fraction: float, client: str) -> None:
-        """Begin to go to a posture. Raises RouteError, InvalidCommand or CommandRefused."""
+        """Begin to go to a posture. Raises InvalidCommand or CommandRefused."""
 
     def getPostures(self, current: Current) -> list[str]:
         """Return the postures that the body can be brought into."""
@@ -109,15 +92,10 @@ class PosturesI(Postures):
 
         Raises InvalidValueException, also when there is no way, or CommandRefusedException.
         """
-        if name not in self.names:
-            message = f"there is no posture {name[:MOST_QUOTED]!r}; there are {', '.join(self.names)}"
-            raise InvalidValueException(message, "name")
-        require_fraction(fraction)
+        require_known("posture", name, self.names)
+        require_positive(1.0, fraction=fraction)
         with refusals_raised():
-            try:
-                self.go(name, fraction, current.client)
-            except RouteError as error:
-                raise InvalidValueException(str(error), "name") from error
+            self.go(name, fraction, current.client)
 
     def getPostureState(self, current: Current) -> ActionState:
         """Return how the way to the newest posture goes."""

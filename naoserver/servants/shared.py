@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Final, Generic, Protocol, TypeVar
 
@@ -85,11 +85,20 @@ def require_finite(**values: float) -> None:
             raise InvalidValueException(f"{field} is {value}: it must be a finite number", field)
 
 
-def require_fraction(fraction: float) -> None:
-    """Raise InvalidValueException unless `fraction` is finite, above 0 and at most 1."""
-    require_finite(fraction=fraction)
-    if not 0.0 < fraction <= 1.0:
-        raise InvalidValueException(f"fraction is {fraction}: it must be above 0 and at most 1", "fraction")
+def require_positive(upper: float, **values: float) -> None:
+    """Raise InvalidValueException, naming the field, unless every value is above 0 and at most `upper`."""
+    require_finite(**values)
+    for field, value in values.items():
+        if not 0.0 < value <= upper:
+            message = f"{field} is {value:g}: it must be above 0 and at most {upper:g}"
+            raise InvalidValueException(message, field)
+
+
+def require_known(kind: str, name: str, known: Iterable[str]) -> None:
+    """Raise InvalidValueException, listing what there is of a kind, unless `name` is known."""
+    if name not in (names := list(known)):
+        message = f"there is no {kind} {name[:MOST_QUOTED]!r}; there are {', '.join(names)}"
+        raise InvalidValueException(message, "name")
 
 
 def require_within(lower: float, upper: float, **values: float) -> None:

@@ -101,7 +101,7 @@ def test_the_camera_sees_a_ball_where_the_head_does_not_look(robot, clock):
 
 def test_looking_down_raises_the_ball_in_the_image(robot):
     camera = robot.cameras[0]
-    ball = Ball(0.0, 1.0, 0.5, (1, 1, 1))
+    ball = Ball(0.0, 1.0, 0.5)
     assert project(camera, 0.0, 0.3, ball)[2] > project(camera, 0.0, 0.0, ball)[2]
 
 
