@@ -25,12 +25,12 @@ from naoserver.servants.camera import CameraI
 from naoserver.servants.expression import LedsI, SpeechI
 from naoserver.servants.health import ClockI, HealthI
 from naoserver.servants.hinge import (
+    BALL_AXES,
     HINGES,
     Hinge,
     NeckSpeedI,
     Pose3DEncodersI,
     Pose3DMotorsI,
-    ball_hinge,
 )
 from naoserver.servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
 from naoserver.servants.safety import SafetyI
@@ -135,7 +135,8 @@ class Assembly:
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # Its gate is never shut: what carries a ball is no part of the robot.
         device = self._guard(mechanism, self._options.mechanism_safety, Gate(self.events))
-        self._add_hinge(device, ball_hinge(mechanism.name, tuple(j.name for j in mechanism.joints)))
+        joints = (joint.name for joint in mechanism.joints)
+        self._add_hinge(device, Hinge(mechanism.name, tuple(zip(BALL_AXES, joints, strict=True))))
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
         motors, encoders = Pose3DMotorsI(device, hinge), Pose3DEncodersI(device, hinge)

@@ -7,7 +7,6 @@ its parent joint and is parallel to the torso's when all joints are 0 (x forward
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -138,30 +137,10 @@ class Body:
         """The pairs of joints that one motor drives: the two HipYawPitch joints, the left one leading."""
         self.postures: Final = convert(facts["postures"], dict[str, dict[str, float]])
         """NAOqi's postures by name (`STAND`, `STAND_INIT`, `CROUCH`, ...): an angle in rad for each joint."""
-        cameras = facts["cameras"]
-        self.cameras: Final = (_camera("Camera", cameras, "top"), _camera("CameraBottom", cameras, "bottom"))
-        """The head's cameras."""
-        touch = facts["touch"]
-        self.touch_sensors: Final = (
-            "ChestButton",
-            *(f"Head{place}" for place in touch["head"]),
-            *(f"{side}Hand{place}" for side in "LR" for place in touch["hand_left"]),
-            *(f"LFootBumper{edge}" for edge in touch["bumpers_left_foot"]),
-            *(f"RFootBumper{edge}" for edge in touch["bumpers_right_foot"]),
-        )
+        self.cameras: Final = convert(facts["cameras"]["served"], tuple[CameraFacts, ...])
+        """The head's cameras, the top one first."""
+        self.touch_sensors: Final = tuple(facts["touch"])
         """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
-
-
-def _camera(name: str, facts: Mapping[str, Any], place: str) -> CameraFacts:
-    model, modes = facts["v6"], facts["v6"]["modes"][place]
-    return CameraFacts(
-        name=name,
-        position=convert(facts[place]["position"], Vector),
-        tilt=float(facts[place]["rpy"][1]),
-        horizontal_fov=math.radians(model["hfov_deg"]),
-        sizes=tuple((width, height) for width, height, _ in modes),
-        rates=tuple(float(rate) for _, _, rate in modes),
-    )
 
 
 H25: Final = Body(json.loads(resources.files("naoserver").joinpath("nao_h25.json").read_bytes()))

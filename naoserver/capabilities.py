@@ -18,26 +18,21 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class WalkVelocity:
-    """A velocity on the floor in the robot's own frame."""
+    """A velocity on the floor in the robot's own frame, in m/s and, of the turn to the left, rad/s."""
 
     forward: float = 0.0
-    """In m/s."""
     left: float = 0.0
-    """In m/s."""
     turn: float = 0.0
-    """In rad/s, positive to the left."""
 
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Where the robot believes to be on the floor, in the frame in which it started."""
+    """Where the robot believes to be on the floor, in m in the frame in which it started."""
 
     time: float
     """Robot time in s."""
     x: float
-    """In m."""
     y: float
-    """In m."""
     heading: float
     """In rad, within (-pi, pi]."""
 

@@ -6,7 +6,6 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Final
 
 from naoserver.capabilities import Color, Utterance
@@ -16,22 +15,18 @@ _WHITE: Final = (1.0, 1.0, 1.0)
 _BLUE: Final = (0.0, 0.0, 1.0)
 _OFF: Final = (0.0, 0.0, 0.0)
 
-START: Final[Mapping[str, Color]] = MappingProxyType(
-    {
-        "LeftEye": _WHITE,
-        "RightEye": _WHITE,
-        "LeftEar": _BLUE,
-        "RightEar": _BLUE,
-        "Head": _BLUE,
-        "Chest": _OFF,
-        "LeftFoot": _OFF,
-        "RightFoot": _OFF,
-    }
-)
+START: Final[Mapping[str, Color]] = {
+    "LeftEye": _WHITE,
+    "RightEye": _WHITE,
+    "LeftEar": _BLUE,
+    "RightEar": _BLUE,
+    "Head": _BLUE,
+    "Chest": _OFF,
+    "LeftFoot": _OFF,
+    "RightFoot": _OFF,
+}
 """What each group of an H25 shows after the start."""
-SINGLE_COLORED: Final[Mapping[str, Color]] = MappingProxyType(
-    dict.fromkeys(("LeftEar", "RightEar", "Head"), _BLUE)
-)
+SINGLE_COLORED: Final[Mapping[str, Color]] = dict.fromkeys(("LeftEar", "RightEar", "Head"), _BLUE)
 """The groups that have one color, and which."""
 
 

@@ -17,12 +17,9 @@ Matrix = NDArray[np.float64]
 
 _JOINTS: Final = {joint.name: joint for joint in H25.joints}
 _MOVED_BY: Final = {joint.child: joint.name for joint in H25.joints}
-_HAND: Final = (
-    float(H25.facts["dimensions"]["hand_offset_x"]),
-    0.0,
-    -float(H25.facts["dimensions"]["hand_offset_z"]),
-)
-_SOLE: Final = (0.0, 0.0, -float(H25.facts["dimensions"]["foot_height"]))
+_SIZES: Final = H25.facts["dimensions"]
+_HAND: Final = (_SIZES["hand_offset_x"], 0.0, -_SIZES["hand_offset_z"])
+_SOLE: Final = (0.0, 0.0, -_SIZES["foot_height"])
 
 
 def rotation(axis: tuple[float, float, float], angle: float) -> Matrix:
@@ -40,22 +37,18 @@ def _shift(vector: tuple[float, float, float]) -> Matrix:
     return moved
 
 
-def _fixed_parts() -> dict[str, tuple[str, Matrix]]:
-    """Return NAOqi's names of what is fixed to the link that a joint moves, each with its place in it."""
-    parts = {
-        "Head": ("HeadPitch", np.eye(4)),
-        "LArm": ("LWristYaw", _shift(_HAND)),
-        "RArm": ("RWristYaw", _shift(_HAND)),
-        "LLeg": ("LAnkleRoll", _shift(_SOLE)),
-        "RLeg": ("RAnkleRoll", _shift(_SOLE)),
-    }
-    for camera, name in zip(H25.cameras, ("CameraTop", "CameraBottom"), strict=True):
-        parts[name] = ("HeadPitch", _shift(camera.position) @ rotation((0.0, 1.0, 0.0), camera.tilt))
-    return parts
-
-
-PARTS: Final[Mapping[str, tuple[str, Matrix]]] = _fixed_parts()
-"""The effectors and cameras: the joint that moves the link of each, and its place in the link's frame."""
+PARTS: Final[Mapping[str, tuple[str, Matrix]]] = {
+    "Head": ("HeadPitch", np.eye(4)),
+    "LArm": ("LWristYaw", _shift(_HAND)),
+    "RArm": ("RWristYaw", _shift(_HAND)),
+    "LLeg": ("LAnkleRoll", _shift(_SOLE)),
+    "RLeg": ("RAnkleRoll", _shift(_SOLE)),
+    **{
+        name: ("HeadPitch", _shift(camera.position) @ rotation((0.0, 1.0, 0.0), camera.tilt))
+        for camera, name in zip(H25.cameras, ("CameraTop", "CameraBottom"), strict=True)
+    },
+}
+"""NAOqi's effectors and cameras: the joint that moves the link of each, and its place in the link's frame."""
 
 
 def place_of(name: str, angles: Mapping[str, float]) -> Matrix:

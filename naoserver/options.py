@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,9 +13,7 @@ class SafetyOptions:
     speed_fraction: float = 0.3
     """Cap of every speed as a fraction of the joint's full speed. Both arms in phase at 0.5 throw a standing
     H25 over; at 0.3 its torso tilts 8 to 15 degrees."""
-    speed_fractions: Mapping[str, float] = field(
-        default_factory=lambda: MappingProxyType({"HeadYaw": 1.0, "HeadPitch": 1.0})
-    )
+    speed_fractions: Mapping[str, float] = field(default_factory=lambda: {"HeadYaw": 1.0, "HeadPitch": 1.0})
     """Caps of joints that have their own."""
     default_fraction: float = 0.1
     """Fraction of the full speed at which a position command moves that gives no speed: JdeRobot's."""
@@ -46,7 +43,7 @@ class ServerOptions:
     mechanism_safety: SafetyOptions = field(default_factory=lambda: SafetyOptions(speed_fraction=1.0))
     """How far commands to the mechanisms beside the robot (the balls) are limited."""
     camera: CameraOptions = field(default_factory=CameraOptions)
-    cameras: Mapping[str, CameraOptions] = field(default_factory=lambda: MappingProxyType({}))
+    cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
     """Settings of single cameras by identity; the others take `camera`."""
     state_rate: float = 50.0
     """Samples of joint and head state a second of robot time."""

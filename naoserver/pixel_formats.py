@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib.util import find_spec
-from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -43,19 +42,15 @@ def _jpeg(rgb: Pixels) -> bytes:
     return buffer.getvalue()
 
 
-def _formats() -> dict[str, Callable[[Pixels], bytes]]:
-    formats: dict[str, Callable[[Pixels], bytes]] = {
-        "RGB8": lambda rgb: rgb.tobytes(),
-        "BGR8": lambda rgb: rgb[:, :, ::-1].tobytes(),
-        "GRAY8": _gray,
-        "YUV422": _yuv422,
-    }
-    if find_spec("PIL") is not None:  # a server of a plain installation goes without
-        formats["JPEG"] = _jpeg
-    return formats
-
-
-PIXEL_FORMATS: Final[Mapping[str, Callable[[Pixels], bytes]]] = MappingProxyType(_formats())
+PIXEL_FORMATS: Final[dict[str, Callable[[Pixels], bytes]]] = {
+    "RGB8": lambda rgb: rgb.tobytes(),
+    "BGR8": lambda rgb: rgb[:, :, ::-1].tobytes(),
+    "GRAY8": _gray,
+    "YUV422": _yuv422,
+}
 """What turns a frame of shape (height, width, 3), width even, into a format's bytes, rows from the top."""
+if find_spec("PIL") is not None:  # a server of a plain installation goes without
+    PIXEL_FORMATS["JPEG"] = _jpeg
+
 STREAMED_FORMAT: Final = "RGB8"
 STREAMED_BYTES_A_PIXEL: Final = 3

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Final
 
 from interfaces.nao import Severity
-from naoserver.capabilities import Odometry, Walker, WalkVelocity
+from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
@@ -19,6 +19,7 @@ WALK: Final = "the walk"
 _SOURCE: Final = "Walk"
 _STILL: Final = WalkVelocity()
 _LEG: Final = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+_LEGS: Final = [side + joint for side in "LR" for joint in _LEG]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,25 +43,18 @@ class WalkGuard:
         self.name: Final = WALK
         self.limits: Final = walker.limits
         """The highest velocity of each kind."""
+        self.read: Final = walker.odometry
+        """Return where the robot believes to be."""
+        self.commanded: Final = walker.commanded
+        """Return the velocity that is commanded, as it was limited."""
         self._walker = walker
         self._body = body
         self._events = body.events
         self._options = options
         self._highest: dict[str, float] = asdict(walker.limits)
-        self._legs = [
-            joint.name for joint in body.joints if joint.name[1:] in _LEG and joint.name[0] in ("L", "R")
-        ]
         self._lock = threading.Lock()
         self._drives: dict[str, _Drive] = {}
         self._closed = False
-
-    def read(self) -> Odometry:
-        """Return where the robot believes to be."""
-        return self._walker.odometry()
-
-    def commanded(self) -> WalkVelocity:
-        """Return the velocity that is commanded, as it was limited."""
-        return self._walker.commanded()
 
     def drive(self, velocities: Mapping[str, float], client: str) -> bool:
         """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was cut.
@@ -147,7 +141,7 @@ class WalkGuard:
             self._drives = {}
             self._walker.command(_STILL)
             return
-        self._body.claims.claim(WALK, self._legs, self.stop)
+        self._body.claims.claim(WALK, _LEGS, self.stop)
         try:
             self._walker.command(WalkVelocity(**{kind: drive.value for kind, drive in drives.items()}))
         except InvalidCommand:

@@ -32,8 +32,7 @@ def serve_fake(
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
     from naoserver.assembly import Assembly
-    from naoserver.fake import FakeRobot
-    from naoserver.fake.clock import FastClock
+    from naoserver.fake import FakeRobot, FastClock
     from naoserver.jobs import JobThreads
     from naoserver.options import ServerOptions
     from naoserver_qi import serve_as_naoqi

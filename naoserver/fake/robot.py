@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -207,10 +208,10 @@ class FakeDevice:
         with self._lock:
             self._go_on()
             motions = list(self._motions.values())
-            time = self._time
-            stiffnesses = tuple(ramp.at(time) for ramp in self._stiffnesses.values())
+            now = self._time
+            stiffnesses = tuple(ramp.at(now) for ramp in self._stiffnesses.values())
         return JointReading(
-            time=time,
+            time=now,
             positions=tuple(m.position for m in motions),
             velocities=tuple((m.setpoint - m.position) / LAG for m in motions),
             commands=tuple(m.setpoint for m in motions),
@@ -347,3 +348,29 @@ class FakeRobot(FakeDevice):
         self.walker.close()
         for ball in self._balls.values():
             ball.close()
+
+
+class FastClock:
+    """Steady wall time, `rate` times as fast. Implements zenoh_ice.Clock."""
+
+    simulated: Final = True
+
+    def __init__(self, rate: float) -> None:
+        self.rate: Final = rate
+        """Seconds of this clock in a second of wall time."""
+
+    def now(self) -> float:
+        """Return the time in s."""
+        return time.monotonic() * self.rate
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for a duration in s."""
+        time.sleep(max(0.0, seconds) / self.rate)
+
+    def sleep_until(self, when: float) -> None:
+        """Wait until a time in s."""
+        self.sleep(when - self.now())
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        """Wait for an event for at most `timeout` s; return whether it is set."""
+        return event.wait(max(0.0, timeout) / self.rate)

@@ -10,7 +10,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from types import MappingProxyType
 from typing import Final
 
 from naoserver.body import H25
@@ -41,25 +40,23 @@ _NAMES: Final = {
 }
 
 
-_OWN: Final = MappingProxyType(
-    {
-        # With its knees as high as in NAOqi's posture the torso leans back, and holds only by its hands.
-        "SIT": {
-            "ShoulderRoll": 0.4,
-            "HipYawPitch": -0.6,
-            "HipRoll": 0.2,
-            "HipPitch": -1.53,
-            "KneePitch": 0.5,
-            "AnklePitch": 0.4,
-            "AnkleRoll": 0.0,
-        },
-    }
-)
+_OWN: Final = {
+    # With its knees as high as in NAOqi's posture the torso leans back, and holds only by its hands.
+    "SIT": {
+        "ShoulderRoll": 0.4,
+        "HipYawPitch": -0.6,
+        "HipRoll": 0.2,
+        "HipPitch": -1.53,
+        "KneePitch": 0.5,
+        "AnklePitch": 0.4,
+        "AnkleRoll": 0.0,
+    },
+}
 """Angles that differ from NAOqi's, of the left side; those of the right mirror them."""
 
 
 def _angles(section: str) -> Mapping[str, float]:
-    posture: dict[str, float] = dict(H25.postures[section])
+    posture = dict(H25.postures[section])
     for name, angle in _OWN.get(section, {}).items():
         posture |= {f"L{name}": angle, f"R{name}": angle if "Pitch" in name else -angle}
     for joint in H25.joints:
@@ -69,15 +66,15 @@ def _angles(section: str) -> Mapping[str, float]:
     for table in H25.anticollision:
         lower, upper = table.at(posture[table.independent])
         posture[table.dependent] = min(max(posture[table.dependent], lower), upper)
-    return MappingProxyType(posture)
+    return posture
 
 
-POSTURES: Final[Mapping[str, Mapping[str, float]]] = MappingProxyType(
-    {name: _angles(section) for name, (section, _) in _NAMES.items()}
-)
+POSTURES: Final[Mapping[str, Mapping[str, float]]] = {
+    name: _angles(section) for name, (section, _) in _NAMES.items()
+}
 """An angle in rad for each joint, within its range, of each posture."""
 
-STANCES: Final[Mapping[str, Stance]] = MappingProxyType({name: of for name, (_, of) in _NAMES.items()})
+STANCES: Final[Mapping[str, Stance]] = {name: of for name, (_, of) in _NAMES.items()}
 """The stance of each posture."""
 
 _NEAR: Final = 0.35
@@ -127,13 +124,9 @@ def stance_of(situation: Situation) -> Stance:
 def nearest_posture(situation: Situation) -> str:
     """Return the posture that the body is in; empty when it is in none."""
     stance = stance_of(situation)
-    distances = {
-        name: _distance(situation, name) for name, of in STANCES.items() if of is stance
-    }  # fmt: skip
-    if not distances:
-        return ""
-    nearest = min(distances, key=lambda name: distances[name])
-    return nearest if distances[nearest] <= _NEAR else ""
+    distances = [(_distance(situation, name), name) for name, of in STANCES.items() if of is stance]
+    distance, nearest = min(distances, default=(math.inf, ""))
+    return nearest if distance <= _NEAR else ""
 
 
 def _leg_distance(situation: Situation, posture: str) -> float:

@@ -98,11 +98,7 @@ class CameraI(Camera):
                 f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; "
                 f"it has {', '.join(PIXEL_FORMATS)}{missing}"
             )
-        try:
-            return _image(self._fresh(), format)
-        except HardwareFailure as failure:
-            self._report(failure)
-            raise HardwareFailedException(str(failure)) from failure
+        return _image(self._fresh(), format)
 
     def getCameraDescription(self, current: Current) -> CameraDescription:
         """Return what the camera is and how it projects."""
@@ -148,10 +144,9 @@ class CameraI(Camera):
         self._streaming.add(current.client)  # before the wait for an image: the client may die meanwhile
         try:
             self._fresh()
-        except HardwareFailure as failure:
+        except HardwareFailedException:
             self._streaming.discard(current.client)
-            self._report(failure)
-            raise HardwareFailedException(str(failure)) from failure
+            raise
         return _key(current)
 
     def stopCameraStreaming(self, current: Current) -> None:
@@ -205,7 +200,11 @@ class CameraI(Camera):
                 and 0.0 <= self._robot.clock.now() - frame.time < self.period
             ):
                 return frame
-            return self._take()
+            try:
+                return self._take()
+            except HardwareFailure as failure:
+                self._report(failure)
+                raise HardwareFailedException(str(failure)) from failure
 
     def _take(self) -> Frame:
         settings = self._settings

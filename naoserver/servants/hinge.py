@@ -65,13 +65,6 @@ HINGES: Final = (NECK, *_arm_and_leg("Left"), *_arm_and_leg("Right"))
 
 BALL_AXES: Final = (Axis.PAN, Axis.X, Axis.Z)
 """The axes of a ball's three joints in their order: round the robot in rad, distance in m, height in m."""
-
-
-def ball_hinge(name: str, joints: tuple[str, ...]) -> Hinge:
-    """Return the hinge of the ball `name`, whose device has `joints` in the order of `BALL_AXES`."""
-    return Hinge(name, tuple(zip(BALL_AXES, joints, strict=True)))
-
-
 _YAW, _PITCH = (joint for _, joint in NECK.joints)
 
 
