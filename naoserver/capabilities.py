@@ -114,7 +114,7 @@ class BatteryReading:
 
 @dataclass(frozen=True, slots=True)
 class SenseReading:
-    """What all senses but joints and cameras tell at one moment."""
+    """What all senses but joints and cameras measure at one moment."""
 
     time: float
     """Robot time in s."""
@@ -136,7 +136,7 @@ class Senses(Protocol):
 
     @property
     def sonar_range(self) -> tuple[float, float]:
-        """Nearest and farthest distance that the sonar tells in m."""
+        """Nearest and farthest distance that the sonar measures in m."""
 
     @property
     def sonar_cone(self) -> float:

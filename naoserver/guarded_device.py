@@ -159,7 +159,7 @@ class GuardedDevice:
     def free(self, owner: str) -> None:
         """Let the joints of `owner` belong to nobody, and hold them where they are.
 
-        Whoever claims them next commands them after that.
+        The next owner commands them after that.
         """
         self._obey(lambda reading: self._safety.hold(self.claims.release(owner), reading))
 

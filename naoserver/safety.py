@@ -10,9 +10,9 @@ What it does to a command:
 - a velocity: capped, reached and left by a ramp, ended at the joint's limit;
 - a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
   robot time: a client that hangs stops the joint as soon however fast a simulation runs;
-- joints that one motor drives: told the same.
+- joints that one motor drives: commanded alike.
 
-Every change is told in the `Outcome`. Callers serialise the calls (`naoserver.guarded_device` does).
+The `Outcome` reports every change. Callers serialise the calls (`naoserver.guarded_device` does).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a joint's load may keep it; beyond it the joint lags behind."""
 
 _LONGEST_NAME: Final = 64
-"""Characters of a client's text that are told back."""
+"""Characters of a client's text that an error repeats."""
 _ROUNDING: Final = 1e-9
 """Change in rad (or m) by which a value that only went through arithmetic is not called limited."""
 
@@ -47,7 +47,7 @@ class Limitation(NamedTuple):
 
 @dataclass(slots=True)
 class Outcome:
-    """What the device is to be told, and what became of the client's command."""
+    """What to command of the device, and what became of the client's command."""
 
     positions: dict[str, float] = field(default_factory=dict)
     """Targets for `JointDevice.command_positions`, with `max_speeds`."""
@@ -62,7 +62,7 @@ class Outcome:
 
 
 class JointRules:
-    """The rules for the joints of one device; what they change is told in an Outcome."""
+    """The rules for the joints of one device; an Outcome reports what they change."""
 
     def __init__(
         self, joints: Sequence[JointFacts], options: SafetyOptions, couplings: Iterable[Coupling]
@@ -165,7 +165,7 @@ class JointSafety:
         self._goals: dict[str, Goal] = {}
         self._issued: dict[str, tuple[float, float] | float] = {}  # the device's newest command of a joint
         self._resting: set[str] = set()  # joints whose goal is only where they were
-        self._held_back: set[str] = set()  # joints that a range holds back, and that have been told
+        self._held_back: set[str] = set()  # joints that a range holds back, and that were reported
         self._time = 0.0  # robot time of the last look
 
     def goal(self, joint: str) -> Goal | None:
@@ -319,7 +319,7 @@ class JointSafety:
                 outcome.limitations.append(Limitation(joint, reason))
                 self._goals[joint] = Goal(goal.target, speed)
 
-    # -- what the joints are told ------------------------------------------------------------------------
+    # -- commands to the joints --------------------------------------------------------------------------
 
     def _set_goal(self, joint: str, goal: Goal) -> None:
         self._drives.pop(joint, None)
@@ -335,7 +335,7 @@ class JointSafety:
         self._issued.pop(joint, None)
 
     def _stay(self, joint: str, reading: JointReading) -> None:
-        """Make where the joint is its goal, without telling the device."""
+        """Make where the joint is its goal, without a command to the device."""
         goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint))
         self._set_goal(joint, goal)
         self._issued[joint] = (goal.target, goal.speed)
@@ -358,7 +358,7 @@ class JointSafety:
             self._hold(joint, reading, outcome)
 
     def _command(self, named: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
-        """Fill in what the device is to be told now: of joints named, driven, or ruled by a table."""
+        """Fill in the commands to the device: of joints named, driven, or ruled by a table."""
         elapsed = max(0.0, reading.time - self._time)
         self._time = reading.time
         horizon = max(1.5 * elapsed, self.options.period)  # robot seconds that pass before the next look
@@ -383,7 +383,9 @@ class JointSafety:
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
                 if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
-                    self._tell_once(joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome)
+                    self._report_once(
+                        joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
+                    )
                 self._issue_position(joint, safe, self.speed_cap(joint), outcome)
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
@@ -402,7 +404,7 @@ class JointSafety:
         end = clamp(ahead if inside else setpoint, lower, upper)
         if not inside or end != ahead:
             if not inside or abs(end - setpoint) <= _REACHED:
-                self._tell_once(joint, f"stopped at its limit {end:.4g}", outcome)
+                self._report_once(joint, f"stopped at its limit {end:.4g}", outcome)
             self._issue_position(joint, end, abs(velocity) if inside else self.speed_cap(joint), outcome)
             return
         self._held_back.discard(joint)
@@ -417,7 +419,7 @@ class JointSafety:
             outcome.positions[joint] = target
             outcome.max_speeds[joint] = speed
 
-    def _tell_once(self, joint: str, reason: str, outcome: Outcome) -> None:
+    def _report_once(self, joint: str, reason: str, outcome: Outcome) -> None:
         if joint not in self._held_back:
             self._held_back.add(joint)
             outcome.limitations.append(Limitation(joint, reason))

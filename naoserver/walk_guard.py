@@ -129,7 +129,7 @@ class WalkGuard:
         """Stop the velocities that meet a condition; returns their kinds."""
         with self._lock:
             if not self._walker.walking:
-                return []  # the robot has ended the walk, as `watch` tells
+                return []  # the robot has ended the walk, as `watch` reports
             stopped = [kind for kind, drive in self._drives.items() if condition(drive)]
             if stopped:
                 self._command({kind: drive for kind, drive in self._drives.items() if kind not in stopped})

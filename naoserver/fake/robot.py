@@ -1,4 +1,4 @@
-"""A robot without physics: it moves as it is told, with a short lag, and sees the balls it carries round.
+"""A robot without physics: it moves as commanded, with a short lag, and sees the balls it carries round.
 
 It computes its state when it is asked, exactly, from the time that has passed: no threads, and the same
 answers on a `VirtualClock` as on a wall clock.
@@ -37,7 +37,7 @@ _HALF: Final = FootReading(*[_WEIGHT / 8] * 4)
 
 
 class FakeSenses:
-    """Feel what it is to stand still, with nothing near, until told otherwise. Implements Senses."""
+    """Feel what it is to stand still, with nothing near, until `feel`. Implements Senses."""
 
     touch_names = H25.touch_sensors
     sonar_range = (0.25, 2.55)

@@ -76,7 +76,7 @@ class MotionPlayer:
         self._body = body
         self.robot_time: Final = body.events.robot_time
         self.situation: Final = situation
-        """Return how the body is. Raises RobotError when the robot cannot tell."""
+        """Return how the body is. Raises RobotError when that is unknown."""
         self._on_begin = on_begin
         self._lock = threading.RLock()
         self._action: _Action | None = None
@@ -196,10 +196,10 @@ class MotionPlayer:
             action.since += _STIFFENING
 
     def _let_go(self, action: _Action) -> None:
-        """Stop without holding the joints: whoever takes them does."""
+        """Stop without holding the joints: the next owner does."""
         with self._lock:
             if self._action is action:
-                self._finish(ActionStatus.Stopped, "its joints were told to stop")
+                self._finish(ActionStatus.Stopped, "its joints were stopped")
 
     def _finish(self, status: ActionStatus, message: str = "") -> None:
         action, self._action = self._action, None

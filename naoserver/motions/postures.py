@@ -97,12 +97,12 @@ class Situation:
 def situation_of(robot: Robot) -> Situation:
     """Return how a robot's body is; of one without an inertial unit, that it is upright.
 
-    Raises RobotError when such a robot lies: nobody can tell how.
+    Raises RobotError when such a robot lies: how is unknown.
     """
     joints = dict(zip(H25.joint_names, robot.read().positions, strict=True))
     if robot.senses is None:
         if robot.state().fallen:
-            raise RobotError("the robot has fallen, and has no inertial unit that tells how it lies")
+            raise RobotError("the robot has fallen, and has no inertial unit that measures how it lies")
         return Situation(joints, (0.0, 0.0, 1.0))
     inertial = robot.senses.read().inertial
     roll, pitch = inertial.roll, inertial.pitch

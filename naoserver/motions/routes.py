@@ -24,7 +24,7 @@ _SLOWEST: Final = 0.01
 _SHORTEST: Final = 0.4
 """Seconds that a change of posture takes at least."""
 _SAME: Final = 0.02
-"""Angle in rad within which a joint's setpoint needs no leg of its own."""
+"""Angle in rad within which a joint's setpoint needs no separate leg."""
 _TRIES: Final = 3
 """How often a motion out of a stance is tried."""
 

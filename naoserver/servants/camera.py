@@ -125,7 +125,7 @@ class CameraI(Camera):
     def setCameraDescription(self, description: CameraDescription, current: Current) -> int:
         """Take width, height and rate from a description; returns 0.
 
-        Raises ConfigurationNotExistException, telling what there is, and then changes nothing.
+        Raises ConfigurationNotExistException, naming what there is, and then changes nothing.
         """
         settings = replace(
             self._settings, width=description.width, height=description.height, rate=description.rate

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from operator import attrgetter
 from typing import Final
 
 from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
@@ -121,9 +122,8 @@ class KeyFramePosturesI(PosturesI):
 
     def go(self, name: str, fraction: float, client: str) -> None:
         """Begin to go to a posture, getting up on the way where the body lies."""
-        self._player.begin(
-            POSTURE, name, PostureRoute(name, self._motions.values(), fraction), client=client
-        )  # fmt: skip
+        route = PostureRoute(name, self._motions.values(), fraction)
+        self._player.begin(POSTURE, name, route, client=client)
 
     def stop(self, current: Current) -> None:
         """Stop on the way, and hold every joint where it is."""
@@ -225,9 +225,5 @@ class OwnPosturesI(PosturesI):
 def _action_stream(
     read: Callable[[], ActionState], publisher: Publisher[ActionState]
 ) -> StateStream[ActionState, ActionState]:
-    return StateStream(
-        read,
-        publisher,
-        lambda state: state,
-        news=lambda state: (state.count, state.status, state.progress),
-    )
+    news = attrgetter("count", "status", "progress")
+    return StateStream(read, publisher, lambda state: state, news=news)
