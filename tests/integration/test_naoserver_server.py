@@ -155,8 +155,8 @@ def test_options_that_the_robot_cannot_meet_are_refused_before_anything_starts(r
         realm="test-options", listen=["tcp/127.0.0.1:0"], connect=[], clock="wall"
     ) as communicator:
         adapter = communicator.createObjectAdapter("Robot")
-        with pytest.raises(RobotError, match=reason):
-            serve(robot, adapter, options).__enter__()
+        with pytest.raises(RobotError, match=reason), serve(robot, adapter, options):
+            pass
         assert adapter.find("Head") is None
         with pytest.raises(ObjectNotExistException):
             adapter.remove("Head")
