@@ -148,12 +148,9 @@ def add_appearance(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], *, 
     for shape in look.looks.shell if skin else look.looks.blocks:
         for link, mirrored in shape.places():
             links[link].add_geom(
+                spec.find_default("skin"),
                 type=_PRIMITIVES[shape.kind],
                 material=shape.material or lamp_material(shape.shining(mirrored=mirrored)),
-                group=VISUAL_GROUP,
-                contype=0,
-                conaffinity=0,
-                mass=0,
                 **_geometry(spec, shape, mirrored=mirrored),
             )
 
@@ -166,7 +163,7 @@ def _geometry(spec: mujoco.MjSpec, shape: Shape, *, mirrored: bool) -> dict[str,
     size = [*shape.size, 0.0, 0.0][:3]
     if shape.kind == "capsule":
         return {"size": size, "fromto": [*(mirror * shape.at), *(mirror * shape.to)]}
-    return {"size": size, "pos": mirror * shape.at, "quat": turned_to(mirror * shape.normal)}
+    return {"size": size, "pos": mirror * shape.at, "zaxis": mirror * shape.normal}
 
 
 def turned_to(direction: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,69 +1,60 @@
-"""The H25 body as a MuJoCo model: links, joints, motors, contact shapes and cameras, made from its facts.
+"""The H25 body in the model: links, joints, motors, contact shapes, cameras and sensors, made from its facts.
 
-Units and frames are those of `naoserver.body`. What a person sees of the body is in `appearance.py`.
+Units and frames are those of `naoserver.body`; gains and what touches what stand in scene.xml. What a person
+sees of the body is in `appearance.py`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Final
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any, Final
 
 import mujoco
 import numpy as np
 
-from naoserver.body import Body, Joint, Link
-from naoserver.robot import CameraFacts
-from naoserver_sim.contacts import FRICTION, exclude_neighbors, moving
-from naoserver_sim.motors import add_motor
+from naoserver.body import H25, Joint, Link
+from naoserver.robot import CameraFacts, JointFacts
+
+Links = Mapping[str, mujoco.MjsBody]
 
 TORSO: Final = "torso"
+SIDES: Final = ("left", "right")
+BUMPERS: Final = ("LFootBumperLeft", "LFootBumperRight", "RFootBumperLeft", "RFootBumperRight")
+_UNIT: Final = "inertial unit"
 
-# Gains and friction with which the body stands, dances and walks at steps of 1 to 5 ms; kp in N m/rad, kv in
-# N m s/rad, armature in kg m^2, damping in N m s/rad.
-_LEG: Final = {"kp": 100.0, "kv": 2.5, "armature": 0.01}
-_UPPER: Final = {"kp": 20.0, "kv": 0.5, "armature": 0.005}
-_WRIST: Final = {"kp": 5.0, "kv": 0.1, "armature": 0.005}
-_HAND: Final = {"kp": 0.5, "kv": 0.02, "armature": 0.0005}
-_DAMPING: Final = 0.05
-_FRICTION_LOSS: Final = 0.02
-_LEG_JOINTS: Final = ("Hip", "Knee", "Ankle")
+# A bumper feels the forces of contacts that point into a space in front of its half of the toe. The half
+# sizes of that in m; how far it is in front of the toe, and how far it reaches below the sole: by less than
+# what rays of contacts with the floor fall on their way there.
+_BUMPER: Final = (0.006, 0.03, 0.0225)
+_BUMPER_AHEAD: Final = 0.0008
+_BUMPER_BELOW: Final = 0.0008
 
-COLLISION_GROUP: Final = 3
-"""Geoms of this group are not drawn."""
-
-_MASSLESS: Final = (1e-5, 1e-8)
-"""Mass in kg and inertia in kg m^2 of the fingers: the facts count theirs in the hand, MuJoCo needs some."""
-
-
-def gains(joint: str) -> dict[str, float]:
-    """Return kp, kv and armature of a joint's motor."""
-    if any(part in joint for part in _LEG_JOINTS):
-        return _LEG
-    if joint.endswith("Hand"):
-        return _HAND
-    if joint.endswith("WristYaw"):
-        return _WRIST
-    return _UPPER
+# What a contact sensor reports, and how it makes one wrench of all contacts of a foot: MuJoCo's `netforce`.
+_FORCE_TORQUE_PLACE: Final = sum(
+    1 << int(getattr(mujoco.mjtConDataField, f"mjCONDATA_{field}")) for field in ("FORCE", "TORQUE", "POS")
+)
+_NET_FORCE: Final = 3
 
 
-def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) -> dict[str, mujoco.MjsBody]:
-    """Add the body on a free base with its motors; returns its links by name, for the appearance."""
+def add_body(spec: mujoco.MjSpec, cameras: tuple[CameraFacts, ...]) -> Links:
+    """Add the body on a free base with its motors and sensors; returns its links by name."""
     links: dict[str, mujoco.MjsBody] = {}
-    joints = {joint.name: joint for joint in body.joints}
-    for link in body.links:
+    joints = {joint.name: joint for joint in H25.joints}
+    for link in H25.links:
         links[link.name] = _add_link(spec, links, link, joints.get(link.parent_joint or ""))
-    _add_contact_shapes(links, body)
-    exclude_neighbors(spec, body)
-    followers = {coupling.follower for coupling in body.couplings}
-    for joint, facts in zip(body.joints, body.facts["joints"], strict=True):
+    _add_contact_shapes(spec, links)
+    for first, second in combinations(links, 2):
+        if _pass_through(first, second):
+            spec.add_exclude(bodyname1=first, bodyname2=second)
+    followers = {coupling.follower for coupling in H25.couplings}
+    for joint, facts in zip(H25.joints, H25.facts["joints"], strict=True):
         if joint.name not in followers:
-            tuning, motor = gains(joint.name), facts.get("motor", {})
-            lasting = motor.get("continuous_torque_out_no_loss")
-            add_motor(spec, joint, kp=tuning["kp"], kv=tuning["kv"], lasting=lasting)
-    for coupling in body.couplings:
+            lasting = facts.get("motor", {}).get("continuous_torque_out_no_loss")
+            add_motor(spec, joint, _kind(joint.name), lasting)
+    for coupling in H25.couplings:
         spec.add_equality(
-            name=f"{coupling.leader}={coupling.follower}",
             type=mujoco.mjtEq.mjEQ_JOINT,
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
             name1=coupling.follower,
@@ -73,6 +64,7 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
         )
     for camera in cameras:
         add_camera(links["head"], camera)
+    add_sensors(spec, links)
     return links
 
 
@@ -80,81 +72,82 @@ def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) ->
     """Mount a camera that looks along x of its parent, pitched down by its tilt and turned left by `yaw`."""
     width, height = camera.sizes[0]
     half = math.tan(camera.horizontal_fov / 2)
-    # MuJoCo's cameras look along -z, with x to the right and y up in the image.
-    forward = np.array(
-        [math.cos(camera.tilt) * math.cos(yaw), math.cos(camera.tilt) * math.sin(yaw), -math.sin(camera.tilt)]
-    )
-    right = np.array([math.sin(yaw), -math.cos(yaw), 0.0])
-    axes = np.column_stack([right, np.cross(right, forward), -forward])
-    quat = np.zeros(4)
-    mujoco.mju_mat2Quat(quat, axes.flatten())
+    right = (math.sin(yaw), -math.cos(yaw), 0.0)
+    ahead = math.sin(camera.tilt)
     parent.add_camera(
         name=camera.name,
         pos=camera.position,
-        quat=quat,
+        xyaxes=[*right, ahead * math.cos(yaw), ahead * math.sin(yaw), math.cos(camera.tilt)],
         fovy=math.degrees(2 * math.atan(half * height / width)),
     )
 
 
-def _add_link(
-    spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], link: Link, joint: Joint | None
-) -> mujoco.MjsBody:
-    if joint is None:
-        added = spec.worldbody.add_body(name=link.name)
-        added.add_freejoint(name="base")
-    else:
-        added = links[joint.parent].add_body(name=link.name, pos=joint.origin)
-        added.add_joint(
-            name=joint.name,
-            type=mujoco.mjtJoint.mjJNT_HINGE,
-            axis=joint.axis,
-            limited=mujoco.mjtLimited.mjLIMITED_TRUE,
-            range=[joint.lower, joint.upper],
-            armature=gains(joint.name)["armature"],
-            damping=[_DAMPING, 0, 0],
-            frictionloss=_FRICTION_LOSS,
-        )
-    added.explicitinertial = True
+def add_motor(spec: mujoco.MjSpec, joint: JointFacts, kind: str, lasting: float | None = None) -> None:
+    """Add the motor of a joint, named as the joint: it pulls towards its setpoint with the gains of its kind.
+
+    `lasting` is the torque in N m that it may give for good; without one that is its greatest.
+    """
+    spec.add_actuator(
+        spec.find_default(kind),
+        name=joint.name,
+        target=joint.name,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        ctrlrange=[joint.lower, joint.upper],
+        forcerange=[-joint.max_torque, joint.max_torque],
+        userdata=[joint.max_torque if lasting is None else lasting],
+    )
+
+
+def _kind(joint: str) -> str:
+    """Return the class of a joint and its motor in scene.xml."""
+    if any(part in joint for part in ("Hip", "Knee", "Ankle")):
+        return "leg"
+    return {"Hand": "hand", "WristYaw": "wrist"}.get(joint[1:], "upper")
+
+
+def _add_link(spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None) -> mujoco.MjsBody:
+    # The fingers: the facts count their mass in the hand, MuJoCo needs some.
+    inertial: dict[str, Any] = {"mass": 1e-5, "inertia": [1e-8] * 3}
     if link.mass > 0:
-        inertia = link.inertia
-        added.mass = link.mass
-        added.ipos = link.com
-        added.fullinertia = [inertia.ixx, inertia.iyy, inertia.izz, inertia.ixy, inertia.ixz, inertia.iyz]
-    else:
-        added.mass = _MASSLESS[0]
-        added.inertia = [_MASSLESS[1]] * 3
+        of = link.inertia
+        inertial = {"mass": link.mass, "ipos": link.com}
+        inertial["fullinertia"] = [of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz]
+    if joint is None:
+        added = spec.worldbody.add_body(name=link.name, explicitinertial=True, **inertial)
+        added.add_freejoint(name="base")
+        return added
+    added = links[joint.parent].add_body(name=link.name, pos=joint.origin, explicitinertial=True, **inertial)
+    kind = spec.find_default(_kind(joint.name))
+    added.add_joint(kind, name=joint.name, axis=joint.axis, range=[joint.lower, joint.upper])
     return added
 
 
-def _add_contact_shapes(links: Mapping[str, mujoco.MjsBody], body: Body) -> None:
+def _add_contact_shapes(spec: mujoco.MjSpec, links: Links) -> None:
     """Add the shapes with which the links touch things; the feet stand on the box round their soles."""
-    for shape in body.facts["self_collision_shapes"]["shapes"]:
-        link = links[shape["link"]]
+    kind, geom = spec.find_default("link"), mujoco.mjtGeom
+    height = H25.facts["dimensions"]["foot_height"]
+    for shape in H25.facts["self_collision_shapes"]["shapes"]:
+        link, size, place = links[shape["link"]], shape["size"], np.array(shape["pos"])
         if shape["link"].endswith("_foot"):
-            continue
-        if shape["type"] == "sphere":
-            _add_contact(link, mujoco.mjtGeom.mjGEOM_SPHERE, [shape["size"][0], 0, 0], pos=shape["pos"])
+            side = SIDES[shape["link"] == "r_foot"]
+            outline = np.array(H25.facts["sole"][side])
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            half, middle, thickness = (high - low) / 2, (high + low) / 2, size[2] / 2
+            link.add_geom(
+                kind,
+                name=sole(side),
+                type=geom.mjGEOM_BOX,
+                size=[*half, thickness],
+                pos=[*middle, thickness - height],
+            )
+        elif shape["type"] == "sphere":
+            link.add_geom(kind, type=geom.mjGEOM_SPHERE, size=[size[0], 0, 0], pos=place)
         else:
-            radius, length = shape["size"]
+            radius, length = size
             # The facts give a cylinder; a capsule of the same radius and reach costs less.
-            half = max(length / 2 - radius, 0.001)
-            ends = [p - half * a for p, a in zip(shape["pos"], shape["axis"], strict=True)]
-            ends += [p + half * a for p, a in zip(shape["pos"], shape["axis"], strict=True)]
-            _add_contact(link, mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, 0, 0], fromto=ends)
-    height = body.facts["dimensions"]["foot_height"]
-    shapes = {shape["link"]: shape for shape in body.facts["self_collision_shapes"]["shapes"]}
-    for side in ("left", "right"):
-        outline = body.facts["sole"][side]
-        low = [min(point[axis] for point in outline) for axis in (0, 1)]
-        high = [max(point[axis] for point in outline) for axis in (0, 1)]
-        thickness = shapes[f"{side[0]}_foot"]["size"][2] / 2
-        _add_contact(
-            links[f"{side[0]}_foot"],
-            mujoco.mjtGeom.mjGEOM_BOX,
-            [(high[0] - low[0]) / 2, (high[1] - low[1]) / 2, thickness],
-            name=sole(side),
-            pos=[(high[0] + low[0]) / 2, (high[1] + low[1]) / 2, thickness - height],
-        )
+            half = max(length / 2 - radius, 0.001) * np.array(shape["axis"])
+            ends = [*(place - half), *(place + half)]
+            link.add_geom(kind, type=geom.mjGEOM_CAPSULE, size=[radius, 0, 0], fromto=ends)
 
 
 def sole(side: str) -> str:
@@ -162,17 +155,59 @@ def sole(side: str) -> str:
     return f"{side}_sole"
 
 
-def _add_contact(
-    link: mujoco.MjsBody, kind: mujoco.mjtGeom, size: Sequence[float], **where: str | Sequence[float]
-) -> None:
-    link.add_geom(
-        type=kind,
-        size=size,
-        group=COLLISION_GROUP,
-        mass=0,
-        condim=4,
-        friction=FRICTION,
-        solref=[0.005, 1],
-        **moving(),
-        **where,
-    )
+def _pass_through(first: str, second: str) -> bool:
+    """Return whether two links pass through each other."""
+    # The balls round the ankles reach into the other leg and into the thigh of a robot that merely crouches:
+    # shins and soles keep the legs apart, the range of the knee keeps the ankle off the thigh.
+    return not {"l_ankle", "r_ankle"}.isdisjoint((first, second)) or are_neighbors(first, second)
+
+
+def are_neighbors(first: str, second: str) -> bool:
+    """Return whether two links meet in joints at one point, or one carries the other there.
+
+    The shapes of neighbors overlap.
+    """
+    carriers = {joint.child: joint for joint in H25.joints}
+
+    def cluster(link: str) -> str:
+        # The joints of a hip, an ankle or a shoulder lie at one point: what is between them is one neighbor.
+        while link in carriers and not any(carriers[link].origin):
+            link = carriers[link].parent
+        return link
+
+    def carrier(link: str) -> str | None:
+        return cluster(carriers[link].parent) if link in carriers else None
+
+    one, other = cluster(first), cluster(second)
+    return one == other or carrier(one) == other or carrier(other) == one
+
+
+def add_sensors(spec: mujoco.MjSpec, links: Links) -> None:
+    """Add the inertial unit, the soles' wrenches and the bumpers to the body's links."""
+    sensor, kind = mujoco.mjtSensor, mujoco.mjtObj
+
+    def measure(site: str, **sensors: mujoco.mjtSensor) -> None:
+        for name, measurement in sensors.items():
+            spec.add_sensor(name=name, type=measurement, objtype=kind.mjOBJ_SITE, objname=site)
+
+    links[TORSO].add_site(name=_UNIT, pos=H25.facts["imu"]["accelerometer"])
+    measure(_UNIT, acceleration=sensor.mjSENS_ACCELEROMETER, turning=sensor.mjSENS_GYRO)
+    measure(_UNIT, attitude=sensor.mjSENS_FRAMEQUAT)
+    height = H25.facts["dimensions"]["foot_height"]
+    for side in SIDES:
+        foot, middle = links[f"{side[0]}_foot"], f"{side} sole"
+        foot.add_site(name=middle, pos=[0, 0, -height])
+        wrench = spec.add_sensor(
+            name=f"{side} wrench", type=sensor.mjSENS_CONTACT, objtype=kind.mjOBJ_BODY, objname=foot.name
+        )
+        wrench.intprm[:3] = [_FORCE_TORQUE_PLACE, _NET_FORCE, 1]
+        for axis in ("POS", "XAXIS", "YAXIS", "ZAXIS"):
+            measure(middle, **{f"{side} {axis}": getattr(sensor, f"mjSENS_FRAME{axis}")})
+        x, y = zip(*H25.facts["sole"][side], strict=True)
+        ahead = max(x) + _BUMPER_AHEAD + _BUMPER[0]
+        middle_y, up = (max(y) + min(y)) / 2, _BUMPER[2] - height - _BUMPER_BELOW
+        for edge, leftward in (("Left", 1.0), ("Right", -1.0)):
+            bumper = f"{side[0].upper()}FootBumper{edge}"
+            place = [ahead, middle_y + leftward * _BUMPER[1], up]
+            foot.add_site(name=bumper, type=mujoco.mjtGeom.mjGEOM_BOX, pos=place, size=_BUMPER)
+            measure(bumper, **{bumper: sensor.mjSENS_TOUCH})

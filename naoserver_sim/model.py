@@ -4,26 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import resources
 from typing import Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Body
+from naoserver.body import H25
 from naoserver.robot import CameraFacts, JointFacts
 from naoserver_sim.appearance import add_appearance
 from naoserver_sim.body import TORSO, add_body, sole
-from naoserver_sim.senses.sensors import add_sensors
 from naoserver_sim.surroundings import SPECTATOR, about_z, add_movables, add_surroundings
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
-TIMESTEP: Final = 0.0025
-"""Seconds in a physics step; the body stands and walks at 1 to 5 ms."""
-_LARGEST_IMAGE: Final = (1280, 960)
+_WIDEST: Final = 1280
+"""Pixels in a row of the largest image that scene.xml provides for."""
 _SETTLING_TIME: Final = 1.0
-_SIGHT: Final = (0.01, 30.0)
-"""Nearest and farthest distance in m that a camera sees."""
 _GAP: Final = 0.0002
 """Height in m from which the soles are let down on the floor."""
 
@@ -65,50 +62,40 @@ class Model:
     base: FreeIndex
     """The torso."""
 
-    @property
-    def base_qpos(self) -> int:
-        """Where the position (3) and the quaternion (w, x, y, z) of the torso begin in qpos."""
-        return self.base.qpos
 
-
-def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
+def simulated_cameras() -> tuple[CameraFacts, ...]:
     """Return the head's cameras and the spectator's, with the image sizes that the simulation renders."""
     cameras = []
-    for camera in body.cameras:
+    for camera in H25.cameras:
         first_width, first_height = camera.sizes[0]
-        modes = [
-            ((width, height), rate)
-            for (width, height), rate in zip(camera.sizes, camera.rates, strict=True)
-            # Images of another shape are cut-outs of the sensor, not what its lens projects.
-            if width * first_height == height * first_width and width <= _LARGEST_IMAGE[0]
-        ]
-        cameras.append(
-            replace(camera, sizes=tuple(size for size, _ in modes), rates=tuple(rate for _, rate in modes))
+        sizes, rates = zip(
+            *(
+                (size, rate)
+                for size, rate in zip(camera.sizes, camera.rates, strict=True)
+                # Images of another shape are cut-outs of the sensor, not what its lens projects.
+                if size[0] * first_height == size[1] * first_width and size[0] <= _WIDEST
+            ),
+            strict=True,
         )
+        cameras.append(replace(camera, sizes=sizes, rates=rates))
     return (*cameras, SPECTATOR)
 
 
-def build_model(body: Body = H25, world: World | None = None, *, skin: bool = True) -> Model:
+def build_model(world: World | None = None, *, skin: bool = True) -> Model:
     """Compile the body, with its skin or as bare blocks, and a world, without one the default world."""
     world = world or load_world(DEFAULT_WORLD)
-    spec = mujoco.MjSpec()
-    spec.modelname = "nao"
-    spec.compiler.degree = False
-    spec.compiler.autolimits = True
-    _set_physics(spec.option)
-    spec.stat.extent = 1.0  # the unit of the distances of sight
-    _set_quality(spec.visual)
-    cameras = simulated_cameras(body)
+    scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
+    spec = mujoco.MjSpec.from_string(scene)
+    cameras = simulated_cameras()
     add_surroundings(spec, world)
-    links = add_body(spec, body, cameras[: len(body.cameras)])
-    add_sensors(spec, links, body)
+    links = add_body(spec, cameras[:-1])
     add_appearance(spec, links, skin=skin)
     add_movables(spec, world)
     mj = spec.compile()
-    leaders = {coupling.follower: coupling.leader for coupling in body.couplings}
+    leaders = {coupling.follower: coupling.leader for coupling in H25.couplings}
     return Model(
         mj=mj,
-        robot=_index(mj, body.joints, leaders),
+        robot=_index(mj, H25.joints, leaders),
         world=world,
         balls={ball.name: _index(mj, ball.joints, {}) for ball in world.carried_balls},
         loose={name: _free(mj, name, name) for name in world.loose},
@@ -141,7 +128,7 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
 
 def _put_on_soles(model: Model, data: mujoco.MjData) -> None:
     """Move the base so that the soles lie level on the floor, the robot's starting place between them."""
-    mj, base = model.mj, model.base_qpos
+    mj, base = model.mj, model.base.qpos
     left, right = (data.geom(sole(side)) for side in ("left", "right"))
     level = np.zeros(4)
     mujoco.mju_mat2Quat(level, left.xmat.reshape(3, 3).T.flatten())
@@ -169,24 +156,3 @@ def _index(mj: mujoco.MjModel, joints: Sequence[JointFacts], leaders: Mapping[st
 def _free(mj: mujoco.MjModel, body: str, joint: str) -> FreeIndex:
     found = mj.joint(joint)
     return FreeIndex(int(mj.body(body).id), int(found.qposadr[0]), int(found.dofadr[0]))
-
-
-def _set_physics(option: mujoco.MjOption) -> None:
-    option.timestep = TIMESTEP
-    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    option.impratio = 10
-    option.iterations = 20
-    option.ls_iterations = 20
-
-
-def _set_quality(visual: mujoco.MjVisual) -> None:
-    """Keep images cheap to render without a GPU: no shadow map, no multisampling, few facets."""
-    visual.quality.shadowsize = 0
-    visual.quality.offsamples = 0
-    visual.quality.numslices = 20
-    visual.quality.numstacks = 12
-    visual.quality.numquads = 2
-    visual.map.znear, visual.map.zfar = _SIGHT
-    offscreen = visual.global_
-    offscreen.offwidth, offscreen.offheight = _LARGEST_IMAGE

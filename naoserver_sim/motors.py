@@ -10,9 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import Joint
 from naoserver.event_log import HOT
-from naoserver.robot import JointFacts
 
 Array = NDArray[np.float64]
 
@@ -97,27 +95,6 @@ class SetpointController:
         self._targets[motors] = np.clip(command.targets, self._lower[motors], self._upper[motors])
         self._speeds[motors] = np.minimum(command.speeds, self._max_speeds[motors])
         self._moving = True
-
-
-def add_motor(
-    spec: mujoco.MjSpec, joint: Joint | JointFacts, *, kp: float, kv: float, lasting: float | None = None
-) -> None:
-    """Add the motor of a joint, named as the joint: it pulls towards its setpoint.
-
-    `kp` is in N m/rad and `kv` in N m s/rad; of a slide in N/m and N s/m. `lasting` is the torque in N m that
-    it may give for good; without one that is its greatest.
-    """
-    motor = spec.add_actuator(
-        name=joint.name,
-        target=joint.name,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        ctrllimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        ctrlrange=[joint.lower, joint.upper],
-        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        forcerange=[-joint.max_torque, joint.max_torque],
-        userdata=[joint.max_torque if lasting is None else lasting],
-    )
-    motor.set_to_position(kp=kp, kv=kv)
 
 
 AMBIENT: Final = 25.0

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Body
+from naoserver.body import H25
 from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedVoice
@@ -124,14 +124,13 @@ class SimulatedRobot(SimulatedDevice):
         seed: int | None = None,
         noise: bool = False,
         posture: str = "STAND_INIT",
-        body: Body = H25,
         clock: VirtualClock | None = None,
     ) -> None:
         world = world or load_world(DEFAULT_WORLD)
         if seed is not None:
             world = scattered(world, np.random.default_rng(seed))
-        model = build_model(body, world, skin=skin)
-        data = standing(model, body.postures[posture])
+        model = build_model(world, skin=skin)
+        data = standing(model, H25.postures[posture])
         controller = _controller(model, data)
         simulator: PacedSimulator | VirtualSimulator
         robot_clock: Clock
@@ -150,7 +149,6 @@ class SimulatedRobot(SimulatedDevice):
             simulator,
             noise=SenseNoise() if noise else None,
             random=np.random.default_rng(seed),
-            body=body,
         )
         simulator.watchers.append(self.senses)
         self.walker: Final = SimulatedWalker(
@@ -179,7 +177,7 @@ class SimulatedRobot(SimulatedDevice):
 
     def state(self) -> BodyState:
         """Return the newest snapshot of the body."""
-        at = self._model.base_qpos
+        at = self._model.base.qpos
         _, x, y, _ = self._physics.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
         return BodyState(tilt, tilt > FALLEN_TILT, self._physics.real_time_factor, self._physics.lag)

@@ -1,4 +1,7 @@
-"""A world in the model: floor, light, background, the spectator's camera, walls, boxes and balls."""
+"""A world in the model: floor or soccer field, walls, boxes, balls, and the spectator's camera.
+
+The light, the chequered floor, and the classes that say what touches what stand in scene.xml.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +9,12 @@ import math
 from typing import Final
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.robot import CameraFacts
-from naoserver_sim.body import add_camera
-from naoserver_sim.contacts import FRICTION, firm, moving, untouchable
-from naoserver_sim.field import add_field
-from naoserver_sim.motors import add_motor
-from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, LooseBall, Wall, World
+from naoserver_sim.body import add_camera, add_motor
+from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Field, World
 
 SPECTATOR: Final = CameraFacts(
     name="CameraOutside",
@@ -24,30 +26,36 @@ SPECTATOR: Final = CameraFacts(
 )
 """A spectator in front of the robot's place and to its right; sees it and the balls."""
 _SPECTATOR_YAW: Final = math.radians(113)
-_FLOOR_SIZE: Final = 6.0
-
-# The mechanism weighs next to nothing beside the inertia of its motors, so that its axes do not disturb each
-# other. Stiffness and damping are critical at 30 rad/s: it follows its setpoint in 0.1 s and never swings.
-_ARMATURE: Final = 1.0
-_STIFFNESS: Final = 900.0
-_DAMPING: Final = 60.0
-_CARRIER_MASS: Final = 0.001
-
+_FLOOR_HALF: Final = 6.0
 _SOFT: Final = (0.005, 1.0)
 """Time constant in s and damping ratio of a contact."""
-_BALL_FRICTION: Final = (0.8, 0.01, 0.0025)
-"""Of a ball of foam on a carpet: along the floor, and in m about its normal and of rolling."""
+_BOX: Final = mujoco.mjtGeom.mjGEOM_BOX
 
 
 def add_surroundings(spec: mujoco.MjSpec, world: World) -> None:
-    """Add the light and what stands firm."""
-    _add_light(spec)
-    if world.field is not None:
-        add_field(spec, world.field)
-    else:
-        _add_floor(spec)
+    """Add what stands firm."""
+    firm, field = spec.find_default("firm"), world.field
+    half = (_FLOOR_HALF, _FLOOR_HALF)
+    if field is not None:
+        half = (field.length / 2 + field.border, field.width / 2 + field.border)
+        _add_lines(spec, field)
+    material = "floor" if field is None else "field"
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    spec.worldbody.add_geom(firm, name="floor", type=plane, size=[*half, 0.1], material=material)
+    if field is not None:
+        _add_goals(spec, field)
     for wall in world.walls:
-        _add_wall(spec, wall)
+        (x0, y0), (x1, y1) = wall.begin, wall.end
+        # Longer by its thickness, so that walls which end at one point close the corner.
+        length = math.dist(wall.begin, wall.end) + wall.thickness
+        spec.worldbody.add_geom(
+            firm,
+            type=_BOX,
+            size=[length / 2, wall.thickness / 2, wall.height / 2],
+            pos=[(x0 + x1) / 2, (y0 + y1) / 2, wall.height / 2],
+            quat=about_z(math.atan2(y1 - y0, x1 - x0)),
+            rgba=[*wall.color, 1],
+        )
     for box in world.boxes:
         if box.mass is None:
             _add_box(spec, box)
@@ -59,43 +67,33 @@ def add_movables(spec: mujoco.MjSpec, world: World) -> None:
         name="start", pos=[*world.robot.position, 0.0], quat=about_z(world.robot.heading)
     )
     add_camera(start, SPECTATOR, _SPECTATOR_YAW)
+    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
     for carried in world.carried_balls:
-        _add_carried_ball(spec, start, carried)
-    for loose in world.balls:
-        _add_loose_ball(spec, loose)
+        carrier = _add_carrier(spec, start, carried)
+        seen = spec.find_default("seen")
+        carrier.add_geom(seen, type=sphere, size=[BALL_RADIUS, 0, 0], rgba=[*carried.color, 1])
+    for ball in world.balls:
+        body = spec.worldbody.add_body(name=ball.name, pos=[*ball.position, ball.radius])
+        body.add_freejoint(name=ball.name)
+        kind, size = spec.find_default("ball"), [ball.radius, 0, 0]
+        body.add_geom(kind, type=sphere, size=size, rgba=[*ball.color, 1], mass=ball.mass)
     for box in world.boxes:
         if box.mass is not None:
             _add_box(spec, box)
 
 
-def _add_carried_ball(spec: mujoco.MjSpec, start: mujoco.MjsBody, ball: CarriedBall) -> None:
-    """Add a ball, which touches nothing, with the mechanism that carries it round the robot's start."""
-    pan, distance, height = ball.joints
-    carrier = start.add_body(name=ball.name, gravcomp=1)
-    for joint, kind, axis in (
-        (pan, mujoco.mjtJoint.mjJNT_HINGE, [0, 0, 1]),
-        (distance, mujoco.mjtJoint.mjJNT_SLIDE, [1, 0, 0]),
-        (height, mujoco.mjtJoint.mjJNT_SLIDE, [0, 0, 1]),
-    ):
-        carrier.add_joint(
-            name=joint.name,
-            type=kind,
-            axis=axis,
-            limited=mujoco.mjtLimited.mjLIMITED_TRUE,
-            range=[joint.lower, joint.upper],
-            armature=_ARMATURE,
-        )
-        add_motor(spec, joint, kp=_STIFFNESS, kv=_DAMPING)
-    carrier.explicitinertial = True
-    carrier.mass = _CARRIER_MASS
-    carrier.inertia = [1e-6] * 3
-    carrier.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=[BALL_RADIUS, 0, 0],
-        rgba=[*ball.color, 1],
-        mass=0,
-        **untouchable(),
+def _add_carrier(spec: mujoco.MjSpec, start: mujoco.MjsBody, ball: CarriedBall) -> mujoco.MjsBody:
+    """Add the mechanism that carries a ball round the robot's start."""
+    carrier = start.add_body(
+        name=ball.name, gravcomp=1, explicitinertial=True, mass=0.001, inertia=[1e-6] * 3
     )
+    hinge, slide = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+    axes = ((hinge, [0, 0, 1]), (slide, [1, 0, 0]), (slide, [0, 0, 1]))
+    for joint, (kind, axis) in zip(ball.joints, axes, strict=True):
+        default, limits = spec.find_default("carrier"), [joint.lower, joint.upper]
+        carrier.add_joint(default, name=joint.name, type=kind, axis=axis, range=limits)
+        add_motor(spec, joint, "carrier")
+    return carrier
 
 
 def about_z(angle: float) -> tuple[float, float, float, float]:
@@ -103,92 +101,90 @@ def about_z(angle: float) -> tuple[float, float, float, float]:
     return math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
 
 
-def _add_light(spec: mujoco.MjSpec) -> None:
-    spec.visual.headlight.ambient = [0.42, 0.42, 0.42]
-    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
-    spec.visual.headlight.specular = [0.1, 0.1, 0.1]
-    spec.worldbody.add_light(
-        pos=[1.5, 1.0, 4.0],
-        dir=[-0.3, -0.25, -1.0],
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        diffuse=[0.5, 0.5, 0.5],
-        specular=[0.3, 0.3, 0.3],
-        castshadow=False,
-    )
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.80, 0.84, 0.88],
-        rgb2=[0.60, 0.62, 0.64],
-        width=32,
-        height=192,
-    )
-
-
-def _add_floor(spec: mujoco.MjSpec) -> None:
-    spec.add_texture(
-        name="floor",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.80, 0.82, 0.84],
-        rgb2=[0.70, 0.72, 0.75],
-        width=64,
-        height=64,
-    )
-    material = spec.add_material(name="floor", texrepeat=[2, 2], texuniform=True)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[_FLOOR_SIZE, _FLOOR_SIZE, 0.1],
-        material="floor",
-        friction=FRICTION,
-        **firm(),
-    )
-
-
-def _add_wall(spec: mujoco.MjSpec, wall: Wall) -> None:
-    (x0, y0), (x1, y1) = wall.begin, wall.end
-    spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        # Longer by its thickness, so that walls which end at one point close the corner.
-        size=[(math.dist(wall.begin, wall.end) + wall.thickness) / 2, wall.thickness / 2, wall.height / 2],
-        pos=[(x0 + x1) / 2, (y0 + y1) / 2, wall.height / 2],
-        quat=about_z(math.atan2(y1 - y0, x1 - x0)),
-        rgba=[*wall.color, 1],
-        friction=FRICTION,
-        **firm(),
-    )
-
-
 def _add_box(spec: mujoco.MjSpec, box: Box) -> None:
     half = [side / 2 for side in box.size]
     body = spec.worldbody.add_body(name=box.name, pos=[*box.position, half[2]], quat=about_z(box.heading))
+    kind = spec.find_default("firm" if box.mass is None else "moving")
     if box.mass is not None:
         body.add_freejoint(name=box.name)
-    body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=half,
-        rgba=[*box.color, 1],
-        mass=box.mass or 0.0,
-        friction=FRICTION,
-        solref=_SOFT,
-        **(firm() if box.mass is None else moving()),
-    )
+    body.add_geom(kind, type=_BOX, size=half, rgba=[*box.color, 1], mass=box.mass or 0.0, solref=_SOFT)
 
 
-def _add_loose_ball(spec: mujoco.MjSpec, ball: LooseBall) -> None:
-    body = spec.worldbody.add_body(name=ball.name, pos=[*ball.position, ball.radius])
-    body.add_freejoint(name=ball.name)
-    body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=[ball.radius, 0, 0],
-        rgba=[*ball.color, 1],
-        mass=ball.mass,
-        friction=_BALL_FRICTION,
-        condim=6,
-        priority=1,  # its own rolling friction counts, not the larger one of what it touches
-        solref=_SOFT,
-        **moving(),
-    )
+# -- a soccer field ------------------------------------------------------------------------------------------
+
+_METRE: Final = 100
+"""Pixels in a metre of the texture at most."""
+_LARGEST: Final = 1536
+"""Pixels along the longer side of the texture at most."""
+_MARK: Final = 0.10
+_POST_RADIUS: Final = 0.05
+_NET: Final = (0.80, 0.82, 0.84, 0.35)
+_NET_THICKNESS: Final = 0.01
+_WHITE: Final = (0.96, 0.96, 0.96)
+
+
+def _add_lines(spec: mujoco.MjSpec, field: Field) -> None:
+    """Add the material of the floor with the field's lines."""
+    image = draw_field(field)
+    height, width, channels = image.shape
+    flat = mujoco.mjtTexture.mjTEXTURE_2D
+    texture = spec.add_texture(name="field", type=flat, width=width, height=height, nchannel=channels)
+    texture.data = image.tobytes()
+    material = spec.add_material(name="field", specular=0.0, shininess=0.0)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "field"
+
+
+def draw_field(field: Field) -> NDArray[np.uint8]:
+    """Return a picture of the field with its border: rows from +y to -y, columns from -x to +x, RGB."""
+    size = (field.length + 2 * field.border, field.width + 2 * field.border)
+    scale = min(_METRE, _LARGEST / max(size))
+    width, height = (round(scale * side) for side in size)
+    x = (np.arange(width) + 0.5) / scale - size[0] / 2
+    y = size[1] / 2 - (np.arange(height) + 0.5) / scale
+    x, y = np.meshgrid(np.abs(x), np.abs(y))  # everything is there twice, mirrored
+    # The share of a pixel that is white: how far it lies within a line, in pixels.
+    white = np.zeros((height, width))
+    half = field.line / 2
+
+    def paint(distance: NDArray[np.float64]) -> None:
+        """Paint where a distance in m to what is to be white is negative."""
+        np.maximum(white, np.clip(0.5 - distance * scale, 0.0, 1.0), out=white)
+
+    def rectangle(reach_x: tuple[float, float], reach_y: float) -> None:
+        """Draw the outline of a rectangle from x to x, and from -y to y, along the middle of the line."""
+        middle, extent = sum(reach_x) / 2, abs(reach_x[1] - reach_x[0]) / 2
+        paint(np.abs(np.maximum(np.abs(x - middle) - extent, y - reach_y)) - half)
+
+    rectangle((-field.length / 2, field.length / 2), field.width / 2)
+    paint(np.maximum(x - half, y - field.width / 2))
+    paint(np.abs(np.hypot(x, y) - field.circle_diameter / 2) - half)
+    for depth, breadth in (field.penalty_area, field.goal_area):
+        rectangle((field.length / 2 - depth, field.length / 2), breadth / 2)
+    for mark in (0.0, field.length / 2 - field.penalty_mark):
+        along = np.abs(x - mark)
+        paint(np.maximum(along - _MARK / 2, y - half))
+        paint(np.maximum(along - half, y - _MARK / 2))
+    grass = np.array(field.grass) * (1.0 + 0.04 * np.sign(np.sin(x * math.pi / 0.5)))[..., None]
+    colors = grass + white[..., None] * (np.array(_WHITE) - grass)
+    return np.asarray(np.round(255 * np.clip(colors, 0, 1)), dtype=np.uint8)
+
+
+def _add_goals(spec: mujoco.MjSpec, field: Field) -> None:
+    firm, add = spec.find_default("firm"), spec.worldbody.add_geom
+    bar, radius = mujoco.mjtGeom.mjGEOM_CAPSULE, [_POST_RADIUS, 0, 0]
+    reach, top, depth = field.goal_width / 2 + _POST_RADIUS, field.goal_height, field.goal_depth
+    for side in (-1, 1):
+        line = side * field.length / 2
+        back = line + side * depth
+        for begin, end in (
+            ((line, reach, 0.0), (line, reach, top)),
+            ((line, -reach, 0.0), (line, -reach, top)),
+            ((line, reach, top), (line, -reach, top)),
+        ):
+            add(firm, type=bar, size=radius, fromto=[*begin, *end], rgba=[*_WHITE, 1])
+        for center, half in (
+            ((back, 0.0), (_NET_THICKNESS, reach)),
+            (((line + back) / 2, reach), (depth / 2, _NET_THICKNESS)),
+            (((line + back) / 2, -reach), (depth / 2, _NET_THICKNESS)),
+        ):
+            add(firm, type=_BOX, size=[*half, top / 2], pos=[*center, top / 2], rgba=_NET)

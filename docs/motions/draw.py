@@ -50,7 +50,7 @@ class Pictures:
 
     def take(self, robot: SimulatedRobot) -> NDArray[np.uint8]:
         """Return a picture of the robot where it is."""
-        torso, data, base = robot.stage.truth().torso, self._data, self._model.base_qpos
+        torso, data, base = robot.stage.truth().torso, self._data, self._model.base.qpos
         data.qpos[base : base + 7] = (*torso.position, *torso.orientation)
         data.qpos[self._model.robot.qpos] = robot.read().positions
         mujoco.mj_forward(self._model.mj, data)

@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Body
+from naoserver.body import H25
 from naoserver.capabilities import FootReading, InertialReading, Vector
-from naoserver_sim.senses.sensors import SIDES, SensorLayout
+from naoserver_sim.body import BUMPERS, SIDES
 
 Array = NDArray[np.float64]
 
@@ -99,8 +99,8 @@ class SoleSensors:
     that of the foot wherever it lies between them; beyond them the outermost carry all.
     """
 
-    def __init__(self, body: Body, side: str) -> None:
-        places = {name: body.facts["fsr"][side][name] for name in SENSORS}
+    def __init__(self, side: str) -> None:
+        places = {name: H25.facts["fsr"][side][name] for name in SENSORS}
         self._front = (places["FrontLeft"][0] + places["FrontRight"][0]) / 2
         self._rear = (places["RearLeft"][0] + places["RearRight"][0]) / 2
         # Left and right ends of the line between the front and between the rear sensors.
@@ -167,11 +167,17 @@ class SensorRecord:
         data: mujoco.MjData,
         noise: SenseNoise | None = None,
         random: np.random.Generator | None = None,
-        body: Body = H25,
     ) -> None:
         self._data = data
-        self._layout = SensorLayout.of(mj)
-        self._soles = tuple(SoleSensors(body, side) for side in SIDES)
+
+        def at(sensor: str) -> int:
+            return int(mj.sensor(sensor).adr[0])
+
+        # Where the measurements begin in `sensordata`.
+        self._acceleration, self._turning, self._attitude = at("acceleration"), at("turning"), at("attitude")
+        self._feet = [at(f"{side} wrench") for side in SIDES]
+        self._bumpers = [at(bumper) for bumper in BUMPERS]
+        self._soles = [SoleSensors(side) for side in SIDES]
         self._noise = noise
         self._errors = None if noise is None else Errors(noise, random or np.random.default_rng())
         self._samples: deque[Sample] = deque(maxlen=1 + (noise.delay if noise else 0))
@@ -187,12 +193,12 @@ class SensorRecord:
 
     def turning(self, sample: Sample | None = None) -> Vector:
         """Return the turning rate of the torso in rad/s about its own axes."""
-        return _vector(sample or self.newest, self._layout.turning, 3)
+        return _vector(sample or self.newest, self._turning, 3)
 
     def tilt(self, sample: Sample | None = None) -> tuple[float, float]:
         """Return roll, positive to the right side, and pitch, positive forwards, of the torso in rad."""
         sample = sample or self.newest
-        begin = self._layout.attitude
+        begin = self._attitude
         w, x, y, z = sample.values[begin : begin + 4].tolist()
         roll = math.atan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
         pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - x * z))))
@@ -208,13 +214,13 @@ class SensorRecord:
 
     def bumps(self, sample: Sample) -> tuple[float, ...]:
         """Return the forces on the bumpers in N."""
-        return tuple(float(sample.values[bumper]) for bumper in self._layout.bumpers)
+        return tuple(float(sample.values[bumper]) for bumper in self._bumpers)
 
     def inertial(self, sample: Sample | None = None) -> InertialReading:
         """Return what the inertial unit tells."""
         sample = sample or self.newest
         roll, pitch = self.tilt(sample)
-        force = _vector(sample, self._layout.acceleration, 0)
+        force = _vector(sample, self._acceleration, 0)
         return InertialReading(force, self.turning(sample), roll, pitch)
 
     def feet(self, sample: Sample | None = None) -> tuple[FootReading, FootReading]:
@@ -232,12 +238,12 @@ class SensorRecord:
 
     def weight(self) -> float:
         """Return the force in N with which both feet together press downwards."""
-        left, right = self._layout.feet
+        left, right = self._feet
         values = self.newest.values
         return -float(values[left + 2] + values[right + 2])
 
     def _wrench(self, sample: Sample, foot: int) -> list[float]:
-        begin = self._layout.feet[foot]
+        begin = self._feet[foot]
         wrench: list[float] = sample.values[begin : begin + _FOOT].tolist()
         return wrench
 

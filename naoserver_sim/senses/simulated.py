@@ -13,9 +13,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Body
+from naoserver.body import H25
 from naoserver.capabilities import BatteryReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
+from naoserver_sim.body import BUMPERS
 from naoserver_sim.model import DeviceIndex, Model
 from naoserver_sim.senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim.senses.sonar import PERIOD, RANGE, Sonar
@@ -45,13 +46,13 @@ class Battery:
     the torque; power that the load gives back is lost.
     """
 
-    def __init__(self, robot: DeviceIndex, body: Body) -> None:
+    def __init__(self, robot: DeviceIndex) -> None:
         leading = [
             joint for joint in range(len(robot.joints)) if robot.motors[joint] not in robot.motors[:joint]
         ]
         self._motors = robot.motors[leading]
         self._dofs = robot.dofs[leading]
-        motors = [body.facts["joints"][joint].get("motor") for joint in leading]
+        motors = [H25.facts["joints"][joint].get("motor") for joint in leading]
         self._losses = np.array(
             [m["no_load_speed_out"] / m["stall_torque_out_no_loss"] if m else 0.0 for m in motors]
         )
@@ -123,8 +124,6 @@ class FallManager:
             self._let_go(LIMP_WITHIN)
 
 
-BUMPERS: Final = ("LFootBumperLeft", "LFootBumperRight", "RFootBumperLeft", "RFootBumperRight")
-"""The bumpers in the order of `SensorLayout.bumpers`."""
 _LONGEST_NAME: Final = 64  # characters of a client's text that are told back
 _SWITCHES_AT: Final = 1.0
 """Force in N that presses a bumper."""
@@ -189,16 +188,15 @@ class SimulatedSenses:
         *,
         noise: SenseNoise | None = None,
         random: np.random.Generator | None = None,
-        body: Body = H25,
     ) -> None:
         self._data = data
         self._simulator = simulator
         self._noise = noise
         self._random = random if random is not None else np.random.default_rng()
-        self.record: Final = SensorRecord(model.mj, data, noise, self._random, body)
+        self.record: Final = SensorRecord(model.mj, data, noise, self._random)
         """What the sensors told at the last ticks: what a controller asks at every tick."""
-        self._battery = Battery(model.robot, body)
-        self._sonar = Sonar(model.mj, body)
+        self._battery = Battery(model.robot)
+        self._sonar = Sonar(model.mj)
         self.sonar_cone: Final = self._sonar.cone
         self._touch = Touch()
         self.falls: Final = FallManager(self._go_limp)

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import Body
+from naoserver.body import H25
 from naoserver.capabilities import SonarReading
 from naoserver_sim.body import TORSO
 
@@ -39,8 +39,8 @@ _GRAZING: Final = math.cos(math.radians(45))
 class Sonar:
     """Measure what is nearest in front of the left and the right transducer. Safe to use from any thread."""
 
-    def __init__(self, mj: mujoco.MjModel, body: Body) -> None:
-        facts = body.facts["sonar"]
+    def __init__(self, mj: mujoco.MjModel) -> None:
+        facts = H25.facts["sonar"]
         self.cone: Final = math.radians(facts["cone_deg"])
         """Full angle of the cones in rad."""
         self._mj = mj

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from naoserver.body import H25, Body
+from naoserver.body import H25
 
 __all__ = ["LEG_JOINTS", "LEG_MOTORS", "FootPose", "Legs"]
 
@@ -52,14 +52,14 @@ class FootPose:
 class Legs:
     """Solve for both legs; begins from where the last solution was."""
 
-    def __init__(self, body: Body = H25) -> None:
-        size = body.facts["dimensions"]
+    def __init__(self) -> None:
+        size = H25.facts["dimensions"]
         self._hip_y = float(size["hip_offset_y"])
         self._hip_z = -float(size["hip_offset_z"])
         self._thigh = float(size["thigh_length"])
         self._tibia = float(size["tibia_length"])
         self._foot_height = float(size["foot_height"])
-        hip = body.joints[body.joint_names.index(LEG_MOTORS[0])]
+        hip = H25.joints[H25.joint_names.index(LEG_MOTORS[0])]
         self._hip_range = hip.lower, hip.upper
         # Where the last solution was: the next one is near.
         self._hip_yaw = 0.0

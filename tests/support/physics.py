@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
+from naoserver_sim.body import add_sensors
 from naoserver_sim.model import build_model, standing
 from naoserver_sim.senses.record import SenseNoise, SensorRecord
-from naoserver_sim.senses.sensors import add_sensors
 
 Array = NDArray[np.float64]
 
@@ -92,5 +92,5 @@ def loose_parts(*blocks: tuple[Array, Array], foot_mass: float = 1.0) -> mujoco.
     for center, half_sizes in blocks:
         block = spec.worldbody.add_body(pos=center)  # its geom counts after those of the feet
         block.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half_sizes)
-    add_sensors(spec, links, H25)
+    add_sensors(spec, links)
     return spec

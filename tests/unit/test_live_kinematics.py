@@ -42,7 +42,7 @@ def test_the_links_are_where_the_simulator_has_them(shares: list[float]) -> None
     model, data = simulated()
     for joint, address in zip(model.robot.joints, model.robot.qpos, strict=True):
         data.qpos[address] = angles[joint.name]
-    data.qpos[model.base_qpos : model.base_qpos + 7] = [0, 0, 0, 1, 0, 0, 0]
+    data.qpos[model.base.qpos : model.base.qpos + 7] = [0, 0, 0, 1, 0, 0, 0]
     mujoco.mj_kinematics(model.mj, data)
     for name, pose in load_body().poses_in_torso(angles).items():
         x, y, z, w = pose.rotation

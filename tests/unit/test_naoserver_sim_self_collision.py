@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from naoserver.body import H25
-from naoserver_sim.contacts import _are_neighbors
+from naoserver_sim.body import are_neighbors
 from naoserver_sim.model import build_model, standing
 
 pytestmark = pytest.mark.sim
@@ -35,7 +35,7 @@ def commanded(model, targets):
     mj = copy.copy(model.mj)
     mj.opt.gravity[:] = 0
     data = standing(model, H25.postures["STAND_INIT"])
-    data.qpos[model.base_qpos + 2] += 1.0
+    data.qpos[model.base.qpos + 2] += 1.0
     for joint, motor in zip(model.robot.joints, model.robot.motors, strict=True):
         if joint.name in targets:
             data.ctrl[motor] = targets[joint.name]
@@ -82,5 +82,5 @@ def test_nothing_touches_in_a_posture(model, posture):
     ],
 )
 def test_neighbors_are_what_one_joint_or_one_point_joins(first, second, neighbors):
-    assert _are_neighbors(H25, first, second) is neighbors
-    assert _are_neighbors(H25, second, first) is neighbors
+    assert are_neighbors(first, second) is neighbors
+    assert are_neighbors(second, first) is neighbors

@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.body import H25
 from naoserver.errors import RobotError
-from naoserver_sim.field import draw_field
 from naoserver_sim.model import build_model
+from naoserver_sim.surroundings import draw_field
 from naoserver_sim.world import Field, bundled_worlds, load_world, parse_world, scattered
 
 pytestmark = pytest.mark.sim
@@ -81,7 +80,7 @@ def test_scattered_balls_are_the_same_by_the_same_numbers():
 
 
 def test_things_touch_the_robot_and_the_floor_and_carried_balls_nothing():
-    mj = build_model(H25, load_world("room"), skin=False).mj
+    mj = build_model(load_world("room"), skin=False).mj
     body = mj.body("l_foot").geomadr[0]
 
     def touches(first, second):
@@ -98,9 +97,7 @@ def test_things_touch_the_robot_and_the_floor_and_carried_balls_nothing():
 
 
 def test_spectator_stands_by_the_robot():
-    model = build_model(
-        H25, parse_world("[robot]\nposition = [3.0, 1.0]\nheading = 1.5707963", "w"), skin=False
-    )
+    model = build_model(parse_world("[robot]\nposition = [3.0, 1.0]\nheading = 1.5707963", "w"), skin=False)
     data = mujoco.MjData(model.mj)
     mujoco.mj_forward(model.mj, data)
     assert data.camera("CameraOutside").xpos == pytest.approx((3.0 + 1.6, 1.0 + 1.15, 0.75))
@@ -153,7 +150,7 @@ class TestField:
         assert ((middle - grass) / (245 - grass)).sum() / scale == pytest.approx(0.05, abs=0.005)
 
     def test_ball_rolls_to_a_stop_as_on_a_carpet(self):
-        model = build_model(H25, load_world("soccer"), skin=False)
+        model = build_model(load_world("soccer"), skin=False)
         data = mujoco.MjData(model.mj)
         ball = model.loose["Ball"]
         data.qpos[ball.qpos : ball.qpos + 3] = -3.0, 2.0, 0.05
@@ -162,7 +159,7 @@ class TestField:
         assert data.qvel[ball.dof] == pytest.approx(1.0 - 0.35, abs=0.05)
 
     def test_ball_does_not_leave_through_the_net(self):
-        model = build_model(H25, load_world("soccer"), skin=False)
+        model = build_model(load_world("soccer"), skin=False)
         data = mujoco.MjData(model.mj)
         ball = model.loose["Ball"]
         data.qpos[ball.qpos : ball.qpos + 3] = 4.2, 0.0, 0.05

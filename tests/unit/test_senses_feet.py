@@ -111,7 +111,7 @@ def _pressures(load, forward, leftward):
     """Return what the left sole's sensors feel of a force straight down at a point of a level sole."""
     down = [0.0, 0.0, -load]
     level = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    return SoleSensors(H25, "left").pressures(
+    return SoleSensors("left").pressures(
         [*down, 0.0, 0.0, 0.0, forward + 0.3, leftward + 0.2, 0.01, 0.3, 0.2, 0.01, *level]
     )
 

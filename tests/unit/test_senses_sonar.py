@@ -40,7 +40,7 @@ AWAY = [0.0, 0.0, 50.0, 1.0, 0.0, 0.0, 0.0]
 
 @pytest.fixture(scope="module")
 def sonar():
-    return Sonar(mujoco.MjModel.from_xml_string(SCENE), H25)
+    return Sonar(mujoco.MjModel.from_xml_string(SCENE))
 
 
 def state(*, ball=None, wall=None, pitch=0.0):
