@@ -47,8 +47,8 @@ def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
     Without them MuJoCo measures nothing, and nobody looks.
     """
     robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
-    simulator = robot._physics
-    mj, data = robot._model.mj, simulator._data
+    simulator = robot._simulator
+    mj, data = robot._model.mj, simulator.data
     watchers, step = list(simulator.watchers), simulator._step
 
     def bare_step() -> None:
@@ -73,7 +73,7 @@ def cost_of_walking(rounds: int, *, noise: bool) -> float:
     """Return the time of a control tick in s of a robot that walks, with its senses."""
     robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
     robot.walker.command(WalkVelocity(forward=0.1))
-    return least(rounds, {"walk": lambda: robot._physics.advance(TICKS)})["walk"] / TICKS
+    return least(rounds, {"walk": lambda: robot._simulator.advance(TICKS)})["walk"] / TICKS
 
 
 def main() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
+
+_log = logging.getLogger(__name__)
 
 WINDOW = 1.0
 """Wall seconds over which the real-time factor and the lag are told."""
@@ -67,6 +70,8 @@ class Pacer:
         self._worst = max(self._worst, late)
         if late > MAX_LAG:
             self.slips += 1
+            if self.slips == 1:
+                _log.warning("the computer does not keep up with speed %g: robot time slips", self.speed)
             self._anchor_wall += late
             return 1
         return min(1 + int(late * self.speed / self._period + _ROUNDING), limit)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import Final
 
 import mujoco
 import numpy as np
@@ -19,27 +20,25 @@ from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraRenderer
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
-from naoserver_sim.motors import Command, SetpointController
+from naoserver_sim.motors import SetpointController
 from naoserver_sim.pacing import Pacer
 from naoserver_sim.senses.record import SenseNoise, encoded
 from naoserver_sim.senses.simulated import SimulatedSenses
-from naoserver_sim.simulator import PacedSimulator, SimulationClock, Simulator, VirtualSimulator
+from naoserver_sim.simulator import PacedSimulator, SimulationClock, VirtualSimulator
 from naoserver_sim.stage import SimulatedStage
 from naoserver_sim.viewer import show
 from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
-
-if TYPE_CHECKING:
-    from zenoh_ice import Clock, VirtualClock
+from zenoh_ice import Clock, VirtualClock
 
 
 class SimulatedDevice:
     """Some joints of a simulation: the robot's, or those of a mechanism that carries a ball."""
 
-    def __init__(self, name: str, simulator: Simulator, index: DeviceIndex) -> None:
+    def __init__(self, name: str, simulator: PacedSimulator | VirtualSimulator, index: DeviceIndex) -> None:
         self.name: Final = name
         self.joints: Final = index.joints
-        self._simulator = simulator
+        self._simulator: Final = simulator
         self._index = index
         self._places = {joint.name: place for place, joint in enumerate(index.joints)}
 
@@ -61,45 +60,41 @@ class SimulatedDevice:
 
         Raises KeyError when a joint is unknown or has no speed.
         """
-        places = self._motors_last_first(targets)
-        names = [self._index.joints[place].name for place in places]
-        self._simulator.post(
-            Command(
-                motors=self._index.motors[places],
-                targets=np.array([targets[name] for name in names]),
-                speeds=np.array([abs(max_speeds[name]) for name in names]),
-            )
-        )
+        places, values = self._given(targets)
+        _, speeds = self._given({name: abs(max_speeds[name]) for name in targets})
+        self._order(self._simulator.setpoints.move, places, values, speeds)
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         """Move the setpoints of some joints at `velocities` until further notice; 0 holds.
 
         Raises KeyError when a joint is unknown.
         """
-        places = self._motors_last_first(velocities)
-        values = np.array([velocities[self._index.joints[place].name] for place in places])
-        self._simulator.post(Command.velocities(self._index.motors[places], values))
+        self._order(self._simulator.setpoints.drive, *self._given(velocities))
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
         """Change how strongly some motors hold within some seconds. Raises KeyError for an unknown joint."""
-        places = self._motors_last_first(stiffnesses)
-        values = np.array([stiffnesses[self._index.joints[place].name] for place in places])
-        self._simulator.stiffen(self._index.motors[places], values, seconds)
+        self._order(self._simulator.motors.stiffen, *self._given(stiffnesses), seconds)
 
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints somewhere at once, where they rest: a test's way to set a scene.
 
         Raises KeyError when a joint is unknown, RobotError unless the robot follows a virtual clock.
         """
-        if not isinstance(self._simulator, VirtualSimulator):
+        simulator, index = self._simulator, self._index
+        if not isinstance(simulator, VirtualSimulator):
             raise RobotError("only a simulation that follows a virtual clock can be set to a place")
-        index, places = self._index, self._motors_last_first(positions)
-        values = np.array([positions[index.joints[place].name] for place in places])
-        self._simulator.place(index.qpos[places], index.dofs[places], index.motors[places], values)
+        places, values = self._given(positions)
+        simulator.at_once(
+            lambda: simulator.put(index.qpos[places], index.dofs[places], index.motors[places], values)
+        )
 
-    def _motors_last_first(self, names: Mapping[str, float]) -> list[int]:
-        """Return where the named joints stand, the leader of two with one motor last."""
-        return sorted((self._places[name] for name in names), reverse=True)
+    def _given(self, values: Mapping[str, float]) -> tuple[list[int], NDArray[np.float64]]:
+        """Return where the named joints stand, the leader of two with one motor last, and their values."""
+        places = sorted((self._places[name] for name in values), reverse=True)
+        return places, np.array([values[self.joints[place].name] for place in places])
+
+    def _order(self, action: Callable[..., None], places: list[int], *values: object) -> None:
+        self._simulator.order(partial(action, self._index.motors[places], *values))
 
 
 class SimulatedRobot(SimulatedDevice):
@@ -131,37 +126,28 @@ class SimulatedRobot(SimulatedDevice):
             world = scattered(world, np.random.default_rng(seed))
         model = build_model(world, skin=skin)
         data = standing(model, H25.postures[posture])
-        controller = _controller(model, data)
+        setpoints = _setpoints(model, data)
         simulator: PacedSimulator | VirtualSimulator
-        robot_clock: Clock
+        self.clock: Clock
         if clock is None:
-            simulator = PacedSimulator(model.mj, data, controller, Pacer(speed))
-            robot_clock = SimulationClock(simulator)
+            simulator = PacedSimulator(model.mj, data, setpoints, Pacer(speed))
+            self.clock = SimulationClock(simulator)
         else:
-            simulator, robot_clock = VirtualSimulator(model.mj, data, controller, clock), clock
-        self.clock: Final = robot_clock
-        self.cameras: Final = model.cameras
+            simulator, self.clock = VirtualSimulator(model.mj, data, setpoints, clock), clock
         super().__init__("Nao", simulator, model.robot)
+        self.cameras: Final = model.cameras
         self._noise = noise
         self.senses: Final = SimulatedSenses(
-            model,
-            data,
-            simulator,
-            noise=SenseNoise() if noise else None,
-            random=np.random.default_rng(seed),
+            model, simulator, SenseNoise() if noise else None, np.random.default_rng(seed)
         )
-        simulator.watchers.append(self.senses)
-        self.walker: Final = SimulatedWalker(
-            model, data, controller, simulator, self.senses.record, noise=noise
-        )
-        simulator.parts.append(self.walker)
+        self.walker: Final = SimulatedWalker(model, simulator, self.senses.record, noise=noise)
         self.stage: Final = SimulatedStage(
-            model, data, controller, simulator, press=self.senses.press, moved=(self.walker.abandon,)
+            model, simulator, press=self.senses.press, moved=self.walker.abandon
         )
-        simulator.parts.append(self.stage)
+        simulator.watchers.append(self.senses.look)
+        simulator.parts.extend((self.walker.tick, self.stage.tick))
         self._model = model
         self._scratch = mujoco.MjData(model.mj)
-        self._physics = simulator
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
         self._lamps = Lamps(model.mj, self.lights.colors)
@@ -178,9 +164,9 @@ class SimulatedRobot(SimulatedDevice):
     def state(self) -> BodyState:
         """Return the newest snapshot of the body."""
         at = self._model.base.qpos
-        _, x, y, _ = self._physics.newest().qpos[at + 3 : at + 7].tolist()
+        _, x, y, _ = self._simulator.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-        return BodyState(tilt, tilt > FALLEN_TILT, self._physics.real_time_factor, self._physics.lag)
+        return BodyState(tilt, tilt > FALLEN_TILT, self._simulator.real_time_factor, self._simulator.lag)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Render an image of the newest state; waits at most 1 s, and for GL when it was never used.
@@ -195,7 +181,7 @@ class SimulatedRobot(SimulatedDevice):
         Raises KeyError when there is no such camera.
         """
         mj, data = self._model.mj, self._scratch
-        data.qpos[:] = self._physics.newest().qpos
+        data.qpos[:] = self._simulator.newest().qpos
         mujoco.mj_kinematics(mj, data)
         mujoco.mj_comPos(mj, data)
         mujoco.mj_camlight(mj, data)
@@ -204,31 +190,31 @@ class SimulatedRobot(SimulatedDevice):
 
     def start(self) -> None:
         """Start the threads of cameras and physics; under a virtual clock there are none."""
-        if isinstance(self._physics, PacedSimulator):
+        if isinstance(self._simulator, PacedSimulator):
             self._renderer.start()
             self._renderer.wait()
-        self._physics.start()
+        self._simulator.start()
 
     def check(self) -> None:
         """Raise RobotError when the physics has stopped by an error."""
-        if isinstance(self._physics, PacedSimulator) and self._physics.failure is not None:
-            raise RobotError(f"the physics stopped: {self._physics.failure}") from self._physics.failure
+        if isinstance(self._simulator, PacedSimulator) and self._simulator.failure is not None:
+            raise RobotError(f"the physics stopped: {self._simulator.failure}") from self._simulator.failure
 
     def show(self, ended: Callable[[float], bool]) -> None:
         """Show the robot in MuJoCo's window until it is closed or `ended(seconds)` returns true.
 
         Blocks the calling thread, which must be the main one. Raises HardwareFailure without a display.
         """
-        show(self._model.mj, self._physics.newest, self._lamps.show, ended)
+        show(self._model.mj, self._simulator.newest, self._lamps.show, ended)
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""
-        self._physics.close()
+        self._simulator.close()
         self._renderer.close()
 
 
-def _controller(model: Model, data: mujoco.MjData) -> SetpointController:
-    """Return the controller of all motors, which holds them where they are commanded in `data`."""
+def _setpoints(model: Model, data: mujoco.MjData) -> SetpointController:
+    """Return the setpoints of all motors, held where they are commanded in `data`."""
     speeds = np.zeros(model.mj.nu)
     for device in (model.robot, *model.balls.values()):
         speeds[device.motors] = [joint.max_velocity for joint in device.joints]

@@ -5,22 +5,20 @@ from __future__ import annotations
 import logging
 import math
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
-from naoserver_sim.motors import Command, Motors, SetpointController
+from naoserver_sim.motors import Motors, SetpointController
 from naoserver_sim.pacing import Pacer
-
-if TYPE_CHECKING:
-    from zenoh_ice import Clock
-import time
+from zenoh_ice import Clock
 
 _log = logging.getLogger(__name__)
 
@@ -29,14 +27,8 @@ STEPS_PER_TICK = 4
 _MOST_TICKS_AT_ONCE = 10
 _JOIN_TIMEOUT = 5.0
 _ROUNDING = 1e-6
-_DIVERGED = [
-    int(warning)
-    for warning in (
-        mujoco.mjtWarning.mjWARN_BADQPOS,
-        mujoco.mjtWarning.mjWARN_BADQVEL,
-        mujoco.mjtWarning.mjWARN_BADQACC,
-        mujoco.mjtWarning.mjWARN_BADCTRL,
-    )
+_DIVERGED: Final = [
+    int(getattr(mujoco.mjtWarning, f"mjWARN_{name}")) for name in ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
 ]
 _SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
@@ -60,57 +52,31 @@ class Snapshot:
     """Of each motor in degrees Celsius."""
 
 
-class Part(Protocol):
-    """What moves motors by itself, tick by tick, such as the walk."""
-
-    def tick(self, seconds: float) -> None:
-        """Go on for some seconds, before the physics does; belongs to the thread of the physics."""
-        ...
-
-
-class Watcher(Protocol):
-    """What looks at the state tick by tick, such as the senses."""
-
-    def look(self, time: float) -> None:
-        """Look at the state at the end of a tick: a simulated time in s; in the thread of the physics."""
-        ...
-
-
 class Simulator:
     """Step a model control tick by control tick.
 
-    `advance` steps it in the caller's thread: two simulators of the same model that get the same commands
+    `advance` steps it in the caller's thread: two simulators of the same model that get the same orders
     before the same ticks go through the same states, bit by bit. Who makes time pass is up to the subclasses.
+    All attributes belong to the thread of the physics; other threads read `newest` and give orders.
     """
 
-    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController) -> None:
+    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController) -> None:
         # MuJoCo's own way is to write a file into the current directory.
         mujoco.set_mju_user_warning(_log.warning)
-        self._mj = mj
-        self._data = data
-        self._controller = controller
+        self.mj: Final = mj
+        self.data: Final = data
+        self.setpoints: Final = setpoints
         self.motors: Final = Motors(mj)
-        """The stiffness and temperature of the motors; belongs to the thread of the physics."""
         # What is to be done at the next tick; appending and popping is atomic.
         self._orders: deque[Callable[[], None]] = deque()
-        self.parts: Final[list[Part]] = []
-        """What goes on at each tick after the setpoints have moved and before the physics does."""
-        self.watchers: Final[list[Watcher]] = []
-        """What looks at the state at the end of each tick."""
+        self.parts: Final[list[Callable[[float], None]]] = []
+        """What moves motors by itself: called at each tick, with its seconds, before the physics moves."""
+        self.watchers: Final[list[Callable[[float], None]]] = []
+        """What looks at the state at the end of each tick: called with its simulated time in s."""
         self._ticks = 0
-        self.tick_period: float = float(mj.opt.timestep) * STEPS_PER_TICK
-        self._data.ctrl[:] = controller.setpoints
+        self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
+        data.ctrl[:] = setpoints.setpoints
         self._snapshot = self._take_snapshot()
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated seconds in a wall second, over the last second."""
-        return 1.0
-
-    @property
-    def lag(self) -> float:
-        """Wall seconds by which simulated time lagged behind its schedule in the last second."""
-        return 0.0
 
     def newest(self) -> Snapshot:
         """Return the newest snapshot."""
@@ -120,56 +86,56 @@ class Simulator:
     def catch_up(self) -> None:
         """Step the physics up to the clock's time, unless a thread does: for readers of what it changes."""
 
-    def post(self, command: Command) -> None:
-        """Hand over a command; it takes effect at the next control tick."""
-        self._controller.post(command)
-
-    def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
-        """Change how strongly some motors hold within some simulated seconds, from the next tick on."""
-        self.order(lambda: self.motors.stiffen(motors, stiffnesses, seconds))
-
     def order(self, action: Callable[[], None]) -> None:
-        """Have something done by the thread of the physics at the next tick."""
+        """Let the thread of the physics do something at the next control tick."""
         self._orders.append(action)
+
+    def put(
+        self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array
+    ) -> None:
+        """Put some joints somewhere, at rest, where their motors hold them."""
+        self.data.qpos[qpos] = positions
+        self.data.qvel[dofs] = 0.0
+        self.setpoints.place(motors, positions, self.data.ctrl)
 
     def advance(self, ticks: int) -> None:
         """Step some control ticks in the caller's thread and publish the state after the last.
 
         Raises RobotError when the numbers explode.
         """
-        data, motors, controller = self._data, self.motors, self._controller
+        data, motors, setpoints = self.data, self.motors, self.setpoints
         for _ in range(ticks):
             while self._orders:
                 self._orders.popleft()()
             motors.tick(self.tick_period, data.actuator_force)
-            if motors.limp.size:
-                controller.follow(motors.limp, data.actuator_length[motors.limp])
-            controller.tick(self.tick_period, data.ctrl)
+            if motors.limp.size:  # the setpoint of a limp motor goes along with its joint
+                setpoints.place(motors.limp, data.actuator_length[motors.limp], data.ctrl)
+            setpoints.tick(self.tick_period, data.ctrl)
             for part in self.parts:
-                part.tick(self.tick_period)
+                part(self.tick_period)
             self._step()
             self._ticks += 1
-            for watcher in self.watchers:
-                watcher.look(self._ticks * self.tick_period)
-        if self._data.warning.number[_DIVERGED].any():
+            for watch in self.watchers:
+                watch(self._ticks * self.tick_period)
+        if data.warning.number[_DIVERGED].any():
             raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
         self._snapshot = self._take_snapshot()
 
     def _step(self) -> None:
         """Step the physics for a tick. The sensors measure in its last step alone: nobody looks before."""
-        option = self._mj.opt
+        option = self.mj.opt
         option.disableflags |= _SENSORS
-        mujoco.mj_step(self._mj, self._data, nstep=STEPS_PER_TICK - 1)
+        mujoco.mj_step(self.mj, self.data, nstep=STEPS_PER_TICK - 1)
         option.disableflags &= ~_SENSORS
-        mujoco.mj_step(self._mj, self._data)
+        mujoco.mj_step(self.mj, self.data)
 
     def _take_snapshot(self) -> Snapshot:
-        data = self._data
+        data = self.data
         return Snapshot(
             time=self._ticks * self.tick_period,
             qpos=data.qpos.copy(),
             qvel=data.qvel.copy(),
-            setpoints=self._controller.setpoints,
+            setpoints=self.setpoints.setpoints,
             forces=data.actuator_force.copy(),
             stiffnesses=self.motors.stiffnesses.copy(),
             temperatures=self.motors.temperatures.copy(),
@@ -177,16 +143,16 @@ class Simulator:
 
 
 class PacedSimulator(Simulator):
-    """Step the model on a thread of its own, at its pace.
+    """Step the model on a thread at its pace.
 
-    Nobody waits for anybody: commands are posted to a mailbox that is emptied at each control tick, and
-    readers take the newest snapshot, an object that is replaced and never changed.
+    Nobody waits for anybody: orders are emptied at each control tick, and readers take the newest snapshot,
+    an object that is replaced and never changed.
     """
 
     def __init__(
-        self, mj: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController, pacer: Pacer
+        self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController, pacer: Pacer
     ) -> None:
-        super().__init__(mj, data, controller)
+        super().__init__(mj, data, setpoints)
         self._pacer = pacer
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
@@ -208,13 +174,8 @@ class PacedSimulator(Simulator):
         """Wall seconds by which simulated time lagged behind its schedule in the last second."""
         return self._pacer.lag
 
-    def post(self, command: Command) -> None:
-        """Hand over a command; it takes effect at the next control tick. Ignored after `close`."""
-        if not self._ending.is_set():
-            super().post(command)
-
     def order(self, action: Callable[[], None]) -> None:
-        """Have something done by the thread of the physics at the next tick. Ignored after `close`."""
+        """Let the thread of the physics do something at the next control tick. Ignored after `close`."""
         if not self._ending.is_set():
             super().order(action)
 
@@ -232,34 +193,30 @@ class PacedSimulator(Simulator):
                 _log.error("the physics thread did not end within %g s", _JOIN_TIMEOUT)
 
     def _run(self) -> None:
+        pacer = self._pacer
+        pacer.start(self._snapshot.time, self.tick_period)
         try:
-            self._keep_pace()
+            while not self._ending.is_set():
+                if ticks := pacer.due(self._snapshot.time, _MOST_TICKS_AT_ONCE):
+                    self.advance(ticks)
+                    pacer.record(self._snapshot.time)
+                else:
+                    self._ending.wait(pacer.wait_time(self._snapshot.time))
         except Exception as error:  # noqa: BLE001 - whatever it is, readers must hear of it: see `failure`
             self.failure = error
             _log.exception("the physics stopped at %.3f s", self._snapshot.time)
-
-    def _keep_pace(self) -> None:
-        pacer = self._pacer
-        pacer.start(self._snapshot.time, self.tick_period)
-        while not self._ending.is_set():
-            ticks = pacer.due(self._snapshot.time, _MOST_TICKS_AT_ONCE)
-            if ticks:
-                slips = pacer.slips
-                self.advance(ticks)
-                pacer.record(self._snapshot.time)
-                if slips == 0 and pacer.slips:
-                    _log.warning("the computer does not keep up with speed %g: robot time slips", pacer.speed)
-            else:
-                self._ending.wait(pacer.wait_time(self._snapshot.time))
 
 
 class VirtualSimulator(Simulator):
     """Step the model up to a virtual clock's time whenever somebody looks or commands."""
 
+    real_time_factor: Final = 1.0
+    lag: Final = 0.0
+
     def __init__(
-        self, mj: mujoco.MjModel, data: mujoco.MjData, controller: SetpointController, clock: Clock
+        self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController, clock: Clock
     ) -> None:
-        super().__init__(mj, data, controller)
+        super().__init__(mj, data, setpoints)
         self._clock = clock
         self._begin = clock.now()
         self._lock = threading.Lock()
@@ -270,27 +227,17 @@ class VirtualSimulator(Simulator):
         with self._lock:
             self._catch_up()
 
-    def post(self, command: Command) -> None:
-        """Hand over a command; it takes effect at the first control tick after the clock's time."""
-        with self._lock:
-            self._catch_up()
-            super().post(command)
-
     def order(self, action: Callable[[], None]) -> None:
-        """Have something done at the first control tick after the clock's time."""
+        """Do something at the first control tick after the clock's time."""
         with self._lock:
             self._catch_up()
             super().order(action)
 
-    def place(
-        self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array
-    ) -> None:
-        """Put some joints somewhere at once, at rest."""
+    def at_once(self, action: Callable[[], None]) -> None:
+        """Do something now, between two ticks, and publish the state after it."""
         with self._lock:
             self._catch_up()
-            self._data.qpos[qpos] = positions
-            self._data.qvel[dofs] = 0.0
-            self._controller.place(motors, positions, self._data.ctrl)
+            action()
             self._snapshot = self._take_snapshot()
 
     def start(self) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import mujoco
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 from naoserver.capabilities import Pose, Truth, Vector
 from naoserver.errors import InvalidCommand
 from naoserver_sim.model import FreeIndex, Model
-from naoserver_sim.motors import SetpointController
 from naoserver_sim.simulator import Simulator, Snapshot
 from naoserver_sim.surroundings import about_z
 
@@ -45,30 +45,26 @@ class _Push:
 class SimulatedStage:
     """Tell where everything is, put it somewhere, push the robot.
 
-    Implements `naoserver.capabilities.Stage` and `naoserver_sim.simulator.Part`. Its methods may be called
-    from any thread; what they change is changed at the next control tick, by the thread of the physics.
-    `data` is what the simulator steps, as it is at first; `press` presses touch sensors; each of `moved` is
-    called by the thread of the physics when the robot was put somewhere, and what it did has ended.
+    Implements `naoserver.capabilities.Stage`. Its methods may be called from any thread; what they change is
+    changed at the next control tick, by the thread of the physics. `press` presses touch sensors; `moved` is
+    called by that thread when the robot was put somewhere, and what it did has ended.
     """
 
     def __init__(
         self,
         model: Model,
-        data: mujoco.MjData,
-        setpoints: SetpointController,
         simulator: Simulator,
         *,
         press: Callable[[str, float], None],
-        moved: Sequence[Callable[[], None]] = (),
+        moved: Callable[[], None],
     ) -> None:
         self._model = model
-        self._data = data
-        self._setpoints = setpoints
+        self._data = simulator.data
         self._simulator = simulator
         self._press = press
-        self._moved = tuple(moved)
-        self._start_qpos: Array = data.qpos.copy()
-        self._start_ctrl: Array = data.ctrl.copy()
+        self._moved = moved
+        self._start_qpos: Array = self._data.qpos.copy()
+        self._start_ctrl: Array = self._data.ctrl.copy()
         self._pushes: list[_Push] = []
         self._robot_qpos = np.array(
             [*range(model.base.qpos, model.base.qpos + 7), *model.robot.qpos], dtype=np.intp
@@ -130,8 +126,8 @@ class SimulatedStage:
         qpos[base + 3 : base + 7] = turned
         there = self._simulator.newest().qpos.copy()
         there[self._robot_qpos] = qpos[self._robot_qpos]
-        links = {self._model.mj.body(link).id for link in self._links()}
-        self._require_free("x", there, links)
+        links = np.flatnonzero(self._model.mj.body_rootid == self._model.base.body)
+        self._require_free("x", there, set(links.tolist()))
         self._simulator.order(lambda: self._restore(qpos, only_robot=True))
 
     def push(self, force: Vector, seconds: float) -> None:
@@ -189,13 +185,7 @@ class SimulatedStage:
                 limits = f"{joint.lower:g} to {joint.upper:g}"
                 message = f"{name} is carried: its {what} would be {value:.3g}, and can be {limits}"
                 raise InvalidCommand("position", message)
-
-        def put() -> None:
-            self._data.qpos[index.qpos] = places
-            self._data.qvel[index.dofs] = 0.0
-            self._setpoints.place(index.motors, places, self._data.ctrl)
-
-        self._simulator.order(put)
+        self._simulator.order(partial(self._simulator.put, index.qpos, index.dofs, index.motors, places))
 
     def _place_loose(self, name: str, position: Vector) -> None:
         index = self._model.loose[name]
@@ -221,15 +211,9 @@ class SimulatedStage:
         data.qacc_warmstart[:] = 0.0
         data.xfrc_applied[:] = 0.0
         self._pushes.clear()
-        self._setpoints.place(motors, self._start_ctrl[motors], data.ctrl)
+        self._simulator.setpoints.place(motors, self._start_ctrl[motors], data.ctrl)
         self._simulator.motors.stiffen(motors, np.ones(len(motors)), 0.0)
-        for moved in self._moved:
-            moved()
-
-    def _links(self) -> tuple[str, ...]:
-        """Return the names of the robot's links."""
-        mj, base = self._model.mj, self._model.base.body
-        return tuple(mj.body(number).name for number in range(mj.nbody) if mj.body_rootid[number] == base)
+        self._moved()
 
     def _require_free(self, field: str, qpos: Array, bodies: set[int]) -> None:
         """Raise InvalidCommand when some bodies reach into another, were everything as `qpos` says."""

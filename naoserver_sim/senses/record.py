@@ -155,10 +155,9 @@ class Sample(NamedTuple):
 
 
 class SensorRecord:
-    """Keep the newest measurements, and tell what they mean.
+    """Keep the newest measurements, and return what they mean.
 
-    Implements `naoserver_sim.simulator.Watcher`. `look` belongs to the thread of the physics; `newest` may be
-    read by any thread.
+    `look` belongs to the thread of the physics; `newest` may be read by any thread.
     """
 
     def __init__(

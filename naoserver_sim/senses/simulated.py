@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -173,8 +172,8 @@ _FALLS_EVERY: Final = 2
 class SimulatedSenses:
     """Feel what a Nao feels.
 
-    Implements `naoserver.capabilities.Senses` and `naoserver_sim.simulator.Watcher`. With `noise` every sense
-    is as imperfect as that says, drawn from `random`; the same numbers at the same ticks from the same seed.
+    Implements `naoserver.capabilities.Senses`. With `noise` every sense is as imperfect as that says, drawn
+    from `random`: the same numbers at the same ticks from the same seed.
     """
 
     touch_names = H25.touch_sensors
@@ -183,17 +182,15 @@ class SimulatedSenses:
     def __init__(
         self,
         model: Model,
-        data: mujoco.MjData,
         simulator: Simulator,
-        *,
-        noise: SenseNoise | None = None,
-        random: np.random.Generator | None = None,
+        noise: SenseNoise | None,
+        random: np.random.Generator,
     ) -> None:
-        self._data = data
+        self._data = simulator.data
         self._simulator = simulator
         self._noise = noise
-        self._random = random if random is not None else np.random.default_rng()
-        self.record: Final = SensorRecord(model.mj, data, noise, self._random)
+        self._random = random
+        self.record: Final = SensorRecord(model.mj, self._data, noise, random)
         """What the sensors told at the last ticks: what a controller asks at every tick."""
         self._battery = Battery(model.robot)
         self._sonar = Sonar(model.mj)
@@ -204,7 +201,7 @@ class SimulatedSenses:
         self._motors = np.unique(model.robot.motors)
         self._sonar_every = round(PERIOD / simulator.tick_period)
         self._ticks = 0
-        self._ping: tuple[Array, list[float]] = (data.qpos.copy(), [0.0, 0.0])
+        self._ping: tuple[Array, list[float]] = (self._data.qpos.copy(), [0.0, 0.0])
         self._echo: tuple[Array, SonarReading] | None = None
         self._cached: tuple[Sample, SenseReading] | None = None
 

@@ -8,14 +8,12 @@ from dataclasses import astuple
 from enum import Enum, auto
 from typing import Final
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.model import Model
-from naoserver_sim.motors import SetpointController
 from naoserver_sim.senses.record import SensorRecord, encoded
 from naoserver_sim.simulator import Simulator
 from naoserver_sim.walk.controller import WalkController
@@ -61,9 +59,9 @@ class _Stage(Enum):
 class SimulatedWalker:
     """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
 
-    Implements `naoserver.capabilities.Walker` and `naoserver_sim.simulator.Part`. The methods of the first
-    may be called from any thread; `tick` belongs to the thread of the physics. With `noise` the odometry has
-    the angles of the legs as their encoders tell them.
+    Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
+    `abandon` belong to the thread of the physics. With `noise` the odometry has the angles of the legs as
+    their encoders report them.
     """
 
     limits = LIMITS
@@ -71,15 +69,13 @@ class SimulatedWalker:
     def __init__(
         self,
         model: Model,
-        data: mujoco.MjData,
-        setpoints: SetpointController,
         simulator: Simulator,
         sensors: SensorRecord,
         *,
         noise: bool = False,
     ) -> None:
-        self._data = data
-        self._setpoints = setpoints
+        self._data = simulator.data
+        self._setpoints = simulator.setpoints
         self._simulator = simulator
         self._sensors = sensors
         self._noise = noise
@@ -88,8 +84,8 @@ class SimulatedWalker:
         motors = [names.index(name) for name in LEG_MOTORS]
         self._joints = model.robot.qpos[joints]
         self._motors: NDArray[np.intp] = model.robot.motors[motors]
-        self._trim = Trim(model.mj, data)
-        self._arms = ArmSwing(model.robot, setpoints)
+        self._trim = Trim(model.mj, self._data)
+        self._arms = ArmSwing(model.robot, self._setpoints)
         self._controller = WalkController()
         self._odometer = Odometer(Legs())
         self._stage = _Stage.RESTING
@@ -158,10 +154,7 @@ class SimulatedWalker:
             self._step(seconds)
 
     def abandon(self) -> None:
-        """End the walk at once, the legs where they are: it fell, or was put elsewhere.
-
-        Belongs to the thread of the physics.
-        """
+        """End the walk at once, the legs where they are: it fell, or was put elsewhere."""
         self._controller.reset()
         self._odometer.lose_footing()
         self._commanded = self._velocity = _STILL

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim.motors import Command, SetpointController
+from naoserver_sim.motors import SetpointController
 from naoserver_sim.pacing import Pacer
 from naoserver_sim.simulator import STEPS_PER_TICK, PacedSimulator, Simulator
 from tests.support.limits import LIMIT
@@ -35,6 +35,10 @@ def controller():
     return SetpointController(np.zeros(1), np.array([-1.0]), np.array([1.0]), np.array([2.0]))
 
 
+def move(simulator, target, speed):
+    simulator.order(lambda: simulator.setpoints.move(np.array([0]), np.array([target]), np.array([speed])))
+
+
 def test_time_is_counted_in_ticks(mj, data):
     simulator = Simulator(mj, data, controller())
     simulator.advance(100_000)
@@ -46,7 +50,7 @@ def test_one_advance_of_many_ticks_equals_many_of_one(mj):
     results = []
     for portions in ([50], [1] * 50, [20, 30]):
         simulator = Simulator(mj, mujoco.MjData(mj), controller())
-        simulator.post(Command(np.array([0]), np.array([0.3]), np.array([1.0])))
+        move(simulator, 0.3, 1.0)
         for portion in portions:
             simulator.advance(portion)
         results.append(simulator.newest())
@@ -58,7 +62,7 @@ def test_a_snapshot_stays_as_it_is(mj, data):
     simulator = Simulator(mj, data, controller())
     before = simulator.newest()
     position = float(before.qpos[0])
-    simulator.post(Command(np.array([0]), np.array([1.0]), np.array([2.0])))
+    move(simulator, 1.0, 2.0)
     simulator.advance(10)
     assert before.qpos[0] == position
     assert simulator.newest().qpos[0] != position

@@ -93,7 +93,7 @@ def test_carried_ball_is_told_where_the_physics_has_it(scene):
     scene.after(0.1)
     model = scene.robot._model
     data = mujoco.MjData(model.mj)
-    data.qpos[:] = scene.robot._physics.newest().qpos
+    data.qpos[:] = scene.robot._simulator.newest().qpos
     mujoco.mj_kinematics(model.mj, data)
     assert scene.place_of("BallRed") == pytest.approx(data.body("BallRed").xpos, abs=1e-9)
 
