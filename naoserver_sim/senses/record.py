@@ -190,37 +190,26 @@ class SensorRecord:
         self._samples.append(Sample(time, self._data.sensordata.copy(), errors))
         self.newest = self._samples[0]
 
-    def turning(self, sample: Sample | None = None) -> Vector:
-        """Return the turning rate of the torso in rad/s about its own axes."""
-        return _vector(sample or self.newest, self._turning, 3)
-
-    def tilt(self, sample: Sample | None = None) -> tuple[float, float]:
-        """Return roll, positive to the right side, and pitch, positive forwards, of the torso in rad."""
+    def inertial(self, sample: Sample | None = None) -> InertialReading:
+        """Return what the inertial unit measures."""
         sample = sample or self.newest
-        begin = self._attitude
-        w, x, y, z = sample.values[begin : begin + 4].tolist()
+        w, x, y, z = sample.values[self._attitude : self._attitude + 4].tolist()
         roll = math.atan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
         pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - x * z))))
         if sample.errors is not None:
             roll_error, pitch_error = sample.errors[6:8].tolist()
-            return roll + roll_error, pitch + pitch_error
-        return roll, pitch
+            roll, pitch = roll + roll_error, pitch + pitch_error
+        force, turning = _vector(sample, self._acceleration, 0), _vector(sample, self._turning, 3)
+        return InertialReading(force, turning, roll, pitch)
 
     def leaning(self) -> float:
         """Return the angle between the torso's z axis and the vertical in rad."""
-        roll, pitch = self.tilt()
-        return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
+        reading = self.inertial()
+        return math.acos(max(-1.0, min(1.0, math.cos(reading.roll) * math.cos(reading.pitch))))
 
     def bumps(self, sample: Sample) -> tuple[float, ...]:
         """Return the forces on the bumpers in N."""
         return tuple(float(sample.values[bumper]) for bumper in self._bumpers)
-
-    def inertial(self, sample: Sample | None = None) -> InertialReading:
-        """Return what the inertial unit tells."""
-        sample = sample or self.newest
-        roll, pitch = self.tilt(sample)
-        force = _vector(sample, self._acceleration, 0)
-        return InertialReading(force, self.turning(sample), roll, pitch)
 
     def feet(self, sample: Sample | None = None) -> tuple[FootReading, FootReading]:
         """Return what the sensors of the left and of the right sole tell."""

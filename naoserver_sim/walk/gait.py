@@ -14,36 +14,33 @@ from typing import Final
 
 from naoserver.capabilities import WalkVelocity
 
-__all__ = ["AT_REST", "LEFT", "RIGHT", "FootOffset", "Gait", "GaitOptions"]
+__all__ = ["AT_REST", "LEFT", "RIGHT", "FootOffset", "Gait"]
 
 LEFT: Final = 0
 RIGHT: Final = 1
 
 
-@dataclass(frozen=True, slots=True)
-class GaitOptions:
-    """The rhythm and the reach of the steps."""
-
-    period: float = 0.25
-    """Seconds that a step is planned to last."""
-    lift: float = 0.013
-    """Height in m to which a foot is lifted."""
-    earliest_touch: float = 0.5
-    """Part of the period before which no touch of the swinging foot counts."""
-    latest_touch: float = 1.6
-    """Part of the period after which the next step begins without a touch."""
-    lowering: float = 0.3
-    """Part of the period within which a foot that touched early comes down."""
-    touch_load: float = 3.0
-    """Load in N by which a foot touches the floor."""
-    forward_change: float = 0.012
-    """Most by which the length of a step changes from one to the next in m."""
-    left_change: float = 0.02
-    """Most by which its width changes in m."""
-    turn_change: float = 0.12
-    """Most by which its turn changes in rad."""
-    slowing: float = 2.0
-    """By how much more than that a step may become smaller."""
+# The rhythm and the reach of the steps.
+PERIOD: Final = 0.25
+"""Seconds that a step is planned to last."""
+LIFT: Final = 0.013
+"""Height in m to which a foot is lifted."""
+EARLIEST_TOUCH: Final = 0.5
+"""Part of the period before which no touch of the swinging foot counts."""
+LATEST_TOUCH: Final = 1.6
+"""Part of the period after which the next step begins without a touch."""
+LOWERING: Final = 0.3
+"""Part of the period within which a foot that touched early comes down."""
+_TOUCH_LOAD: Final = 3.0
+"""Load in N by which a foot touches the floor."""
+FORWARD_CHANGE: Final = 0.012
+"""Most by which the length of a step changes from one to the next in m."""
+_LEFT_CHANGE: Final = 0.02
+"""Most by which its width changes in m."""
+_TURN_CHANGE: Final = 0.12
+"""Most by which its turn changes in rad."""
+_SLOWING: Final = 2.0
+"""By how much more than that a step may become smaller."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +60,7 @@ AT_REST: Final = FootOffset()
 class Gait:
     """Walk in steps; `tick` it at the pace of control."""
 
-    def __init__(self, options: GaitOptions | None = None) -> None:
-        self.options: Final = options or GaitOptions()
+    def __init__(self) -> None:
         self.walking = False
         """Whether it makes steps; false when both feet stand at rest."""
         self.swing = RIGHT
@@ -74,9 +70,7 @@ class Gait:
         self.phase = 0.0
         """The part of the planned period that has passed, at most 1."""
         self._time = 0.0
-        self._step = (
-            AT_REST  # what the current step is for: x forward and y, yaw to the left in a pair of steps
-        )
+        self._step = AT_REST  # what it is for: x forward; y, and yaw to the left in a pair of steps
         self._from = [AT_REST, AT_REST]
         self.feet = [AT_REST, AT_REST]
         """Left and right foot."""
@@ -99,7 +93,7 @@ class Gait:
             self.walking = True
             self._begin(RIGHT if wanted.y <= 0.0 else LEFT, wanted)
         self._time += seconds
-        self.phase = min(self._time / self.options.period, 1.0)
+        self.phase = min(self._time / PERIOD, 1.0)
         ended = self._has_ended(loads[self.swing])
         if ended:
             if self._rests(wanted):
@@ -117,15 +111,12 @@ class Gait:
         self.feet = [FootOffset(lift=left_lift), FootOffset(lift=right_lift)]
 
     def _wanted(self, velocity: WalkVelocity) -> FootOffset:
-        period = self.options.period
         # Sideways and about, every other step only brings the feet together again.
-        return FootOffset(velocity.forward * period, 2 * velocity.left * period, 2 * velocity.turn * period)
+        return FootOffset(velocity.forward * PERIOD, 2 * velocity.left * PERIOD, 2 * velocity.turn * PERIOD)
 
     def _has_ended(self, load: float) -> bool:
-        options = self.options
-        if self._time > options.latest_touch * options.period:
-            return True
-        return self.phase >= options.earliest_touch and load > options.touch_load
+        late = self._time > LATEST_TOUCH * PERIOD
+        return late or (self.phase >= EARLIEST_TOUCH and load > _TOUCH_LOAD)
 
     def _rests(self, wanted: FootOffset) -> bool:
         """Return whether nothing is wanted and the feet are as good as together."""
@@ -134,16 +125,15 @@ class Gait:
         return all(abs(foot.x) < 0.004 and abs(foot.y) < 0.004 and abs(foot.yaw) < 0.02 for foot in self.feet)
 
     def _begin(self, swing: int, wanted: FootOffset) -> None:
-        options = self.options
         self.swing = swing
         self.steps += 1
         self._time = 0.0
         self.phase = 0.0
         self._from = list(self.feet)
         self._step = FootOffset(
-            _nearer(self._step.x, wanted.x, options.forward_change, options.slowing),
-            _nearer(self._step.y, wanted.y, options.left_change, options.slowing),
-            _nearer(self._step.yaw, wanted.yaw, options.turn_change, options.slowing),
+            _nearer(self._step.x, wanted.x, FORWARD_CHANGE),
+            _nearer(self._step.y, wanted.y, _LEFT_CHANGE),
+            _nearer(self._step.yaw, wanted.yaw, _TURN_CHANGE),
         )
 
     def _move(self) -> None:
@@ -151,7 +141,7 @@ class Gait:
         eased = 0.5 * (1.0 - math.cos(math.pi * phase))
         begun_swing, begun_support = self._from[swing], self._from[support]
         # A foot that touched before it was expected is stretched to the height that the floor has there.
-        lowered = self.options.lift * phase / self.options.lowering
+        lowered = LIFT * phase / LOWERING
         half = self._step.x / 2
         outwards = 1.0 if swing == LEFT else -1.0
         # Only the foot on the side of a movement can lead it; the other one closes up.
@@ -161,7 +151,7 @@ class Gait:
             begun_swing.x + (half - begun_swing.x) * eased,
             begun_swing.y + (y - begun_swing.y) * eased,
             begun_swing.yaw + (yaw - begun_swing.yaw) * eased,
-            max(self.options.lift * 4.0 * phase * (1.0 - phase), begun_swing.lift - lowered),
+            max(LIFT * 4.0 * phase * (1.0 - phase), begun_swing.lift - lowered),
         )
         self.feet[support] = FootOffset(
             begun_support.x + (-half - begun_support.x) * phase,
@@ -172,16 +162,16 @@ class Gait:
 
     def _lower(self, seconds: float) -> None:
         """Let the feet of a walk that has ended come down."""
-        lowered = self.options.lift * seconds / (self.options.lowering * self.options.period)
+        lowered = LIFT * seconds / (LOWERING * PERIOD)
         self.feet = [
             replace(foot, lift=max(foot.lift - lowered, 0.0)) if foot.lift else foot for foot in self.feet
         ]
 
 
-def _nearer(value: float, wanted: float, most: float, slowing: float) -> float:
+def _nearer(value: float, wanted: float, most: float) -> float:
     """Return a value that is nearer to what is wanted by `most`, or more where that is nearer to 0."""
     if value * wanted < 0.0:
         wanted = 0.0  # to stand still comes before the way back
     if abs(wanted) < abs(value):
-        most *= slowing
+        most *= _SLOWING
     return value + max(-most, min(most, wanted - value))

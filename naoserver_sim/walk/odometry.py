@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
+from naoserver.capabilities import InertialReading
 from naoserver_sim.walk.kinematics import Legs, Vector
 
-__all__ = ["Attitude", "FloorPose", "Odometer"]
+__all__ = ["FloorPose", "Odometer"]
 
 _LEFT: Final = 1.0
 _RIGHT: Final = -1.0
@@ -26,20 +26,7 @@ _LONGEST: Final = 500
 """Ticks of standing still over which the offset of the gyrometer is the mean."""
 
 
-@dataclass(frozen=True, slots=True)
-class Attitude:
-    """What the inertial unit tells."""
-
-    turning: Vector = (0.0, 0.0, 0.0)
-    """Turning rate about the torso's axes in rad/s."""
-    roll: float = 0.0
-    """Of the torso against the vertical in rad."""
-    pitch: float = 0.0
-    """Of the torso against the vertical in rad."""
-
-
-@dataclass(frozen=True, slots=True)
-class FloorPose:
+class FloorPose(NamedTuple):
     """A place on the floor in m, and a heading in rad within (-pi, pi]."""
 
     x: float = 0.0
@@ -66,7 +53,7 @@ class Odometer:
         self,
         seconds: float,
         joints: Sequence[float],
-        attitude: Attitude,
+        inertial: InertialReading,
         loads: tuple[float, float],
         *,
         resting: bool = False,
@@ -77,14 +64,14 @@ class Odometer:
         `resting` says that the legs have no part in a walk.
         """
         before = self.pose
-        rate = _yaw_rate(attitude)
-        if resting and max(map(abs, attitude.turning)) < _STILL:
+        rate = _yaw_rate(inertial)
+        if resting and max(map(abs, inertial.angular_velocity)) < _STILL:
             self._still = min(self._still + 1, _LONGEST)
             self._offset += (rate - self._offset) / self._still
         heading = _wrapped(before.heading + (rate - self._offset) * seconds)
         soles = (
-            _in_world(self._legs.sole(_LEFT, joints[:6]), attitude, heading),
-            _in_world(self._legs.sole(_RIGHT, joints[6:]), attitude, heading),
+            _in_world(self._legs.sole(_LEFT, joints[:6]), inertial, heading),
+            _in_world(self._legs.sole(_RIGHT, joints[6:]), inertial, heading),
         )
         x, y = before.x, before.y
         total = loads[0] + loads[1]
@@ -98,19 +85,19 @@ class Odometer:
         self.pose = FloorPose(x, y, heading)
 
 
-def _yaw_rate(attitude: Attitude) -> float:
+def _yaw_rate(inertial: InertialReading) -> float:
     """Return how fast the heading turns, of the rates about the axes of a torso that tilts."""
-    _, about_y, about_z = attitude.turning
-    upright = max(math.cos(attitude.pitch), 0.1)  # a torso that lies has no heading
-    return (about_y * math.sin(attitude.roll) + about_z * math.cos(attitude.roll)) / upright
+    _, about_y, about_z = inertial.angular_velocity
+    upright = max(math.cos(inertial.pitch), 0.1)  # a torso that lies has no heading
+    return (about_y * math.sin(inertial.roll) + about_z * math.cos(inertial.roll)) / upright
 
 
-def _in_world(point: Vector, attitude: Attitude, heading: float) -> Vector:
+def _in_world(point: Vector, inertial: InertialReading, heading: float) -> Vector:
     """Turn a vector of the torso's frame about x by roll, about y by pitch and about z by heading."""
     x, y, z = point
-    cosine, sine = math.cos(attitude.roll), math.sin(attitude.roll)
+    cosine, sine = math.cos(inertial.roll), math.sin(inertial.roll)
     y, z = y * cosine - z * sine, y * sine + z * cosine
-    cosine, sine = math.cos(attitude.pitch), math.sin(attitude.pitch)
+    cosine, sine = math.cos(inertial.pitch), math.sin(inertial.pitch)
     x, z = x * cosine + z * sine, z * cosine - x * sine
     cosine, sine = math.cos(heading), math.sin(heading)
     return x * cosine - y * sine, x * sine + y * cosine, z

@@ -18,7 +18,7 @@ from naoserver_sim.senses.record import SensorRecord, encoded
 from naoserver_sim.simulator import Simulator
 from naoserver_sim.walk.controller import WalkController
 from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, Legs
-from naoserver_sim.walk.odometry import Attitude, Odometer
+from naoserver_sim.walk.odometry import Odometer
 from naoserver_sim.walk.upper_body import ArmSwing, Trim
 
 __all__ = ["LIMITS", "SimulatedWalker"]
@@ -94,7 +94,7 @@ class SimulatedWalker:
         self._rising = 0.0
         self._newest = self._commanded = _STILL
         self._velocity = _STILL  # what the feet are told
-        self._attitude = Attitude()
+        self._inertial = sensors.inertial()
         self._loads = sensors.loads()
 
     def command(self, velocity: WalkVelocity) -> None:
@@ -126,19 +126,18 @@ class SimulatedWalker:
     def odometry(self) -> Odometry:
         """Return where the robot believes to be, by its joints and its inertial unit."""
         time = self._simulator.newest().time
-        pose = self._odometer.pose
-        return Odometry(time, pose.x, pose.y, pose.heading)
+        return Odometry(time, *self._odometer.pose)
 
     def tick(self, seconds: float) -> None:
         """Set the setpoints of legs and arms while it walks, and follow where it gets to."""
         sensors = self._sensors
-        self._attitude = Attitude(sensors.turning(), *sensors.tilt())
+        self._inertial = sensors.inertial()
         self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
         joints: Sequence[float] = self._data.qpos[self._joints].tolist()
         if self._noise:
             joints = encoded(joints)
-        self._odometer.tick(seconds, joints, self._attitude, self._loads, resting=resting)
+        self._odometer.tick(seconds, joints, self._inertial, self._loads, resting=resting)
         if resting and self._velocity == _STILL:
             return
         if self._hindrance(self._simulator.motors.stiffnesses):
@@ -169,8 +168,7 @@ class SimulatedWalker:
 
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
         """Return why it cannot walk; empty when it can."""
-        attitude = self._attitude
-        if max(abs(attitude.roll), abs(attitude.pitch)) > _TILT:
+        if max(abs(self._inertial.roll), abs(self._inertial.pitch)) > _TILT:
             return "it lies, or it falls; let it stand up first"
         if self._stage is _Stage.RESTING and sum(self._loads) < _WEIGHT:
             return "it does not stand on its feet"
@@ -203,7 +201,7 @@ class SimulatedWalker:
 
     def _step(self, seconds: float) -> None:
         controller = self._controller
-        turning, shift = self._attitude.turning, self._trim.shift
+        turning, shift = self._inertial.angular_velocity, self._trim.shift
         angles = controller.tick(seconds, self._velocity, turning, self._loads, shift)
         self._place(np.array(angles))
         self._arms.tick(controller.gait.feet, self._data.ctrl)

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.capabilities import WalkVelocity
-from naoserver_sim.walk.gait import AT_REST, LEFT, RIGHT, Gait, GaitOptions
+from naoserver_sim.walk import gait as options
+from naoserver_sim.walk.gait import AT_REST, LEFT, RIGHT, Gait
 from tests.support.examples import examples
 
 TICK = 0.01
 STILL = WalkVelocity()
 AIRBORNE = (0.0, 0.0)
-OPTIONS = GaitOptions()
 
 velocities = st.builds(WalkVelocity, st.floats(-0.35, 0.35), st.floats(-0.14, 0.14), st.floats(-1.0, 1.0))
 loads = st.tuples(st.floats(0.0, 60.0), st.floats(0.0, 60.0))
@@ -49,13 +49,13 @@ def test_whatever_is_commanded_and_felt_feet_stay_in_reach_and_one_of_them_on_th
         for _ in range(ticks):
             gait.tick(TICK, velocity, felt)
             left, right = gait.feet
-            if gait.phase >= OPTIONS.lowering:
+            if gait.phase >= options.LOWERING:
                 assert min(left.lift, right.lift) == 0.0
-            assert max(left.lift, right.lift) <= OPTIONS.lift
+            assert max(left.lift, right.lift) <= options.LIFT
             for foot in gait.feet:
-                assert abs(foot.x) <= 0.35 * OPTIONS.period / 2 + 1e-9
-                assert abs(foot.y) <= 0.14 * OPTIONS.period + 1e-9
-                assert abs(foot.yaw) <= 1.0 * OPTIONS.period + 1e-9
+                assert abs(foot.x) <= 0.35 * options.PERIOD / 2 + 1e-9
+                assert abs(foot.y) <= 0.14 * options.PERIOD + 1e-9
+                assert abs(foot.yaw) <= 1.0 * options.PERIOD + 1e-9
 
 
 @given(velocities, st.floats(0.3, 3.0))
@@ -116,19 +116,19 @@ def test_a_step_ends_when_the_foot_touches_but_not_while_it_rises():
     gait = Gait()
     heavy = (30.0, 30.0)
     ended = [gait.tick(TICK, WalkVelocity(forward=0.1), heavy) for _ in range(40)]
-    assert ended.index(True) + 1 == math.ceil(OPTIONS.earliest_touch * OPTIONS.period / TICK - 1e-9)
+    assert ended.index(True) + 1 == math.ceil(options.EARLIEST_TOUCH * options.PERIOD / TICK - 1e-9)
 
 
 def test_a_step_whose_foot_never_touches_ends_all_the_same():
     gait = Gait()
     ended = [gait.tick(TICK, WalkVelocity(forward=0.1), AIRBORNE) for _ in range(60)]
-    assert ended.index(True) * TICK == pytest.approx(OPTIONS.latest_touch * OPTIONS.period, abs=2 * TICK)
+    assert ended.index(True) * TICK == pytest.approx(options.LATEST_TOUCH * options.PERIOD, abs=2 * TICK)
 
 
 def test_a_foot_that_touches_early_comes_down_without_a_jump():
     gait, heavy = Gait(), (30.0, 30.0)
     last = [foot.lift for foot in gait.feet]
-    most = OPTIONS.lift * TICK / OPTIONS.period * max(4.0, 1.0 / OPTIONS.lowering)
+    most = options.LIFT * TICK / options.PERIOD * max(4.0, 1.0 / options.LOWERING)
     for tick in range(400):
         gait.tick(TICK, WalkVelocity(forward=0.1) if tick < 200 else STILL, heavy)
         now = [foot.lift for foot in gait.feet]
@@ -140,7 +140,7 @@ def test_a_foot_that_touches_early_comes_down_without_a_jump():
 def test_a_walk_ends_in_fewer_steps_than_it_begins():
     gait = Gait()
     velocity = WalkVelocity(forward=0.3)
-    steps_until_full = math.ceil(velocity.forward * OPTIONS.period / OPTIONS.forward_change)
+    steps_until_full = math.ceil(velocity.forward * options.PERIOD / options.FORWARD_CHANGE)
     walk(gait, velocity, 4.0)
     begun = gait.steps
     walk(gait, STILL, 4.0)
@@ -155,4 +155,4 @@ def test_steps_grow_little_by_little():
             left, right = gait.feet
             lengths.append(abs(left.x - right.x))
     assert lengths[0] < 0.4 * lengths[-1]
-    assert all(later - earlier <= 2 * OPTIONS.forward_change for earlier, later in pairwise(lengths))
+    assert all(later - earlier <= 2 * options.FORWARD_CHANGE for earlier, later in pairwise(lengths))

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from naoserver.capabilities import InertialReading
 from naoserver_sim.walk.kinematics import FootPose, Legs
-from naoserver_sim.walk.odometry import Attitude, Odometer
+from naoserver_sim.walk.odometry import Odometer
 from tests.support.examples import examples
 
 TICK = 0.01
@@ -21,25 +22,25 @@ def joints(forward=0.0, left=0.0):
 
 
 def turning(rate):
-    return Attitude(turning=(0.0, 0.0, rate))
+    return InertialReading((0.0, 0.0, 9.81), (0.0, 0.0, rate), 0.0, 0.0)
 
 
 @given(st.floats(-0.04, 0.04), st.floats(-0.03, 0.03), st.floats(0.0, 50.0), st.floats(1.0, 50.0))
 @settings(max_examples=examples(40))
 def test_the_torso_moves_as_far_as_the_soles_that_carry_move_below_it(forward, left, one, other):
     odometer = Odometer(Legs())
-    odometer.tick(TICK, joints(), Attitude(), (one, other))
-    odometer.tick(TICK, joints(forward, left), Attitude(), (one, other))
+    odometer.tick(TICK, joints(), turning(0.0), (one, other))
+    odometer.tick(TICK, joints(forward, left), turning(0.0), (one, other))
     assert (odometer.pose.x, odometer.pose.y) == pytest.approx((-forward, -left), abs=1e-6)
 
 
 def test_a_sole_that_carries_nothing_does_not_count():
     odometer = Odometer(Legs())
     still, moved = joints(), joints(0.04)
-    odometer.tick(TICK, still, Attitude(), (50.0, 0.0))
-    odometer.tick(TICK, still[:6] + moved[6:], Attitude(), (50.0, 0.0))
+    odometer.tick(TICK, still, turning(0.0), (50.0, 0.0))
+    odometer.tick(TICK, still[:6] + moved[6:], turning(0.0), (50.0, 0.0))
     assert odometer.pose.x == pytest.approx(0.0, abs=1e-9)
-    odometer.tick(TICK, joints(), Attitude(), (0.0, 0.0))
+    odometer.tick(TICK, joints(), turning(0.0), (0.0, 0.0))
     assert odometer.pose.x == pytest.approx(0.0, abs=1e-9)
 
 
@@ -86,8 +87,8 @@ def test_a_robot_that_is_turned_while_it_rests_has_turned():
 
 def test_soles_that_were_put_elsewhere_have_not_moved_the_robot():
     odometer = Odometer(Legs())
-    odometer.tick(TICK, joints(), Attitude(), STANDING)
+    odometer.tick(TICK, joints(), turning(0.0), STANDING)
     odometer.lose_footing()
     for _ in range(10):
-        odometer.tick(TICK, joints(0.05), Attitude(), STANDING)
+        odometer.tick(TICK, joints(0.05), turning(0.0), STANDING)
     assert odometer.pose.x == pytest.approx(0.0, abs=1e-9)
