@@ -1,11 +1,11 @@
 """The simulated Nao: the H25 body in MuJoCo behind the `Robot` protocol, and the command `naoserver-sim`.
 
 Module            What it holds
-`body`            the body made from its facts: links, joints, motors, contact shapes, cameras
-`contacts`        what touches what
+`scene.xml`       what every model begins with: physics, light, gains, what touches what
+`body`            the body made from its facts: links, joints, motors, contact shapes, cameras, sensors
 `appearance`      what a person sees of it, read from skin.toml and skin.obj; the lamps
 `world`, `worlds` what surrounds the robot, read from files
-`surroundings`    all that in the model; a soccer field in `field`
+`surroundings`    all that in the model
 `model`           all of it compiled, and the robot put on its feet
 `motors`          setpoints that move at limited speed, stiffness, heat
 `pacing`          simulated time against the wall clock
@@ -17,5 +17,5 @@ Module            What it holds
 `geometry`        the visible shapes as JSON, for the editor
 `robot`           `SimulatedRobot`
 `learning`        environments of Gymnasium in which it learns
-`cli`, `command`  the command; several robots at once in `team`
+`command`         the command; several robots at once in `team`
 """

@@ -30,7 +30,6 @@ __all__ = [
     "look_of",
     "read_meshes",
     "read_skin",
-    "turned_to",
 ]
 
 VISUAL_GROUP: Final = 1
@@ -164,13 +163,6 @@ def _geometry(spec: mujoco.MjSpec, shape: Shape, *, mirrored: bool) -> dict[str,
     if shape.kind == "capsule":
         return {"size": size, "fromto": [*(mirror * shape.at), *(mirror * shape.to)]}
     return {"size": size, "pos": mirror * shape.at, "zaxis": mirror * shape.normal}
-
-
-def turned_to(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the quaternion (w, x, y, z) that turns the z axis to a direction."""
-    quat = np.zeros(4)
-    mujoco.mju_quatZ2Vec(quat, direction / np.linalg.norm(direction))
-    return quat
 
 
 def _add_mesh(spec: mujoco.MjSpec, name: str, *, mirrored: bool) -> str:

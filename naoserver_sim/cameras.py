@@ -131,18 +131,18 @@ class CameraRenderer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start the thread, which sets GL up; the first `capture` does it otherwise."""
+        """Start the thread, and wait until it has set GL up or failed to, 10 s at most.
+
+        MuJoCo lets nothing else run meanwhile.
+        """
         with self._lock:
             if self._thread is None and not self._closed:
                 self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
                 self._thread.start()
-
-    def wait(self) -> None:
-        """Wait until GL is set up or has failed, 10 s at most; MuJoCo lets nothing else run meanwhile."""
         self._ready.wait(_SETUP_TIMEOUT)
 
     def close(self) -> None:
-        """Fail what is waiting, free GL, and wait until the thread has ended."""
+        """Render what is waiting, free GL, and wait until the thread has ended."""
         with self._lock:
             self._closed = True
             thread = self._thread
@@ -162,7 +162,7 @@ class CameraRenderer:
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot was closed")
         self.start()
-        if not self._ready.wait(_SETUP_TIMEOUT):
+        if not self._ready.is_set():
             raise HardwareFailure(f"{camera}: GL was not set up within {_SETUP_TIMEOUT:g} s")
         request = _Request(camera, width, height)
         try:
@@ -199,7 +199,6 @@ class CameraRenderer:
                     self._serve(scene, request)
         finally:
             scene.close()
-            self._fail_waiting()
 
     def _serve(self, scene: _Scene, request: _Request) -> None:
         try:
@@ -212,14 +211,13 @@ class CameraRenderer:
         except Exception as error:  # noqa: BLE001 - it is the caller's to hear, whatever it is
             request.frame.set_exception(HardwareFailure(f"{request.camera}: rendering failed: {error}"))
 
-    def _fail_waiting(self) -> None:
-        while True:
-            try:
-                request = self._requests.get_nowait()
-            except queue.Empty:
-                return
-            if request is not None and request.frame.set_running_or_notify_cancel():
-                request.frame.set_exception(HardwareFailure(f"{request.camera}: the robot was closed"))
+
+def put_cameras(mj: mujoco.MjModel, data: mujoco.MjData, qpos: NDArray[np.float64]) -> None:
+    """Work out where bodies, lights and cameras are at the positions of the joints."""
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(mj, data)
+    mujoco.mj_comPos(mj, data)
+    mujoco.mj_camlight(mj, data)
 
 
 class _Scene:
@@ -250,10 +248,7 @@ class _Scene:
     def render(self, snapshot: Snapshot, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """Return what a camera sees as (height, width, 3) bytes, row 0 on top."""
         mj, data = self._mj, self._data
-        data.qpos[:] = snapshot.qpos
-        mujoco.mj_kinematics(mj, data)
-        mujoco.mj_comPos(mj, data)
-        mujoco.mj_camlight(mj, data)
+        put_cameras(mj, data, snapshot.qpos)
         self._view.fixedcamid = mj.camera(camera).id
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(mj, data, self._options, self._perturb, self._view, everything, self._scene)

@@ -15,12 +15,13 @@ import json
 from pathlib import Path
 from typing import Any, Final
 
+import mujoco
 import numpy as np
 import typer
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver_sim.appearance import Shape, read_meshes, read_skin, turned_to
+from naoserver_sim.appearance import Shape, read_meshes, read_skin
 from naoserver_sim.world import BALL_RADIUS, DEFAULT_WORLD, load_world
 
 __all__ = ["describe_body"]
@@ -81,7 +82,9 @@ def _form(shape: Shape, meshes: dict[str, int], *, mirrored: bool) -> dict[str, 
         end = mirror * shape.to
         place, axis = (place + end) / 2, place - end
         size[1] = float(np.linalg.norm(axis)) / 2
-    w, x, y, z = turned_to(axis)
+    quat = np.zeros(4)
+    mujoco.mju_quatZ2Vec(quat, axis / np.linalg.norm(axis))
+    w, x, y, z = quat
     return {
         "kind": {"disc": "cylinder"}.get(shape.kind, shape.kind),
         "size": _rounded(size),

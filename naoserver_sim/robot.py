@@ -18,7 +18,7 @@ from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedVoice
 from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim.appearance import Lamps
-from naoserver_sim.cameras import CameraRenderer
+from naoserver_sim.cameras import CameraRenderer, put_cameras
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.motors import SetpointController
 from naoserver_sim.pacing import Pacer
@@ -181,10 +181,7 @@ class SimulatedRobot(SimulatedDevice):
         Raises KeyError when there is no such camera.
         """
         mj, data = self._model.mj, self._scratch
-        data.qpos[:] = self._simulator.newest().qpos
-        mujoco.mj_kinematics(mj, data)
-        mujoco.mj_comPos(mj, data)
-        mujoco.mj_camlight(mj, data)
+        put_cameras(mj, data, self._simulator.newest().qpos)
         index = mj.camera(camera).id
         return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
@@ -192,7 +189,6 @@ class SimulatedRobot(SimulatedDevice):
         """Start the threads of cameras and physics; under a virtual clock there are none."""
         if isinstance(self._simulator, PacedSimulator):
             self._renderer.start()
-            self._renderer.wait()
         self._simulator.start()
 
     def check(self) -> None:

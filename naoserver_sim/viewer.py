@@ -10,6 +10,7 @@ from typing import Final
 import mujoco
 
 from naoserver.errors import HardwareFailure
+from naoserver_sim.cameras import put_cameras
 from naoserver_sim.simulator import Snapshot
 
 _FRAME_INTERVAL: Final = 1 / 30
@@ -47,20 +48,13 @@ def show(
     except (ImportError, RuntimeError, mujoco.FatalError) as error:
         raise HardwareFailure(f"the window cannot be opened: {error}") from error
     with window:
-        _look_at_the_scene(window.cam)
+        # From the front and the right, on the robot and the space in which the balls move.
+        window.cam.lookat[:] = (0.4, 0.0, 0.3)
+        window.cam.distance, window.cam.azimuth, window.cam.elevation = 2.2, 135.0, -15.0
         while window.is_running() and not ended(_FRAME_INTERVAL):
             snapshot = newest()
             with window.lock():
                 shine()
                 data.time = snapshot.time
-                data.qpos[:] = snapshot.qpos
-                mujoco.mj_kinematics(mj, data)
-                mujoco.mj_comPos(mj, data)
-                mujoco.mj_camlight(mj, data)
+                put_cameras(mj, data, snapshot.qpos)
             window.sync()
-
-
-def _look_at_the_scene(view: mujoco.MjvCamera) -> None:
-    """Look from the front and the right on the robot and the space in which the balls move."""
-    view.lookat[:] = (0.4, 0.0, 0.3)
-    view.distance, view.azimuth, view.elevation = 2.2, 135.0, -15.0

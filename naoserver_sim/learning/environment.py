@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
+from naoserver.body import H25
 from naoserver.capabilities import InertialReading, SenseReading, Truth
 from naoserver.robot import JointReading
 from naoserver_sim.robot import SimulatedRobot
@@ -28,6 +29,8 @@ _MOST: Final = 10.0
 """Bound of every number of an observation, which are scaled to be about 1; what is beyond is cut off."""
 _RENDERED: Final = ("CameraOutside", 320, 240)
 _SETTLING: Final = 0.2
+_FRACTION: Final = 0.5
+"""Of the joints' full speeds at which they are driven at most: the body stands firm then."""
 _WEIGHT: Final = 53.0  # of the body in N
 _SEEDS: Final = 2**31
 
@@ -47,19 +50,22 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     """A robot that does what each action says for PERIOD of simulated time.
 
     An episode is a robot of its own: after `reset(seed=n)` the same actions lead to the same observations and
-    rewards, bit by bit, whatever was before.
+    rewards, bit by bit, whatever was before. Actions move the joints `moved`; observations are their angles
+    and speeds, and `more` numbers.
     """
 
     # Gymnasium declares it as the instance's own.
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
 
-    def __init__(self, observations: int, actions: int, options: Options) -> None:
+    def __init__(self, moved: Sequence[str], more: int, options: Options) -> None:
         render_mode = options.get("render_mode")
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(f"there is no render mode {render_mode!r}; there is 'rgb_array'")
         self.render_mode = render_mode
-        self.observation_space = Box(-_MOST, _MOST, (observations,), np.float32)
-        self.action_space = Box(-1.0, 1.0, (actions,), np.float32)
+        self.observation_space = Box(-_MOST, _MOST, (2 * len(moved) + more,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (len(moved),), np.float32)
+        self._places = [H25.joint_names.index(name) for name in moved]
+        self._moved = [H25.joints[place] for place in self._places]
         self._noise = options.get("noise", True)
         self._world: World = load_world(options.get("world", "empty"))
         self._clock = VirtualClock()
@@ -124,9 +130,12 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def _begin(self, options: Mapping[str, Any]) -> None:
         """Prepare the robot, which stands, for the episode."""
 
-    @abstractmethod
     def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
-        """Command the robot by an action within -1 and 1."""
+        """Command the robot by an action within -1 and 1: here the speeds of the joints."""
+        speeds = zip(self._moved, action.tolist(), strict=True)
+        robot.command_velocities(
+            {joint.name: _FRACTION * joint.max_velocity * part for joint, part in speeds}
+        )
 
     @abstractmethod
     def _judge(self) -> tuple[float, bool]:
@@ -151,6 +160,12 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def _wait(self, seconds: float) -> None:
         self._clock.advance(seconds)
         self.robot.state()  # the physics catches up
+
+    def _angles(self) -> list[float]:
+        return [self._joints.positions[place] for place in self._places]
+
+    def _speeds(self, scale: float) -> list[float]:
+        return [scale * self._joints.velocities[place] for place in self._places]
 
     def _look(self) -> None:
         robot = self.robot

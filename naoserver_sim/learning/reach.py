@@ -8,10 +8,8 @@ from typing import Any, Final, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
 from naoserver.kinematics import place_of
 from naoserver_sim.learning.environment import NaoEnvironment, Options
-from naoserver_sim.robot import SimulatedRobot
 
 __all__ = ["ARM", "ReachEnvironment", "hand_at"]
 
@@ -19,9 +17,6 @@ Array = NDArray[np.float64]
 
 ARM: Final = ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw")
 """The joints of the arm from the shoulder down."""
-_PLACES: Final = {name: place for place, name in enumerate(H25.joint_names)}
-_FRACTION: Final = 0.5
-"""Of the joints' full speeds at which they move at most: the body stands firm then."""
 _THERE: Final = 0.02
 """Distance in m at which the hand is there."""
 _REWARD: Final = 1.0
@@ -43,24 +38,14 @@ class ReachEnvironment(NaoEnvironment):
     """
 
     def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(24, len(ARM), options)
-        self._places = [_PLACES[name] for name in ARM]
-        self._facts = [H25.joints[place] for place in self._places]
+        super().__init__(ARM, 14, options)
         self._target = self._hand = np.zeros(3)
 
     def _begin(self, options: Mapping[str, Any]) -> None:
-        lower = np.array([joint.lower for joint in self._facts])
-        upper = np.array([joint.upper for joint in self._facts])
+        lower = np.array([joint.lower for joint in self._moved])
+        upper = np.array([joint.upper for joint in self._moved])
         drawn = hand_at((lower + (upper - lower) * self.np_random.uniform(0.1, 0.9, len(ARM))).tolist())
         self._target = np.array(options.get("place", drawn), np.float64)
-
-    def _act(self, robot: SimulatedRobot, action: Array) -> None:
-        robot.command_velocities(
-            {
-                joint.name: _FRACTION * joint.max_velocity * part
-                for joint, part in zip(self._facts, action.tolist(), strict=True)
-            }
-        )
 
     def _judge(self) -> tuple[float, bool]:
         if self.fallen:
@@ -69,10 +54,10 @@ class ReachEnvironment(NaoEnvironment):
         return (_REWARD if distance <= _THERE else 0.0) - distance, False
 
     def _features(self) -> list[float]:
-        joints, hand = self._joints, self._hand
+        hand = self._hand
         return [
-            *(joints.positions[place] for place in self._places),
-            *(0.2 * joints.velocities[place] for place in self._places),
+            *self._angles(),
+            *self._speeds(0.2),
             *(_SCALE * hand).tolist(),
             *(_SCALE * (self._target - hand)).tolist(),
             *self._balance(),
@@ -83,7 +68,7 @@ class ReachEnvironment(NaoEnvironment):
 
     def _look(self) -> None:
         super()._look()
-        self._hand = hand_at([self._joints.positions[place] for place in self._places])
+        self._hand = hand_at(self._angles())
 
     def _distance(self) -> float:
         return float(np.linalg.norm(self._target - self._hand))

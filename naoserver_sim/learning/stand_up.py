@@ -6,12 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final, Unpack
 
-import numpy as np
-from numpy.typing import NDArray
-
 from naoserver.body import H25
 from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options, upward
-from naoserver_sim.robot import SimulatedRobot
 
 __all__ = ["MOTORS", "StandUpEnvironment"]
 
@@ -21,8 +17,6 @@ MOTORS: Final = tuple(
     if joint.name not in {pair.follower for pair in H25.couplings} and "Hand" not in joint.name
 )
 """What moves: all motors but those of the hands."""
-_FRACTION: Final = 0.5
-"""Of the joints' full speeds at which they move at most."""
 _PUSH: Final = 60.0
 """N with which it is thrown over, for `_PUSHED` s."""
 _PUSHED: Final = 0.3
@@ -50,9 +44,7 @@ class StandUpEnvironment(NaoEnvironment):
     """
 
     def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(8 + 2 * len(MOTORS), len(MOTORS), options)
-        self._places = [H25.joint_names.index(name) for name in MOTORS]
-        self._full = [H25.joints[place].max_velocity for place in self._places]
+        super().__init__(MOTORS, 8, options)
         self._stood = 0.0
 
     def _begin(self, options: Mapping[str, Any]) -> None:
@@ -64,10 +56,6 @@ class StandUpEnvironment(NaoEnvironment):
         robot.command_stiffnesses(dict.fromkeys(H25.joint_names, 1.0), _STIFFENING)
         self._wait(_STIFFENING)
         self._stood = 0.0
-
-    def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
-        speeds = (_FRACTION * np.array(self._full) * action).tolist()
-        robot.command_velocities(dict(zip(MOTORS, speeds, strict=True)))
 
     def _judge(self) -> tuple[float, bool]:
         _, x, y, _ = self._truth.torso.orientation
@@ -81,12 +69,7 @@ class StandUpEnvironment(NaoEnvironment):
         return PERIOD * part, False
 
     def _features(self) -> list[float]:
-        joints = self._joints
-        return [
-            *(joints.positions[place] for place in self._places),
-            *(0.1 * joints.velocities[place] for place in self._places),
-            *self._balance(),
-        ]
+        return [*self._angles(), *self._speeds(0.1), *self._balance()]
 
     def _tell(self) -> dict[str, Any]:
         return super()._tell() | {"up": upward(self._senses.inertial), "is_success": self._stood >= _HELD}

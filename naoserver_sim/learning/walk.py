@@ -10,7 +10,6 @@ from typing import Any, Final, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
 from naoserver.capabilities import Truth, WalkVelocity
 from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options
 from naoserver_sim.robot import SimulatedRobot
@@ -48,17 +47,13 @@ class WalkEnvironment(NaoEnvironment):
     """
 
     def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(46, len(LEG_MOTORS), options)
-        self._places = [H25.joint_names.index(name) for name in LEG_MOTORS]
-        self._speeds = {name: H25.joints[place].max_velocity for name, place in self._motors()}
+        super().__init__(LEG_MOTORS, 24, options)
+        self._full = {joint.name: joint.max_velocity for joint in self._moved}
         self._stance = np.zeros(len(LEG_MOTORS))
         self._last = np.zeros(len(LEG_MOTORS))
         self._jerk = 0.0
         self._wanted = WalkVelocity()
         self._moves: deque[WalkVelocity] = deque(maxlen=round(_STRIDE / PERIOD))
-
-    def _motors(self) -> zip[tuple[str, int]]:
-        return zip(LEG_MOTORS, self._places, strict=True)
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         commands = self.robot.read().commands
@@ -70,7 +65,7 @@ class WalkEnvironment(NaoEnvironment):
 
     def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
         angles = self._stance + _REACH * action
-        robot.command_positions(dict(zip(LEG_MOTORS, angles.tolist(), strict=True)), self._speeds)
+        robot.command_positions(dict(zip(LEG_MOTORS, angles.tolist(), strict=True)), self._full)
         change = action - self._last
         self._jerk, self._last = float(change @ change), action
 
@@ -85,14 +80,13 @@ class WalkEnvironment(NaoEnvironment):
         return _ON_FEET + math.exp(-((error / _TOLERANCE) ** 2)) - _JERK * self._jerk, False
 
     def _features(self) -> list[float]:
-        wanted, joints = self._wanted, self._joints
-        positions = [joints.positions[place] for place in self._places]
-        phase = math.tau * joints.time / _STRIDE
+        wanted = self._wanted
+        phase = math.tau * self._joints.time / _STRIDE
         return [
             *(4.0 * wanted.forward, 10.0 * wanted.left, wanted.turn),
             *self._balance(),
-            *(np.array(positions) - self._stance).tolist(),
-            *(0.1 * joints.velocities[place] for place in self._places),
+            *(np.array(self._angles()) - self._stance).tolist(),
+            *self._speeds(0.1),
             *self._last.tolist(),
             *(math.sin(phase), math.cos(phase)),
         ]

@@ -6,7 +6,7 @@ import logging
 import math
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -128,18 +128,13 @@ _SWITCHES_AT: Final = 1.0
 """Force in N that presses a bumper."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Press:
-    begin: float
-    end: float
-
-
 class Touch:
     """Tell what is pressed at a time. Safe to use from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._presses: Mapping[str, _Press] = {}  # the newest of each sensor; replaced as a whole
+        # The begin and the end of the newest press of each sensor; replaced as a whole.
+        self._presses: Mapping[str, tuple[float, float]] = {}
 
     def press(self, sensor: str, begin: float, seconds: float) -> None:
         """Press a sensor for some seconds, and for as long as it is pressed already.
@@ -149,16 +144,15 @@ class Touch:
         if sensor not in H25.touch_sensors:
             name, names = sensor[:_LONGEST_NAME], ", ".join(H25.touch_sensors)
             raise InvalidCommand("name", f"there is no touch sensor {name!r}; there are {names}")
-        press = _Press(begin, begin + seconds)
+        end = begin + seconds
         with self._lock:
-            before = self._presses.get(sensor)
-            if before is not None and before.end >= begin:
-                press = _Press(before.begin, max(before.end, press.end))
+            first, last = self._presses.get(sensor, (begin, end))
+            press = (first, max(last, end)) if last >= begin else (begin, end)
             self._presses = {**self._presses, sensor: press}
 
     def touched(self, time: float, bumps: tuple[float, ...]) -> frozenset[str]:
         """Return what is pressed, by the forces on the bumpers in N and by who presses."""
-        names = {sensor for sensor, press in self._presses.items() if press.begin <= time < press.end}
+        names = {sensor for sensor, (begin, end) in self._presses.items() if begin <= time < end}
         names.update(name for name, force in zip(BUMPERS, bumps, strict=True) if force >= _SWITCHES_AT)
         return frozenset(names)
 
