@@ -32,6 +32,8 @@ _MOST_STEPS: Final = 8
 Vector = tuple[float, float, float]
 _Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """A rotation matrix, row by row."""
+_Aim = tuple[Vector, Vector, Vector]
+"""Where the center of an ankle is to be, and where the x and the z axis of its sole are to point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +72,11 @@ class Legs:
 
         A foot that is out of reach is brought as near as it goes.
         """
-        turned_left, turned_right = _rotation(left), _rotation(right)
-        ankle_left, ankle_right = self._ankle(left, turned_left), self._ankle(right, turned_right)
+        aim_left, aim_right = self._aim(left), self._aim(right)
 
         def legs(hip_yaw: float) -> tuple[list[float], list[float], float]:
-            one, error_one = self._leg(1.0, hip_yaw, ankle_left, turned_left)
-            other, error_other = self._leg(-1.0, hip_yaw, ankle_right, turned_right)
+            one, error_one = self._leg(1.0, hip_yaw, aim_left)
+            other, error_other = self._leg(-1.0, hip_yaw, aim_right)
             return one, other, error_one - error_other
 
         lowest, highest = self._hip_range
@@ -116,23 +117,23 @@ class Legs:
             hip[6] * x + hip[7] * y + hip[8] * z + self._hip_z,
         )
 
-    def _ankle(self, foot: FootPose, turned: _Rotation) -> Vector:
-        """Return the centre of the ankle: straight above the point of the sole."""
+    def _aim(self, foot: FootPose) -> _Aim:
+        cy, sy = math.cos(foot.yaw), math.sin(foot.yaw)
+        cp, sp = math.cos(foot.pitch), math.sin(foot.pitch)
+        cr, sr = math.cos(foot.roll), math.sin(foot.roll)
+        up = (cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr)
         height = self._foot_height
-        return foot.x + turned[2] * height, foot.y + turned[5] * height, foot.z + turned[8] * height
+        ankle = (foot.x + up[0] * height, foot.y + up[1] * height, foot.z + up[2] * height)
+        return ankle, (cy * cp, sy * cp, -sp), up
 
-    def _leg(
-        self, side: float, hip_yaw: float, ankle: Vector, turned: _Rotation
-    ) -> tuple[list[float], float]:
+    def _leg(self, side: float, hip_yaw: float, aim: _Aim) -> tuple[list[float], float]:
         """Return the five angles below the HipYawPitch joint, and the sine of the yaw that is off.
 
         `side` is 1 of the left leg, -1 of the right.
         """
         hip = _about_diagonal(side, hip_yaw)
-        x, y, z = ankle[0], ankle[1] - side * self._hip_y, ankle[2] - self._hip_z
-        along = hip[0] * x + hip[3] * y + hip[6] * z
-        aside = hip[1] * x + hip[4] * y + hip[7] * z
-        above = hip[2] * x + hip[5] * y + hip[8] * z
+        (x, y, z), forward, up = aim
+        along, aside, above = _turned_back(hip, (x, y - side * self._hip_y, z - self._hip_z))
         roll = math.atan2(aside, -above)
         below = math.hypot(aside, above)
         thigh, tibia = self._thigh, self._tibia
@@ -142,8 +143,8 @@ class Legs:
         # A knee bends backwards: the thigh points ahead of the line from hip to ankle.
         pitch = -math.atan2(along, below) - math.atan2(tibia * math.sin(knee), thigh + tibia * math.cos(knee))
         # What is left of the foot's rotation below the roll of the hip is pitch, then the roll of the ankle.
-        m02, m12, m22 = _times_column(hip, turned, 2)
-        _, m10, m20 = _times_column(hip, turned, 0)
+        m02, m12, m22 = _turned_back(hip, up)
+        _, m10, m20 = _turned_back(hip, forward)
         cos_roll, sin_roll = math.cos(roll), math.sin(roll)
         side_of_normal = cos_roll * m12 + sin_roll * m22
         height_of_normal = -sin_roll * m12 + cos_roll * m22
@@ -151,17 +152,6 @@ class Legs:
         ankle_pitch = math.atan2(m02, height_of_normal) - pitch - knee
         error = cos_roll * m10 + sin_roll * m20
         return [roll, pitch, knee, ankle_pitch, ankle_roll], error
-
-
-def _rotation(foot: FootPose) -> _Rotation:
-    cy, sy = math.cos(foot.yaw), math.sin(foot.yaw)
-    cp, sp = math.cos(foot.pitch), math.sin(foot.pitch)
-    cr, sr = math.cos(foot.roll), math.sin(foot.roll)
-    return (
-        *(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        *(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        *(-sp, cp * sr, cp * cr),
-    )
 
 
 def _about_diagonal(side: float, angle: float) -> _Rotation:
@@ -175,11 +165,11 @@ def _about_diagonal(side: float, angle: float) -> _Rotation:
     )
 
 
-def _times_column(first: _Rotation, second: _Rotation, column: int) -> Vector:
-    """Return a column of the first rotation's inverse times the second."""
-    x, y, z = second[column], second[column + 3], second[column + 6]
+def _turned_back(rotation: _Rotation, vector: Vector) -> Vector:
+    """Turn a vector by the inverse of a rotation."""
+    x, y, z = vector
     return (
-        first[0] * x + first[3] * y + first[6] * z,
-        first[1] * x + first[4] * y + first[7] * z,
-        first[2] * x + first[5] * y + first[8] * z,
+        rotation[0] * x + rotation[3] * y + rotation[6] * z,
+        rotation[1] * x + rotation[4] * y + rotation[7] * z,
+        rotation[2] * x + rotation[5] * y + rotation[8] * z,
     )
