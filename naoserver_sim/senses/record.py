@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver.capabilities import FootReading, InertialReading, Vector
+from naoserver.capabilities import FootReading, InertialReading
 from naoserver_sim.body import BUMPERS, SIDES
 
 Array = NDArray[np.float64]
@@ -152,6 +152,8 @@ class Sample(NamedTuple):
     """MuJoCo's `sensordata`."""
     errors: Array | None
     """What is added to them, by channel; None without noise."""
+    inertial: InertialReading
+    """What the inertial unit measured, with its errors."""
 
 
 class SensorRecord:
@@ -187,24 +189,25 @@ class SensorRecord:
     def look(self, time: float) -> None:
         """Take the measurements at the end of a control tick."""
         errors = None if self._errors is None else self._errors.next()
-        self._samples.append(Sample(time, self._data.sensordata.copy(), errors))
+        values = self._data.sensordata.copy()
+        self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))
         self.newest = self._samples[0]
 
-    def inertial(self, sample: Sample | None = None) -> InertialReading:
-        """Return what the inertial unit measures."""
-        sample = sample or self.newest
-        w, x, y, z = sample.values[self._attitude : self._attitude + 4].tolist()
+    def _inertial(self, values: Array, errors: Array | None) -> InertialReading:
+        w, x, y, z = values[self._attitude : self._attitude + 4].tolist()
         roll = math.atan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
         pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - x * z))))
-        if sample.errors is not None:
-            roll_error, pitch_error = sample.errors[6:8].tolist()
-            roll, pitch = roll + roll_error, pitch + pitch_error
-        force, turning = _vector(sample, self._acceleration, 0), _vector(sample, self._turning, 3)
-        return InertialReading(force, turning, roll, pitch)
+        ax, ay, az = values[self._acceleration : self._acceleration + 3].tolist()
+        tx, ty, tz = values[self._turning : self._turning + 3].tolist()
+        if errors is None:
+            return InertialReading((ax, ay, az), (tx, ty, tz), roll, pitch)
+        e = errors[:8].tolist()
+        force, turning = (ax + e[0], ay + e[1], az + e[2]), (tx + e[3], ty + e[4], tz + e[5])
+        return InertialReading(force, turning, roll + e[6], pitch + e[7])
 
     def leaning(self) -> float:
         """Return the angle between the torso's z axis and the vertical in rad."""
-        reading = self.inertial()
+        reading = self.newest.inertial
         return math.acos(max(-1.0, min(1.0, math.cos(reading.roll) * math.cos(reading.pitch))))
 
     def bumps(self, sample: Sample) -> tuple[float, ...]:
@@ -249,11 +252,3 @@ class SensorRecord:
             )
         ]
         return FootReading(*told)
-
-
-def _vector(sample: Sample, begin: int, channel: int) -> Vector:
-    x, y, z = sample.values[begin : begin + 3].tolist()
-    if sample.errors is None:
-        return x, y, z
-    ex, ey, ez = sample.errors[channel : channel + 3].tolist()
-    return x + ex, y + ey, z + ez

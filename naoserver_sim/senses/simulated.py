@@ -211,7 +211,7 @@ class SimulatedSenses:
         left, right = self.record.feet(sample)
         reading = SenseReading(
             time=sample.time,
-            inertial=self.record.inertial(sample),
+            inertial=sample.inertial,
             left_foot=left,
             right_foot=right,
             sonar=self._listen(),

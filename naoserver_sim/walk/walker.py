@@ -94,7 +94,7 @@ class SimulatedWalker:
         self._rising = 0.0
         self._newest = self._commanded = _STILL
         self._velocity = _STILL  # what the feet are told
-        self._inertial = sensors.inertial()
+        self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
 
     def command(self, velocity: WalkVelocity) -> None:
@@ -131,7 +131,7 @@ class SimulatedWalker:
     def tick(self, seconds: float) -> None:
         """Set the setpoints of legs and arms while it walks, and follow where it gets to."""
         sensors = self._sensors
-        self._inertial = sensors.inertial()
+        self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
         joints: Sequence[float] = self._data.qpos[self._joints].tolist()

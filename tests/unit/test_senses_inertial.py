@@ -25,7 +25,7 @@ def standing():
 
 def test_at_rest_it_feels_gravity(standing):
     standing.step(400)
-    reading = standing.record.inertial()
+    reading = standing.record.newest.inertial
     _, axes = standing.pose()
     assert reading.acceleration == pytest.approx(-axes.T @ GRAVITY, abs=0.02)
     assert reading.angular_velocity == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
@@ -36,7 +36,7 @@ def test_in_free_fall_it_feels_nothing():
     lab.lift(1.0)
     lab.step(20)
     lab.step(20)
-    assert np.linalg.norm(lab.record.inertial().acceleration) < 0.1
+    assert np.linalg.norm(lab.record.newest.inertial.acceleration) < 0.1
 
 
 @pytest.mark.parametrize("rate", [(0.0, 0.0, 5.0), (3.0, 0.0, 0.0), (1.0, -4.0, 2.0)])
@@ -74,7 +74,7 @@ def test_roll_and_pitch_are_told_against_the_vertical(standing, roll, pitch, yaw
     standing.data.qpos[standing.base + 3 : standing.base + 7] = [w, *(part / (4 * w) for part in (x, y, z))]
     mujoco.mj_forward(standing.mj, standing.data)
     standing.record.look(0.0)
-    told = standing.record.inertial()
+    told = standing.record.newest.inertial
     assert math.sin(told.roll - roll) == pytest.approx(0.0, abs=1e-6)
     assert told.pitch == pytest.approx(pitch, abs=1e-6)
 
@@ -86,7 +86,7 @@ def test_positive_is_forwards_and_to_the_right_side(standing):
         standing.data.qpos[standing.base + 3 : standing.base + 7] = quaternion
         mujoco.mj_forward(standing.mj, standing.data)
         standing.record.look(0.0)
-        assert getattr(standing.record.inertial(), name) == pytest.approx(0.2)
+        assert getattr(standing.record.newest.inertial, name) == pytest.approx(0.2)
     _, axes = standing.pose()
     assert axes[2, 0] < 0  # pitched by 0.2 rad, its x axis looks down
 
@@ -101,7 +101,7 @@ def _compare_with_motion(lab, steps):
         places.append(place + turn @ unit)
         axes.append(turn)
         lab.step()
-        reading = lab.record.inertial()  # of the state in which the step began
+        reading = lab.record.newest.inertial  # of the state in which the step began
         felt.append(turn @ reading.acceleration)
         turned.append(reading.angular_velocity)
     moved = np.diff(places, 2, axis=0) / step**2 - GRAVITY

@@ -57,7 +57,7 @@ def measured(noise, looks=2000):
     readings = []
     for _ in range(looks):
         lab.record.look(0.0)
-        readings.append((lab.record.inertial(), *lab.record.feet(), lab.record.loads()))
+        readings.append((lab.record.newest.inertial, *lab.record.feet(), lab.record.loads()))
     return readings
 
 
