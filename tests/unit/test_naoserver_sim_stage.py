@@ -86,6 +86,19 @@ def test_robot_and_objects_begin_where_their_world_says(scene):
     assert truth.objects["BallRed"].position == pytest.approx(ball, abs=1e-3)
 
 
+def test_a_reset_ends_what_was_commanded_before_it(scene):
+    yaw = [joint.name for joint in scene.robot.joints].index("HeadYaw")
+    begun = scene.robot.read().commands[yaw]
+    scene.robot.command_positions({"HeadYaw": 0.5}, {"HeadYaw": 5.0})
+    scene.stage.reset()
+    scene.after(0.5)
+    assert scene.robot.read().commands[yaw] == begun
+    scene.stage.reset()
+    scene.robot.command_positions({"HeadYaw": 0.5}, {"HeadYaw": 5.0})
+    scene.after(0.5)
+    assert scene.robot.read().commands[yaw] == 0.5
+
+
 def test_carried_ball_is_told_where_the_physics_has_it(scene):
     import mujoco
 
