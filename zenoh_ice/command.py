@@ -36,73 +36,37 @@ import typer
 
 from .exceptions import ZenohIceError
 from .security import exposure
-from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, Settings, load_settings
+from .settings import CONFIG_VARIABLE, ENVIRONMENT_PREFIX, FLAGS, load_settings
 from .status import program_name
 
-__all__ = ["Stop", "finite", "run", "set_up_logging", "stop_on_signals", "with_settings"]
+__all__ = ["Stop", "finite", "run", "stop_on_signals", "with_settings"]
 
 _PANEL: Final = "Shared by all commands"
-
+_LOG: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT)
-
-_CLEANUP_GRACE: Final = (
-    10.0  # s after a signal in which further ones are ignored, so that cleaning up can end
-)
+_CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end
 _JOIN_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
 
 
-def _option(kind: object, name: str, metavar: str | None, explanation: str, **options: Any) -> object:  # noqa: ANN401 - typer's
-    return Annotated[
-        kind, typer.Option(f"--{name}", metavar=metavar, help=explanation, rich_help_panel=_PANEL, **options)
-    ]
+def _option(kind: Any, name: str, metavar: str | None, explanation: str, **options: Any) -> inspect.Parameter:  # noqa: ANN401
+    option = typer.Option(
+        f"--{name.replace('_', '-')}", metavar=metavar, help=explanation, rich_help_panel=_PANEL, **options
+    )
+    default = False if kind is bool else None
+    return inspect.Parameter(
+        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, option]
+    )
 
 
-_Text: Final = str | None
-_Texts: Final = list[str] | None
-
-_SHARED: Final[Mapping[str, object]] = {
-    "realm": _option(_Text, "realm", "NAME", "Robot or stack to belong to."),
-    "connect": _option(
-        _Texts, "connect", "ENDPOINT", f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
-    ),
-    "listen": _option(
-        _Texts, "listen", "ENDPOINT", "Endpoint to listen on; port 0 lets the system pick; may be repeated."
-    ),
-    "mode": _option(
-        _Text,
-        "mode",
-        "peer|client",
-        "Talk to every other peer directly, or through the router or server at --connect alone.",
-    ),
-    "clock": _option(
-        _Text,
-        "clock",
-        "auto|wall|sim",
-        "Time to go by: that of the wall, or the robot's; auto takes the robot's when it is simulated.",
-    ),
-    "timeout": _option(float | None, "timeout", "SECONDS", "Longest duration of a call."),
-    "authority": _option(_Text, "authority", "PEM", "Who vouches for others, for TLS."),
-    "certificate": _option(_Text, "certificate", "PEM", "What others know us by."),
-    "key": _option(_Text, "key", "PEM", "Key of the certificate."),
-    "config": _option(
-        Path | None,
-        "config",
-        "TOML",
-        f"File of settings. {ENVIRONMENT_PREFIX}REALM and the like, then flags, win over it.",
-        envvar=CONFIG_VARIABLE,
-    ),
-    "show_config": _option(bool, "show-config", None, "Print the settings and where each comes from."),
-    "log_level": _option(
-        _Text,
-        "log-level",
-        "LEVEL",
-        "Least severe messages to log: debug, info, warning, error or critical.",
-    ),
-}
-"""The types of the shared options by their names in Python."""
-_DEFAULTS: Final = {"show_config": False}  # None for the others
+_FLAG_TYPES: Final = {"connect": list[str] | None, "listen": list[str] | None, "timeout": float | None}
+_CONFIG_HELP: Final = f"File of settings. {ENVIRONMENT_PREFIX}REALM and the like, then flags, win over it."
+_SHARED: Final = [
+    *(_option(_FLAG_TYPES.get(name, str | None), name, *flag) for name, flag in FLAGS.items()),
+    _option(Path | None, "config", "TOML", _CONFIG_HELP, envvar=CONFIG_VARIABLE),
+    _option(bool, "show_config", None, "Print the settings and where each comes from."),
+]
 
 
 def with_settings(
@@ -110,48 +74,36 @@ def with_settings(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command the options that all commands share; it takes what they say as `settings`.
 
-    `defaults` are those of the command where they differ from those of `Settings`. Logging is set up before
-    the command runs. With `--show-config` the settings are printed instead, on stderr what is dangerous about
-    them, and the exit code is 0.
+    `defaults` are those of the command where they differ from those of `Settings`. Logging to stderr is set
+    up before the command runs. With `--show-config` the settings are printed instead, on stderr what is
+    dangerous about them, and the exit code is 0.
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
         def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
-            shared = {name: options.pop(name) for name in _SHARED}
-            command(settings=_settings(shared, defaults), **options)
+            shared = {option.name: options.pop(option.name) for option in _SHARED}
+            config, show_config = shared.pop("config"), shared.pop("show_config")
+            # Of an option that may be repeated typer makes an empty list when it is not given.
+            flags = {name: None if value == [] else value for name, value in shared.items()}
+            settings = load_settings(config, flags, defaults=defaults)
+            if show_config:
+                typer.echo(settings.describe())
+                for danger in exposure(settings):
+                    typer.echo(f"warning: {danger}", err=True)
+                raise typer.Exit
+            logging.basicConfig(level=settings.log_level.upper(), format=_LOG, datefmt="%H:%M:%S", force=True)
+            command(settings=settings, **options)
 
-        own = [
-            parameter
-            for parameter in inspect.signature(command, eval_str=True).parameters.values()
-            if parameter.name != "settings"
-        ]
-        added = [
-            inspect.Parameter(
-                name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=_DEFAULTS.get(name)
-            )
-            for name, kind in _SHARED.items()
-        ]
+        own = dict(inspect.signature(command, eval_str=True).parameters)
+        del own["settings"]
         # What typer reads: the command's own options, then the shared ones.
-        with_options.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]
-        with_options.__annotations__ = {option.name: option.annotation for option in (*own, *added)}
+        options = [*own.values(), *_SHARED]
+        with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+        with_options.__annotations__ = {option.name: option.annotation for option in options}
         return with_options
 
     return decorate
-
-
-def _settings(options: dict[str, Any], defaults: Mapping[str, object] | None) -> Settings:
-    config, show_config = options.pop("config"), options.pop("show_config")
-    # Of an option that may be repeated typer makes an empty list when it is not given.
-    flags = {name: None if value == [] else value for name, value in options.items()}
-    settings = load_settings(config, flags, defaults=defaults)
-    if show_config:
-        typer.echo(settings.describe())
-        for danger in exposure(settings):
-            typer.echo(f"warning: {danger}", err=True)
-        raise typer.Exit
-    set_up_logging(settings.log_level)
-    return settings
 
 
 def finite(value: float | None) -> float | None:
@@ -162,17 +114,6 @@ def finite(value: float | None) -> float | None:
     if value is not None and not math.isfinite(value):
         raise typer.BadParameter(f"{value} is not a finite number")
     return value
-
-
-def set_up_logging(level: str) -> None:
-    """Log to stderr, with time, level and logger, what is at least as severe as `level`."""
-    logging.basicConfig(
-        stream=sys.stderr,
-        level=level.upper(),
-        format="%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s",
-        datefmt="%H:%M:%S",
-        force=True,
-    )
 
 
 class Stop(threading.Event):
@@ -195,15 +136,13 @@ def stop_on_signals() -> Iterator[Stop]:
     reader, writer = os.pipe()
 
     def listen() -> None:
-        began = 0.0
+        deadline = 0.0
         while number := int.from_bytes(os.read(reader, 1)):  # 0 when the writer is closed
-            if number not in signals:
-                continue
-            if not stop.signal:
+            if number in signals and not stop.signal:
                 stop.signal = number
-                began = time.monotonic()
+                deadline = time.monotonic() + _CLEANUP_GRACE
                 stop.set()
-            elif time.monotonic() - began > _CLEANUP_GRACE:
+            elif number in signals and time.monotonic() > deadline:
                 os._exit(128 + number)
 
     # Python writes the numbers of signals into the pipe, whichever thread they strike and whatever the main
@@ -240,7 +179,9 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     process at once, unless the command has something to clean up and is in a block of `stop_on_signals`.
     """
     errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
-    _replace_closed_streams()
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by whoever started the command, as in `>&-`
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end
     for number in _stop_signals():
         signal.signal(number, lambda number, _frame: os._exit(128 + number))
     try:
@@ -258,10 +199,3 @@ def _fail(why: str) -> NoReturn:
     _logger.debug("the command failed", exc_info=True)
     typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
     sys.exit(1)
-
-
-def _replace_closed_streams() -> None:
-    """Let what is written go nowhere where whoever started the command closed its output, as in `>&-`."""
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end

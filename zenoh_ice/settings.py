@@ -1,31 +1,23 @@
 """Settings of a component: defaults, overlaid by a TOML file, then by the environment, then by flags.
 
-The types say what each setting may be; `toml_file.convert` checks it.
+The types say what each setting may be, and what its flag is.
 """
 
 from __future__ import annotations
 
+import ipaddress
 import os
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, get_origin, get_type_hints
+from typing import Annotated, Any, Final, Literal
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, structs
 
-from .endpoints import check_endpoint
 from .exceptions import ConfigurationException
-from .toml_file import convert, read_toml, shown
+from .toml_file import convert, parse_toml, read_text, shown
 
-__all__ = [
-    "DEFAULT_ENDPOINT",
-    "ENVIRONMENT_PREFIX",
-    "EVERYBODY",
-    "Role",
-    "Security",
-    "Settings",
-    "load_settings",
-]
+__all__ = ["DEFAULT_ENDPOINT", "PROTOCOLS", "Role", "Security", "Settings", "host_and_port", "load_settings"]
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 """Where a robot server listens and where everybody else connects to, unless told otherwise."""
@@ -36,45 +28,50 @@ ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"
 CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"
 """The environment variable that names the TOML file when no flag does."""
 
-LONGEST_TIMEOUT: Final = 60.0
-"""The highest limit of calls, in s: Zenoh keeps a kilobyte for each until it has passed, answered or not."""
-
 EVERYBODY: Final = "*"
 """The user that stands for everybody who is let in at all."""
 
 PATHS: Final = ("authority", "certificate", "key", "passwords")
 """The settings of `[security]` that name files."""
 
-_OWN: Final = ("authority", "certificate", "key", "user", "password")
-_DEFAULT_ORIGIN: Final = "default"
-_CODE_ORIGIN: Final = "the program"
-_WORDS: Final = {"yes": "true", "on": "true", "no": "false", "off": "false"}  # of the environment
+PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")
+"""What an endpoint may begin with: all but the last go on with a host and a port."""
 
+# An endpoint is a protocol and an address; after `?` or `#` it may have options of Zenoh.
+_HOST: Final = rf"(?:{'|'.join(PROTOCOLS[:-1])})/(\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9_.\-]+)"
+_PORT: Final = r"[1-9][0-9]{0,3}|[1-5][0-9]{4}|6[0-4][0-9]{3}|65[0-4][0-9]{2}|655[0-2][0-9]|6553[0-5]"
+_SOCKET: Final = rf"{PROTOCOLS[-1]}/[^?#\0]{{1,107}}"  # Linux takes no longer path
+_AN_ENDPOINT: Final = (
+    f"write PROTOCOL/ADDRESS: tcp/HOST:PORT, or with {', '.join(PROTOCOLS[1:-1])}, with a port from %d to "
+    f"65535, or {PROTOCOLS[-1]}/PATH, with at most 107 characters"
+)
 _GLOB: Final = r"[A-Za-z0-9_.\-*]{1,128}"
 _STAR: Final = r"(?!.+\*\*|\*\*.)"  # before a pattern in which `**` stands alone
 
+
+def _text(pattern: str, description: str) -> Meta:
+    return Meta(pattern=rf"^{pattern}\Z", description=description)
+
+
 # A realm is a chunk of a Zenoh key: no separator, no wildcard; '@' splits identity and realm in "Head@red".
 _A_REALM: Final = "a realm is 1 to 64 letters, digits, '_', '-' or '.', without '/', '*' or '@'"
-_AN_OPERATION: Final = "write IDENTITY.OPERATION, such as Head.getPose, Camera*.* or ** alone"
-_AN_IDENTITY: Final = "write an identity, such as Head, Hfsm.* or ** alone"
+_OPERATIONS: Final = "write IDENTITY.OPERATION, such as Head.getPose, Camera*.* or ** alone"
+_IDENTITIES: Final = "write an identity, such as Head, Hfsm.* or ** alone"
 _REALMS: Final = "write a realm: letters, digits, '_', '-', '.' and '*'"
 
-Realm = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.\-]{1,64}\Z", description=_A_REALM)]
-Endpoints = Annotated[tuple[str, ...], Meta(description="write a list of endpoints, as text")]
-Timeout = Annotated[float, Meta(ge=0.001, le=LONGEST_TIMEOUT, description="write seconds from 0.001 to 60")]
-Lease = Annotated[float, Meta(ge=0.1, le=LONGEST_TIMEOUT, description="write seconds from 0.1 to 60")]
+Realm = Annotated[str, _text(r"[A-Za-z0-9_.\-]{1,64}", _A_REALM)]
+Connect = Annotated[str, _text(rf"({_HOST}:({_PORT})|{_SOCKET})([?#].*)?", _AN_ENDPOINT % 1)]
+Listen = Annotated[str, _text(rf"({_HOST}:(0|{_PORT})|{_SOCKET})([?#].*)?", _AN_ENDPOINT % 0)]
+# Zenoh keeps a kilobyte for each call until its limit has passed, answered or not.
+Timeout = Annotated[float, Meta(ge=0.001, le=60.0, description="write seconds from 0.001 to 60")]
+Lease = Annotated[float, Meta(ge=0.1, le=60.0, description="write seconds from 0.1 to 60")]
 Size = Annotated[int, Meta(ge=1, le=1 << 30, description="write a whole number from 1 to 1073741824")]
 Threads = Annotated[int, Meta(ge=1, le=256, description="write a whole number from 1 to 256")]
-Text = Annotated[str, Meta(pattern=r"^[^\0]*\Z", description="write text")]
-Name = Annotated[str, Meta(pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,64}\Z", description="write 1 to 64 characters")]
-Operation = Annotated[
-    str,
-    Meta(pattern=rf"^{_STAR}(\*\*|{_GLOB}\.[A-Za-z0-9_*]{{1,128}})\Z", description=_AN_OPERATION),
-]
-IdentityPattern = Annotated[str, Meta(pattern=rf"^{_STAR}(\*\*|{_GLOB})\Z", description=_AN_IDENTITY)]
-RealmPattern = Annotated[
-    str, Meta(pattern=rf"^{_STAR}(?!\*\*)[A-Za-z0-9_.\-*]{{1,64}}\Z", description=_REALMS)
-]
+Text = Annotated[str, _text(r"[^\0]*", "write text")]
+Name = Annotated[str, _text(r"[^\x00-\x1f\x7f-\x9f]{1,64}", "write 1 to 64 characters")]
+Operation = Annotated[str, _text(rf"{_STAR}(\*\*|{_GLOB}\.[A-Za-z0-9_*]{{1,128}})", _OPERATIONS)]
+IdentityPattern = Annotated[str, _text(rf"{_STAR}(\*\*|{_GLOB})", _IDENTITIES)]
+RealmPattern = Annotated[str, _text(rf"{_STAR}(?!\*\*)[A-Za-z0-9_.\-*]{{1,64}}", _REALMS)]
 _Most = Meta(max_length=256)
 
 
@@ -99,11 +96,10 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Security:
+class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The settings of `[security]`; all of them are empty where everybody may do everything.
 
-    They are checked as part of `Settings`, and `network.security.check_security` looks at them together.
+    `security.check_security` looks at them together.
     """
 
     authority: Text = ""
@@ -111,28 +107,23 @@ class Security:
     certificate: Text = ""
     """File (PEM) of the component's own certificate, which it shows to others."""
     key: Text = ""
-    """File (PEM) of the key of the certificate."""
     user: Text = ""
     """Name under which the component logs in, where whoever listens asks for one."""
-    password: str = field(default="", repr=False)
-    """Password of that user."""
+    password: str = ""
     passwords: Text = ""
     """File of the users who may connect: a line `NAME:PASSWORD` for each."""
     mutual: bool = True
     """Whether those that connect by TLS must show a certificate of the authority."""
-    roles: dict[Name, Role] = field(default_factory=dict, hash=False)
+    roles: dict[Name, Role] = {}
     """What may be done through this component, by the name of the role; without any, everything."""
-    users: dict[Name, str] = field(default_factory=dict, hash=False)
+    users: dict[Name, str] = {}
     """The role of each certificate, by its common name, and of each user; `*` is everybody who is let in."""
 
-    @property
-    def has_tls(self) -> bool:
-        """Whether the component can tell by TLS whom it talks to."""
-        return bool(self.authority)
+    def __repr__(self) -> str:
+        return "Security(...)"  # it holds a password
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, dict=True):
     """What a component needs to know to talk to the others.
 
     Every setting is checked when the object is made; a bad one raises ConfigurationException, which names the
@@ -141,15 +132,12 @@ class Settings:
 
     realm: Realm = "nao"
     """The robot or stack that this component belongs to: the first chunk of every key."""
-    connect: Endpoints = (DEFAULT_ENDPOINT,)
+    connect: tuple[Connect, ...] = (DEFAULT_ENDPOINT,)
     """Zenoh endpoints to connect to; lost ones are tried again for ever."""
-    listen: Endpoints = ("tcp/127.0.0.1:0",)
-    """Zenoh endpoints to listen on; port 0 lets the system pick one."""
+    listen: tuple[Listen, ...] = ("tcp/127.0.0.1:0",)
     mode: Literal["peer", "client", "router"] = "peer"
-    """`peer` talks to every other peer directly; `client` through the router, or the server, that it connects
-    to; `router` passes on what others say to one another."""
+    """A `router` passes on what others say to one another; for the others see its flag."""
     clock: Literal["auto", "wall", "sim"] = "auto"
-    """`wall`, `sim`, or `auto`: the robot's time if the robot is simulated, otherwise the wall's."""
     timeout: Timeout = 2.0
     """Longest duration of a call in s, and of sending one message: a link that takes longer is closed."""
     lease: Lease = 2.0
@@ -157,38 +145,32 @@ class Settings:
     shared_memory: bool = True
     """Whether large payloads travel through shared memory on one machine."""
     log_level: Literal["debug", "info", "warning", "error", "critical"] = "warning"
-    """Least severe messages to log."""
     max_message_size: Size = 1 << 20
     """Largest payload that is decoded, in bytes, of an operation without byte sequences."""
     max_bulk_size: Size = 32 << 20
     """Largest payload that is decoded, in bytes, of an operation with byte sequences, such as images."""
     dispatch_threads: Threads = 8
     """Threads that run callbacks and the calls within the process."""
-    security: Security = field(default_factory=Security)
+    security: Security = Security()
     """Certificates, passwords, and what others may do through this component: `[security]` of a file."""
-    origins: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
-    """Where each setting came from, by name; a setting that is missing here has its default."""
 
     def __post_init__(self) -> None:
-        checked = {name: self._checked(name, self._value(name)) for name in _TYPES}
-        for name in _TABLES[""]:
-            object.__setattr__(self, name, checked[name])
-        pieces = {name: checked[f"security.{name}"] for name in _TABLES["security"]}
-        object.__setattr__(self, "security", Security(**pieces))
-        for user, role in self.security.users.items():
-            if role not in self.security.roles:
-                origin, known = self._origin("security.users"), ", ".join(self.security.roles) or "none"
-                raise ConfigurationException(
-                    f"{origin}: security.users.{user}: there is no role {shown(role)}; there is {known}"
-                )
+        for name, kind in _TYPES.items():  # msgspec checks what it converts, but not what a program passes
+            value = convert(getattr(self, name), kind, "the program", ConfigurationException, path=(name,))
+            structs.force_setattr(self, name, value)
+
+    @property
+    def origins(self) -> Mapping[str, str]:
+        """Where settings came from, by their names, such as `security.key`; others have their defaults."""
+        found: Mapping[str, str] = self.__dict__.get("origins", {})
+        return found  # no field: files cannot set it, and comparisons ignore it
 
     def override(self, **changes: object) -> Settings:
         """Return a copy with some settings changed by the program; `security` takes a table of its settings.
 
         Raises ConfigurationException for an unknown setting or a bad value.
         """
-        flat = _flat(changes)
-        return self._overlaid(flat, dict.fromkeys(flat, _CODE_ORIGIN))
+        return _overlay(self, changes, "the program")
 
     def size_limit(self, *, holds_bytes: bool) -> int:
         """Return how many bytes a payload may have: more where its type holds byte sequences."""
@@ -197,21 +179,18 @@ class Settings:
     def describe(self) -> str:
         """Return a table of the settings, passwords hidden: their names, values and where these came from.
 
-        Of `[security]` it has what differs from the default.
+        Of `[security]` it has what was given.
         """
-        rows = []
-        for name in _TYPES:
-            value = self._value(name)
-            if "." in name and value == getattr(_NO_SECURITY, name.partition(".")[2]):
-                continue
-            text = shown(value)
-            if name == "security.password":
-                text = "(hidden)"
-            elif name == "security.roles":
-                text = ", ".join(self.security.roles)
-            rows.append((name, text, self.origins.get(name, _DEFAULT_ORIGIN)))
-        widths = [max(len(row[column]) for row in rows) for column in range(2)]
-        return "\n".join(f"{key:<{widths[0]}}  {value:<{widths[1]}}  {origin}" for key, value, origin in rows)
+        rows = {name: shown(getattr(self, name)) for name in _TYPES if name != "security"}
+        given = [name for name in structs.asdict(self.security) if f"security.{name}" in self.origins]
+        rows |= {f"security.{name}": shown(getattr(self.security, name)) for name in given}
+        hidden = {"security.password": "(hidden)", "security.roles": ", ".join(self.security.roles)}
+        rows |= {name: text for name, text in hidden.items() if name in rows}
+        widths = max(map(len, rows)), max(map(len, rows.values()))
+        return "\n".join(
+            f"{name:<{widths[0]}}  {text:<{widths[1]}}  {self.origins.get(name, 'default')}"
+            for name, text in rows.items()
+        )
 
     @property
     def reached_at(self) -> tuple[str, ...]:
@@ -221,50 +200,25 @@ class Settings:
     def environment(self) -> dict[str, str]:
         """Return the variables by which another process belongs to the same realm, as the same user."""
         variables = {"realm": self.realm, "connect": ",".join(self.connect), "mode": self.mode}
-        own = {name: getattr(self.security, name) for name in _OWN}
-        variables |= {f"security_{name}": text for name, text in own.items() if text}
+        own = ("authority", "certificate", "key", "user", "password")
+        variables |= {f"security_{name}": text for name in own if (text := getattr(self.security, name))}
         return {f"{ENVIRONMENT_PREFIX}{name.upper()}": text for name, text in variables.items()}
 
-    def _value(self, name: str) -> object:
-        table, _, key = name.rpartition(".")
-        return getattr(getattr(self, table) if table else self, key)
 
-    def _origin(self, name: str) -> str:
-        return self.origins.get(name, _CODE_ORIGIN)
-
-    def _checked(self, name: str, value: Any) -> Any:  # noqa: ANN401 - of any setting's type
-        origin, kind = self._origin(name), _TYPES[name]
-        if get_origin(kind) is Literal and isinstance(value, str):
-            value = value.lower()
-        if name == "security.password" and not isinstance(value, str):
-            raise ConfigurationException(f"{origin}: {name}: write text")  # without the value
-        is_variable = origin.startswith(ENVIRONMENT_PREFIX)
-        value = convert(value, kind, origin, ConfigurationException, path=[name], strict=not is_variable)
-        try:
-            if name in ("connect", "listen"):
-                for endpoint in value:
-                    check_endpoint(endpoint, any_port=name == "listen")
-            elif name.removeprefix("security.") in PATHS and value:
-                # Another process that is told of the file may run in another directory.
-                value = str(Path(value).expanduser().absolute())
-        except (OSError, RuntimeError, ValueError) as error:
-            raise ConfigurationException(f"{origin}: {name} = {shown(value)}: {error}") from None
-        return value
-
-    def _overlaid(self, changes: Mapping[str, Any], origins: Mapping[str, str]) -> Settings:
-        tables: dict[str, dict[str, Any]] = {"": {}, "security": {}}
-        for name, value in changes.items():
-            if name == "security":
-                raise ConfigurationException(f"{origins[name]}: security: write a table, such as [security]")
-            if name not in _TYPES:
-                known = ", ".join(_TYPES)
-                raise ConfigurationException(
-                    f"{origins[name]}: there is no setting {shown(name)}; the settings are {known}"
-                )
-            table, _, key = name.rpartition(".")
-            tables[table][key] = value
-        security = replace(self.security, **tables["security"])
-        return replace(self, **tables[""], security=security, origins={**self.origins, **origins})
+_TYPES: Final = {field.name: field.type for field in structs.fields(Settings)}
+FLAGS: Final = {
+    "realm": ("NAME", "Robot or stack to belong to."),
+    "connect": ("ENDPOINT", f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."),
+    "listen": ("ENDPOINT", "Endpoint to listen on; port 0 lets the system pick; may be repeated."),
+    "mode": ("peer|client", "Talk to every peer directly, or through the router or server at --connect."),
+    "clock": ("auto|wall|sim", "Time to go by: the wall's, or the robot's; auto: that if it is simulated."),
+    "timeout": ("SECONDS", "Longest duration of a call."),
+    "log_level": ("LEVEL", "Least severe messages to log: debug, info, warning, error or critical."),
+    "authority": ("PEM", "Who vouches for others, for TLS."),
+    "certificate": ("PEM", "What others know us by."),
+    "key": ("PEM", "Key of the certificate."),
+}
+"""The settings that have a flag: what stands for the value in a command's help, and what it is."""
 
 
 def load_settings(
@@ -286,62 +240,94 @@ def load_settings(
     value.
     """
     environment = os.environ if environment is None else environment
-    values = _flat(defaults or {})
-    settings = Settings()._overlaid(values, dict.fromkeys(values, _DEFAULT_ORIGIN))
+    settings = _overlay(Settings(), defaults or {}, "default")
     if toml_path := toml_path or environment.get(CONFIG_VARIABLE):
         path = Path(toml_path)
-        values = _flat(read_toml(path, dict[str, Any], ConfigurationException), path.parent)
-        settings = settings._overlaid(values, dict.fromkeys(values, str(path)))
-    settings = settings._overlaid(*_read_environment(environment))
-    given = {name: value for name, value in (flags or {}).items() if value is not None}
-    names = {name: f"security.{name}" if name in PATHS else name for name in given}
-    return settings._overlaid(
-        {names[name]: value for name, value in given.items()},
-        {names[name]: f"--{name.replace('_', '-')}" for name in given},
-    )
-
-
-def _flat(values: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
-    """Return settings by their names, such as `security.key`; files are named as seen from `folder`."""
-    flat = {name: value for name, value in values.items() if name != "security"}
-    pieces = values.get("security", {})
-    if not isinstance(pieces, Mapping):
-        return {**flat, "security": pieces}
-    return flat | {f"security.{name}": _seen_from(folder, name, value) for name, value in pieces.items()}
-
-
-def _seen_from(folder: Path | None, name: str, value: object) -> object:
-    if name not in PATHS or not isinstance(value, (str, os.PathLike)):
-        return value
-    path = os.fspath(value)
-    # A folder with a file of settings and what that names can be moved.
-    return str(folder / path) if folder and path and not path.startswith("~") else path
-
-
-def _read_environment(environment: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, str]]:
-    values: dict[str, Any] = {}
-    origins: dict[str, str] = {}
+        text = read_text(path, ConfigurationException)
+        table = parse_toml(text, dict[str, Any], str(path), ConfigurationException)
+        settings = _overlay(settings, table, str(path), folder=path.parent, text=text)
     for variable in sorted(environment):
-        if not variable.startswith(ENVIRONMENT_PREFIX) or variable == CONFIG_VARIABLE:
-            continue
-        name = variable.removeprefix(ENVIRONMENT_PREFIX).lower()
-        if name.startswith("security_"):
-            name = name.replace("_", ".", 1)
-        text: Any = environment[variable]
+        if variable.startswith(ENVIRONMENT_PREFIX) and variable != CONFIG_VARIABLE:
+            name = variable.removeprefix(ENVIRONMENT_PREFIX).lower()
+            settings = _overlay_one(settings, name, environment[variable], variable)
+    for name, value in (flags or {}).items():
+        if value is not None:
+            full_name = f"security_{name}" if name in PATHS else name
+            settings = _overlay_one(settings, full_name, value, f"--{name.replace('_', '-')}")
+    return settings
+
+
+def _overlay(
+    settings: Settings,
+    values: Mapping[str, Any],
+    origin: str,
+    *,
+    folder: Path = Path(),
+    text: str = "",
+    strict: bool = True,
+) -> Settings:
+    """Return settings of which some are changed; files are named as seen from `folder`.
+
+    Raises ConfigurationException that names `origin` and, with the `text` of a file, the line.
+    """
+    given = values.get("security", {})
+    if isinstance(given, Mapping):
+        if not isinstance(given.get("password", ""), str):
+            raise ConfigurationException(f"{origin}: security.password: write text")  # without the value
+        given = {key: os.fspath(it) if isinstance(it, os.PathLike) else it for key, it in given.items()}
+        values = {**values, "security": given}
+    part = convert(values, Settings, origin, ConfigurationException, text=text, strict=strict)
+    names = given if isinstance(given, Mapping) else Security.__struct_fields__
+    pieces = {name: getattr(part.security, name) for name in names}
+    for name in PATHS:
+        if value := pieces.get(name):
+            try:  # absolute: another process that is told of the file may run in another directory
+                pieces[name] = str((folder / Path(value).expanduser()).absolute())
+            except RuntimeError as error:
+                raise ConfigurationException(f"{origin}: security.{name} = {value!r}: {error}") from None
+    security = structs.replace(settings.security, **pieces)
+    for user, role in security.users.items():
+        if role not in security.roles:
+            known = ", ".join(security.roles) or "none"
+            raise ConfigurationException(
+                f"{origin}: security.users.{user}: there is no role {shown(role)}; there is {known}"
+            )
+    changes = {name: getattr(part, name) for name in values if name != "security"}
+    changed = structs.replace(settings, **changes, security=security)
+    origins = dict.fromkeys((*changes, *(f"security.{name}" for name in pieces)), origin)
+    changed.__dict__["origins"] = {**settings.origins, **origins}
+    return changed
+
+
+def _overlay_one(settings: Settings, name: str, value: Any, origin: str) -> Settings:  # noqa: ANN401
+    """Return settings of which one, such as `security_key`, is changed by a variable or a flag."""
+    if isinstance(value, str):
         if name in ("connect", "listen"):
-            text = [item.strip() for item in text.split(",") if item.strip()]
-        elif _TYPES.get(name) is bool:
-            text = _WORDS.get(text.strip().lower(), text.strip())
-        values[name], origins[name] = text, variable
-    return values, origins
+            value = [item.strip() for item in value.split(",") if item.strip()]
+        elif name in ("mode", "clock", "log_level"):
+            value = value.lower()
+    key = name.removeprefix("security_")
+    values = {name: value} if key == name else {"security": {key: value}}
+    return _overlay(settings, values, origin, strict=False)
 
 
-def _types(kind: type, skipped: Iterable[str] = ()) -> dict[str, Any]:
-    hints = get_type_hints(kind, include_extras=True)
-    return {name: hint for name, hint in hints.items() if name not in skipped}
+def host_and_port(endpoint: str) -> tuple[str, int] | None:
+    """Return where an endpoint leads to; None for a file."""
+    match = re.match(rf"{_HOST}:([0-9]+)", endpoint)
+    return (match[1].strip("[]"), int(match[2])) if match else None
 
 
-_NO_SECURITY: Final = Security()
-_TABLES: Final = {"": _types(Settings, ("security", "origins")), "security": _types(Security)}
-_TYPES: Final = _TABLES[""] | {f"security.{name}": kind for name, kind in _TABLES["security"].items()}
-"""The type of each setting by its name, such as `security.key`."""
+def is_loopback(endpoint: str) -> bool:
+    """Return whether an endpoint is reached from its own machine alone."""
+    place = host_and_port(endpoint)
+    if place is None:
+        return True
+    try:
+        return ipaddress.ip_address(place[0].partition("%")[0]).is_loopback
+    except ValueError:
+        return place[0].lower() == "localhost"
+
+
+def uses_tls(endpoint: str) -> bool:
+    """Return whether both sides of an endpoint can know each other, and nobody else reads what they say."""
+    return endpoint.startswith(("tls/", "quic/"))

@@ -21,8 +21,6 @@ __all__ = ["STATUS_LIMIT", "ProcessStatus", "ServantStatus", "decode_status", "e
 STATUS_LIMIT: Final = 1 << 20
 """Bytes of a status that are taken."""
 
-_DISTRIBUTION: Final = "visualhfsm"
-
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
 _Count = Annotated[int, msgspec.Meta(ge=0)]
 _Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e11)]  # and a number
@@ -63,20 +61,16 @@ class ProcessStatus(msgspec.Struct, frozen=True):
     """The servants by `identity@realm`."""
 
 
-_encoder: Final = msgspec.msgpack.Encoder()
-_decoder: Final = msgspec.msgpack.Decoder(ProcessStatus)
-
-
 def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, ServantStatus]) -> bytes:
     """Return the status of this process as it travels."""
-    return _encoder.encode(
+    return msgspec.msgpack.encode(
         ProcessStatus(
             program=program_name(),
             pid=os.getpid(),
             host=socket.gethostname(),
             python=platform.python_version(),
             zenoh=_version("eclipse-zenoh"),
-            version=_version(_DISTRIBUTION),
+            version=_version("visualhfsm"),
             since=since,
             shared_memory=shared_memory,
             servants=dict(servants),
@@ -87,7 +81,7 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
 def decode_status(data: bytes, process: str) -> ProcessStatus:
     """Return the status that arrived; raises MarshalException, which names the process, for what is none."""
     try:
-        return _decoder.decode(data)
+        return msgspec.msgpack.decode(data, type=ProcessStatus)
     except (ValueError, RecursionError, OverflowError) as error:
         raise MarshalException(f"status of {process}: {error}") from error
 

@@ -15,9 +15,8 @@ import enum
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import takewhile
 from pathlib import Path
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Annotated, Any, Final, Literal, TypeVar, Union, get_args, get_origin
 
 import msgspec
@@ -31,11 +30,8 @@ LARGEST_FILE: Final = 1 << 20
 
 _LONGEST_SHOWN: Final = 200  # characters of a value, in an error
 _LONGEST_MESSAGE: Final = 1000
-_PLACE: Final = re.compile(r" - at (`key` in )?`\$(.*)`$", re.DOTALL)
-_STEP: Final = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
-_FIELD: Final = re.compile(r"Object (contains unknown|missing required) field `(.*)`", re.DOTALL)
 _ABOUT_VALUE: Final = ("Expected", "Invalid", "Number")  # how msgspec begins what it says of a value
-_EXPECTED: Final = re.compile(r"Expected `(bool|int|float|str|array|object)(?: \| null)?`, got ")
+_EXPECTED: Final = re.compile(r"Expected `(\w+)(?: \| null)?`, got ")
 _WORDS: Final = {
     "bool": "true or false",
     "int": "a whole number",
@@ -44,11 +40,10 @@ _WORDS: Final = {
     "array": "a list",
     "object": "a table",
 }
-_HEADER: Final = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]")
-_KEY: Final = re.compile(r"\s*([\w\-]+|\"[^\"]*\"|'[^']*')\s*=")
 
 _T = TypeVar("_T")
 _Error = Callable[[str], Exception]
+_Path = tuple[str | int, ...]
 
 
 def read_text(path: Path, error: _Error) -> str:
@@ -56,16 +51,15 @@ def read_text(path: Path, error: _Error) -> str:
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
-        if len(content) > LARGEST_FILE:
-            raise error(f"{path}: larger than {LARGEST_FILE} bytes")
+    except (OSError, ValueError) as problem:  # ValueError: the path has a null byte
+        raise error(f"{path}: cannot be read: {problem.args[-1]}") from problem
+    if len(content) > LARGEST_FILE:
+        raise error(f"{path}: larger than {LARGEST_FILE} bytes")
+    try:
         return content.decode("utf-8-sig")
-    except OSError as problem:
-        raise error(f"{path}: cannot be read: {problem.strerror}") from problem
     except UnicodeDecodeError as problem:
         line = content.count(b"\n", 0, problem.start) + 1
         raise error(f"{path}:{line}: not UTF-8 text: {problem.reason}") from problem
-    except ValueError as problem:  # of a path with a null byte
-        raise error(f"{path}: cannot be read: {problem}") from problem
 
 
 def read_toml(path: Path, kind: type[_T], error: _Error) -> _T:
@@ -77,10 +71,9 @@ def parse_toml(text: str, kind: type[_T], source: str, error: _Error) -> _T:
     """Return what a text holds as a value of type `kind`; `source` is its file, for the `error` raised."""
     try:
         document = tomllib.loads(text)
-    except RecursionError as problem:
-        raise error(f"{source}: not TOML: nested too deeply") from problem
-    except ValueError as problem:  # of syntax, or of a number's length
-        raise error(f"{source}: not TOML: {problem}") from problem
+    except (ValueError, RecursionError) as problem:  # ValueError: the syntax, or the length of a number
+        why = "nested too deeply" if isinstance(problem, RecursionError) else problem
+        raise error(f"{source}: not TOML: {why}") from problem
     return convert(document, kind, source, error, text=text)
 
 
@@ -90,7 +83,7 @@ def convert(
     source: str,
     error: _Error,
     *,
-    path: Sequence[str | int] = (),
+    path: _Path = (),
     text: str = "",
     strict: bool = True,
 ) -> _T:
@@ -102,8 +95,8 @@ def convert(
     try:
         return msgspec.convert(value, kind, strict=strict)
     except msgspec.ValidationError as problem:
-        below, why = _explain(str(problem), kind, value)
-        raise error(f"{place(source, text, *path, *below)}{cut(why, _LONGEST_MESSAGE)}") from None
+        where, why = _fault(value, kind, path, strict=strict) or (path, f": {problem}")
+        raise error(f"{place(source, text, *where)}{cut(why, _LONGEST_MESSAGE)}") from None
 
 
 def place(source: str, text: str, *path: str | int) -> str:
@@ -126,92 +119,76 @@ def shown(value: object) -> str:
         return "a number of thousands of digits"
 
 
-def _explain(problem: str, kind: Any, value: Any) -> tuple[list[str | int], str]:  # noqa: ANN401 - of any type
-    """Return the path of what msgspec finds wrong with a value, and what follows it in an error."""
-    match = _PLACE.search(problem)
-    message = problem[: match.start()] if match else problem
-    path: list[str | int] = []
-    for name, number in _STEP.findall(match[2] if match else ""):
-        plain = _plain(kind)[0]
-        key: str | int
-        if name:
-            if name not in _fields(plain):  # a key that looks like the place of an error
-                return path, f": {problem}"
-            key, kind = name, _fields(plain)[name]
-        elif isinstance(value, Mapping):  # msgspec does not say which key
-            kind = get_args(plain)[1]
-            key = next(key for key, item in value.items() if not _fits(item, kind))
-        else:
-            key, kinds = int(number), get_args(plain)
-            kind = kinds[0] if get_origin(plain) is list or kinds[-1] is ... else kinds[key]
-        value = value[key]
-        path.append(key)
+def _fault(value: Any, kind: Any, path: _Path, *, strict: bool) -> tuple[_Path, str] | None:  # noqa: ANN401
+    """Return the path of the innermost value that does not fit its type, and what follows it in an error."""
+    try:
+        msgspec.convert(value, kind, strict=strict)
+    except msgspec.ValidationError as error:
+        problem = str(error)
+    else:
+        return None
     plain, remedy = _plain(kind)
-    if match and match[1]:  # a key of a table is wrong
-        kind = get_args(plain)[0]
-        key = next(key for key in value if not _fits(key, kind))
-        return path, f": {shown(key)}: {_plain(kind)[1] or message}"
-    if field := _FIELD.fullmatch(message):
-        if field[1].startswith("missing"):
-            return path, f": {field[2]} is missing"
-        return [*path, field[2]], f": there is no such key; there is {', '.join(_fields(plain))}"
-    if message.startswith(_ABOUT_VALUE):
-        if not remedy and (expected := _EXPECTED.match(message)):
-            remedy = f"write {_WORDS[expected[1]]}"
-        return path, f" = {shown(value)}: {remedy or message}"
-    return path, f": {message}"
+    for key, item, item_kind in _items(value, plain):
+        if fault := _fault(item, item_kind, (*path, key), strict=strict):
+            return fault
+    if problem.startswith("Object contains unknown field"):
+        names = plain.__struct_encode_fields__
+        unknown = next(key for key in value if key not in names)
+        return (*path, unknown), f": there is no such key; there is {', '.join(names)}"
+    if problem.startswith("Object missing required field"):
+        return path, f": {problem.split('`')[1]} is missing"
+    if not problem.startswith(_ABOUT_VALUE):  # it comes from a check in the program
+        return path, f": {problem}"
+    if not remedy and (expected := _EXPECTED.match(problem)) and expected[1] in _WORDS:
+        remedy = f"write {_WORDS[expected[1]]}"
+    return path, f" = {shown(value)}: {remedy or problem}"
 
 
-def _plain(kind: Any) -> tuple[Any, str]:  # noqa: ANN401 - a type
+def _items(value: Any, kind: Any) -> Iterable[tuple[str | int, Any, Any]]:  # noqa: ANN401
+    """Return what a value holds that fits the kind of its type: keys, items, and the types of these."""
+    kinds = get_args(kind)
+    if isinstance(value, Mapping) and get_origin(kind) is dict:
+        return [(key, each, of) for key in value for each, of in zip((key, value[key]), kinds, strict=True)]
+    if isinstance(value, Mapping) and isinstance(kind, type(msgspec.Struct)):
+        fields = {field.encode_name: field.type for field in msgspec.structs.fields(kind)}
+        return [(key, value[key], fields[key]) for key in value if key in fields]
+    if isinstance(value, list | tuple) and get_origin(kind) in (list, tuple):
+        fixed = get_origin(kind) is tuple and kinds[-1] is not ...
+        return zip(range(len(value)), value, kinds if fixed else kinds[:1] * len(value), strict=False)
+    return ()
+
+
+def _plain(kind: Any) -> tuple[Any, str]:  # noqa: ANN401
     """Return a type without its constraints and without None, and what to write for it."""
     remedy = ""
     while get_origin(kind) in (Annotated, Union, UnionType):
         if get_origin(kind) is Annotated:
-            metas = [item.description for item in get_args(kind)[1:] if isinstance(item, msgspec.Meta)]
-            remedy = remedy or next(filter(None, metas), "")
-            kind = get_args(kind)[0]
+            kind, *rest = get_args(kind)
+            found = (item.description for item in rest if isinstance(item, msgspec.Meta) and item.description)
+            remedy = remedy or next(found, "")
         else:
-            kind = next(member for member in get_args(kind) if member is not type(None))
-    words: Iterable[object] = get_args(kind) if get_origin(kind) is Literal else ()
+            kind = next(member for member in get_args(kind) if member is not NoneType)
+    words = get_args(kind) if get_origin(kind) is Literal else ()
     if isinstance(kind, enum.EnumType):
-        members: list[enum.Enum] = list(kind)
-        words = [member.value for member in members]
-    listed = ", ".join(map(str, words))
-    return kind, remedy or (listed and f"write one of {listed}")
+        words = tuple(str(member.value) for member in list[enum.Enum](kind))
+    return kind, remedy or (f"write one of {', '.join(map(str, words))}" if words else "")
 
 
-def _fields(kind: type[msgspec.Struct]) -> dict[str, Any]:
-    return {field.encode_name: field.type for field in msgspec.structs.fields(kind)}
-
-
-def _fits(value: object, kind: Any) -> bool:  # noqa: ANN401 - a type
-    try:
-        msgspec.convert(value, kind)
-    except msgspec.ValidationError:
-        return False
-    return True
-
-
-def _line(text: str, path: Sequence[str | int]) -> int | None:
-    """Return the number of the line where a key stands, or else the nearest table around it."""
-    found, depth = None, 0
-    table: list[str | int] = []
-    counts: dict[str, int] = {}  # of the tables of each array so far
-    for number, line in enumerate(text.splitlines(), 1):
-        here = table
-        if header := _HEADER.match(line):
-            table, name = [], ""
-            for key in header[2].split("."):
-                name = f"{name}.{key.strip()}".lstrip(".")
-                table.append(key.strip().strip("\"'"))
-                if header[1] == "[[" and name == header[2]:
-                    counts[name] = counts.get(name, -1) + 1
-                if name in counts:
-                    table.append(counts[name])
-            here = table
-        elif key_match := _KEY.match(line):
-            here = [*table, key_match[1].strip("\"'")]
-        common = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(here, path, strict=False)))
-        if common > depth:
-            found, depth = number, common
-    return found
+def _line(text: str, path: Sequence[str | int]) -> int:
+    """Return the number of the line of a key, or else of the nearest table around it; 0 without either."""
+    end, table = 0, ""
+    for key in path:
+        if isinstance(key, int):
+            for _ in range(key):
+                if header := re.compile(rf"^\s*\[\[\s*{table}\s*\]", re.MULTILINE).search(text, end):
+                    end = header.end()
+            continue
+        name = rf"[\"']?{re.escape(key)}[\"']?"
+        table += rf"\s*\.\s*{name}" if table else name
+        if inside := re.compile(rf"(?!\s*\[)(?:.*\n(?!\s*\[))*?\s*{name}\s*=").match(text, end):
+            end = inside.end()
+            break
+        begin = text.rfind("\n", 0, end) + 1
+        if header := re.compile(rf"^\s*\[\[?\s*{table}\s*[\].]", re.MULTILINE).search(text, begin):
+            end = header.end()
+    return text.count("\n", 0, end) + 1 if end else 0

@@ -13,8 +13,8 @@ from typing import Final
 from deploy.nao import NaoError
 from deploy.nao.dynamic import DynamicProxy, target_of
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError
-from zenoh_ice.endpoints import host_and_port, protocol
 from zenoh_ice.reflection import OperationDescription
+from zenoh_ice.settings import host_and_port
 from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
@@ -162,7 +162,7 @@ def listens(endpoint: str) -> bool | None:
     place = host_and_port(endpoint)
     if place is None:
         return Path(endpoint.partition("/")[2]).exists()
-    if protocol(endpoint).name not in {"tcp", "tls", "ws"}:
+    if not endpoint.startswith(("tcp/", "tls/", "ws/")):
         return None
     try:
         with socket.create_connection(place, timeout=_CONNECTION):

@@ -27,9 +27,8 @@ from deploy.nao.connection import ask_processes, few, find_servant, listens, nob
 from deploy.nao.output import console, count_text, duration_text, print_json, wrapped
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.endpoints import host_and_port
 from zenoh_ice.reflection import describe_package
-from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings, host_and_port
 from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import printable
 

@@ -121,13 +121,13 @@ def zenohd(file: _File) -> None:
     """Print the configuration with which Zenoh's own router, zenohd, does what ours does."""
     from deploy.router import DEFAULTS, check_router
     from zenoh_ice.security import check_security
-    from zenoh_ice.session import nested, session_config
+    from zenoh_ice.session import session_config
 
     settings = load_settings(file, defaults=DEFAULTS, environment={})
     check_router(settings)
-    check_security(settings.security)
+    check_security(settings)
     typer.echo(f"// Made from {file.name} by `nao security zenohd`; do not edit.")
-    typer.echo(json.dumps(nested(session_config(settings)), indent=2))
+    typer.echo(json.dumps(session_config(settings), indent=2))
 
 
 def _folder(path: Path) -> SecurityFolder:

@@ -23,8 +23,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from zenoh_ice import ZenohIceError
-from zenoh_ice.endpoints import is_loopback
-from zenoh_ice.settings import Settings, load_settings
+from zenoh_ice.settings import Settings, is_loopback, load_settings
 from zenoh_ice.text import printable
 
 __all__ = ["SecurityFilesError", "SecurityFolder", "common_name", "hosts_of", "load_certificate"]

@@ -41,12 +41,12 @@ def test_files_fit_together(folder: Path) -> None:
     router = load_settings(folder / "router.toml", environment={})
     assert (router.mode, router.realm, router.listen) == ("router", "lab", ("tls/0.0.0.0:7001",))
     assert router.security.users == {name: name for name in ("robot", "operator", "student")}
-    assert check_security(router.security) == []
+    assert check_security(router) == []
     for name in router.security.users:
         settings = load_settings(folder / f"{name}.toml", environment={})
         assert (settings.mode, settings.realm, settings.connect) == ("client", "lab", ("tls/robot.lab:7001",))
         assert settings.listen == ()
-        assert check_security(settings.security) == []
+        assert check_security(settings) == []
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_one_more_user(folder: Path) -> None:
     output = security("add", folder, "ann", "--role", "student")
     assert all(str(folder / name) in output for name in ("authority.pem", "ann.pem", "ann.key", "ann.toml"))
     assert load_settings(folder / "router.toml", environment={}).security.users["ann"] == "student"
-    assert check_security(load_settings(folder / "ann.toml", environment={}).security) == []
+    assert check_security(load_settings(folder / "ann.toml", environment={})) == []
 
 
 def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
@@ -89,7 +89,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
     after = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
     assert after.not_valid_after_utc < before.not_valid_after_utc
     assert (after.subject, hosts_of(after)) == (before.subject, hosts_of(before))
-    assert check_security(load_settings(folder / "router.toml", environment={}).security) == []
+    assert check_security(load_settings(folder / "router.toml", environment={})) == []
     assert stat.S_IMODE((folder / "router.key").stat().st_mode) == 0o600
     assert list(folder.glob("new.*")) == []
 

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from deploy.security.folder import SecurityFolder
 from tests.support.processes import ComponentProcess, free_endpoint
-from zenoh_ice.endpoints import host_and_port
-from zenoh_ice.settings import Settings, load_settings
+from zenoh_ice.settings import Settings, host_and_port, load_settings
 
 __all__ = ["Keys", "routing"]
 

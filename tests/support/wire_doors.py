@@ -470,10 +470,8 @@ def _settings() -> Door:
         settings = load_settings(path, environment={})
         assert isinstance(settings, Settings)
         assert settings.describe().replace("\n", "").isprintable()
-        config = zenoh.Config()
-        for key, value in session_config(settings).items():
-            with suppress(zenoh.ZError):  # as opening a session tells
-                config.insert_json5(key, json.dumps(value))
+        with suppress(zenoh.ZError):  # as opening a session tells
+            zenoh.Config.from_json5(json.dumps(session_config(settings)))
 
     sound = [
         b"realm = 'nao'\nconnect = ['tcp/127.0.0.1:7447', 'unixsock-stream/nao.sock']\ntimeout = 2.5\n",

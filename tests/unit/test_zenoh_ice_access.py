@@ -9,10 +9,11 @@ import pytest
 import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import access_control
-from zenoh_ice.settings import Role, Settings
+from zenoh_ice.settings import Role, Security, Settings
 
 names = st.text("ab.-_", min_size=1, max_size=3)
 globs = st.text("ab.*", min_size=1, max_size=3).filter(lambda text: "**" not in text)
@@ -24,7 +25,7 @@ def parse_role(table: object) -> Role:
 
 
 def rules(role: Role, realm: str = "nao") -> list[dict[str, object]]:
-    compiled = access_control({"r": role}, {"u": "r"}, realm, certificates=True, passwords=False)
+    compiled = access_control(Security(roles={"r": role}, users={"u": "r"}, authority="ca.pem"), realm)
     return compiled["rules"]  # type: ignore[no-any-return]
 
 
@@ -117,23 +118,22 @@ def test_realms_of_a_role_take_the_place_of_that_of_the_settings() -> None:
 
 def test_subjects_are_those_that_can_be_told_apart() -> None:
     role = Role(read=("**",))
-    users = {"ann": "r", "*": "guest"}
+    secured = Security(roles={"r": role, "guest": role}, users={"ann": "r", "*": "guest"})
 
-    def subjects(*, certificates: bool, passwords: bool) -> list[dict[str, object]]:
-        compiled = access_control(
-            {"r": role, "guest": role}, users, "nao", certificates=certificates, passwords=passwords
-        )
+    def subjects(**files: object) -> list[dict[str, object]]:
+        compiled = access_control(structs.replace(secured, **files), "nao")
         return compiled["subjects"]  # type: ignore[no-any-return]
 
     everybody = {"id": "guest is everybody"}
     by_certificate = {"id": "r by certificate", "cert_common_names": ["ann"]}
     by_password = {"id": "r by password", "usernames": ["ann"]}
-    assert subjects(certificates=True, passwords=False) == [by_certificate, everybody]
-    assert subjects(certificates=False, passwords=True) == [by_password, everybody]
+    assert subjects(authority="ca.pem") == [by_certificate, everybody]
+    assert subjects(passwords="users.txt") == [by_password, everybody]
+    assert subjects(authority="ca.pem", mutual=False, passwords="users.txt") == [by_password, everybody]
 
 
 def test_roles_without_users_grant_nothing() -> None:
-    compiled = access_control({"r": Role(call=("**",))}, {}, "nao", certificates=True, passwords=False)
+    compiled = access_control(Security(roles={"r": Role(call=("**",))}, authority="ca.pem"), "nao")
     assert compiled == {
         "enabled": True, "default_permission": "deny", "rules": None, "subjects": None, "policies": None
     }  # fmt: skip

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -18,13 +17,13 @@ def write(path: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", [item.name for item in fields(Settings) if item.name != "origins"])
+@pytest.mark.parametrize("name", Settings.__struct_fields__)
 def test_every_setting_is_checked(name: str) -> None:
     with pytest.raises(ConfigurationException, match=f"the program: {name}"):
         Settings().override(**{name: object()})
 
 
-@pytest.mark.parametrize("name", [item.name for item in fields(Security)])
+@pytest.mark.parametrize("name", Security.__struct_fields__)
 def test_every_setting_of_security_is_checked(name: str) -> None:
     with pytest.raises(ConfigurationException, match=rf"the program: security\.{name}(:| = )"):
         Settings().override(security={name: object()})
@@ -57,7 +56,7 @@ def test_environment_parses_every_type() -> None:
         environment={
             "VISUALHFSM_CONNECT": "tcp/10.0.0.1:7447, tcp/[::1]:9",
             "VISUALHFSM_LISTEN": "",
-            "VISUALHFSM_SHARED_MEMORY": "no",
+            "VISUALHFSM_SHARED_MEMORY": "False",
             "VISUALHFSM_DISPATCH_THREADS": "3",
             "VISUALHFSM_LOG_LEVEL": "DEBUG",
         }
@@ -85,9 +84,9 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         ("connect = 'tcp/127.0.0.1:7447'", ["connect", "list"]),
         ("connect = ['127.0.0.1:7447']", ["127.0.0.1:7447", "PROTOCOL/ADDRESS"]),
         ("connect = ['http/127.0.0.1:7447']", ["'http/127.0.0.1:7447'", "PROTOCOL/ADDRESS"]),
-        ("connect = ['tcp/127.0.0.1']", ["tcp/HOST:PORT"]),
-        ("connect = ['tcp/127.0.0.1:0']", ["port 0"]),
-        ("listen = ['tcp/127.0.0.1:70000']", ["port 70000"]),
+        ("connect = ['tcp/127.0.0.1']", ["'tcp/127.0.0.1'", "tcp/HOST:PORT"]),
+        ("connect = ['tcp/127.0.0.1:0']", ["'tcp/127.0.0.1:0'", "port from 1 to 65535"]),
+        ("listen = ['tcp/127.0.0.1:70000']", ["'tcp/127.0.0.1:70000'", "port from 0 to 65535"]),
         ("listen = [7447]", ["listen"]),
         ("clock = 'sun'", ["clock", "auto, wall, sim"]),
         ("timeout = true", ["timeout"]),
@@ -110,7 +109,7 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path: Path, text: str, expected
     with pytest.raises(ConfigurationException) as raised:
         load_settings(file, environment={})
     message = str(raised.value)
-    assert message.startswith(f"{file}: ")
+    assert message.startswith((f"{file}:1: ", f"{file}: not TOML: "))
     for part in expected:
         assert part in message
 
@@ -153,7 +152,9 @@ def test_a_program_can_override_and_is_checked() -> None:
     assert settings.connect == ("tcp/localhost:7447",)
     with pytest.raises(ConfigurationException, match="the program: realm"):
         Settings(realm="a b")
-    with pytest.raises(ConfigurationException, match="no setting 'relm'"):
+    with pytest.raises(
+        ConfigurationException, match="the program: relm: there is no such key; there is realm, "
+    ):
         Settings().override(relm="lab")
 
 
