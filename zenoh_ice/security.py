@@ -171,25 +171,14 @@ def _faults(settings: Settings) -> Iterator[str]:
         for endpoint in (*filter(uses_tls, settings.connect), *listen):
             yield f"{endpoint} needs security.authority: the certificate of who vouches for the other side"
     if listen and not security.certificate:
-        yield (
-            f"to listen on {listen[0]} needs security.certificate and security.key: what others know "
-            "this component by"
-        )
+        yield f"to listen on {listen[0]} needs security.certificate and security.key: name both files"
     if security.roles and client:
-        yield (
-            "security.roles in a client: they belong into the settings of the router, or of the server, that "
-            "others connect to"
-        )
+        yield "security.roles in a client: they belong to the router, or the server, that others connect to"
     if security.roles and not security.passwords and not (security.authority and security.mutual):
-        yield (
-            "security.roles without security.authority or security.passwords: nobody could tell who somebody "
-            "is; name the file of the authority, or that of the passwords"
-        )
+        yield "security.roles without security.authority or security.passwords, by which users are known"
     if mute and settings.mode == "peer" and settings.shared_memory:
-        yield (
-            f"security.roles.{mute[0]}.liveliness = false needs shared_memory = false: who holds no token "
-            "cannot let this component know that it reads no memory of this machine"
-        )
+        # Who holds no token cannot let this component know that it reads no memory of this machine.
+        yield f"security.roles.{mute[0]}.liveliness = false needs shared_memory = false"
 
 
 def _check_tls(security: Security) -> None:

@@ -207,9 +207,7 @@ def _explain_endpoint(endpoint: str, security: Security) -> str:
         return ""
     if security.user:
         return f"it does not let {security.user!r} in: are security.user and the password right?"
-    return (
-        "it listens, but makes no link with us: does it hang, or ask for a user and a password, or for TLS?"
-    )
+    return "it listens, but makes no link with us: does it hang, or ask for a user, a password or TLS?"
 
 
 def _explain_tls(connection: socket.socket, host: str, security: Security) -> str:
