@@ -6,7 +6,7 @@ everything in the realm.
 
 from __future__ import annotations
 
-import stat
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -113,24 +113,25 @@ def check_security(settings: Settings) -> list[str]:
     for fault in _faults(settings):
         raise ConfigurationException(fault)
     security = settings.security
+    dangers: list[str] = []
     for name in PATHS:
-        if path := getattr(security, name):
-            try:
-                Path(path).open("rb").close()
-            except OSError as error:
-                hint = "" if name == "passwords" else "; `nao security init` makes such files"
-                raise ConfigurationException(
-                    f"security.{name} = {path!r}: cannot be read: {error.strerror}{hint}"
-                ) from error
+        if not (path := getattr(security, name)):
+            continue
+        try:
+            with Path(path).open("rb") as file:
+                mode = os.fstat(file.fileno()).st_mode
+        except OSError as error:
+            hint = "" if name == "passwords" else "; `nao security init` makes such files"
+            raise ConfigurationException(
+                f"security.{name} = {path!r}: cannot be read: {error.strerror}{hint}"
+            ) from error
+        if name in ("key", "passwords") and mode & 0o077:
+            dangers.append(f"{path} can be read by others on this machine: chmod 600 it")
     if security.passwords:
         _check_passwords(security.passwords)
     if security.authority:
         _check_tls(security)
-    return [
-        f"{path} can be read by others on this machine: chmod 600 it"
-        for path in (security.key, security.passwords)
-        if path and Path(path).stat().st_mode & (stat.S_IRWXG | stat.S_IRWXO)
-    ]
+    return dangers
 
 
 def exposure(settings: Settings) -> list[str]:

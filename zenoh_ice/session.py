@@ -22,7 +22,8 @@ from .text import printable, without_source
 
 __all__ = ["client_token", "close_session", "explain_endpoints", "open_session", "session_config"]
 
-_RETRY: Final = {"period_init_ms": 50, "period_max_ms": 200}  # finds a restarted server within some 0.2 s
+# A restarted server is found again within some 0.2 s.
+_RETRY: Final = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2}
 _OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; a call waits longer for its servant
 _SHORTEST_OPENING: Final = 2000  # ms after which the making of a link has failed
 # Links that may be in the middle of their making. Zenoh closes further ones at once, so with its default
@@ -119,7 +120,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
             "gossip": {"enabled": not security.roles},
             "delay": _OPEN_DELAY,
         },
-        "listen": {"endpoints": listen},
+        "listen": {"endpoints": listen, "exit_on_failure": True},
         "connect": {
             "endpoints": connect,
             # Zenoh waits for the first link of a client before a session is open: not for ever.

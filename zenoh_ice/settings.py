@@ -1,6 +1,6 @@
 """Settings of a component: defaults, overlaid by a TOML file, then by the environment, then by flags.
 
-The types say what each setting may be, and what its flag is.
+The types say what each setting may be, and `FLAGS` which of them have a flag.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ _HOST: Final = rf"(?:{'|'.join(PROTOCOLS[:-1])})/(\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9
 _PORT: Final = r"[1-9][0-9]{0,3}|[1-5][0-9]{4}|6[0-4][0-9]{3}|65[0-4][0-9]{2}|655[0-2][0-9]|6553[0-5]"
 _SOCKET: Final = rf"{PROTOCOLS[-1]}/[^?#\0]{{1,107}}"  # Linux takes no longer path
 _AN_ENDPOINT: Final = (
-    f"write PROTOCOL/ADDRESS: tcp/HOST:PORT, or with {', '.join(PROTOCOLS[1:-1])}, with a port from %d to "
-    f"65535, or {PROTOCOLS[-1]}/PATH, with at most 107 characters"
+    f"write PROTOCOL/ADDRESS, such as tcp/HOST:PORT with a port from %d to 65535, or {PROTOCOLS[-1]}/PATH "
+    f"with a path of at most 107 characters; the protocols are {', '.join(PROTOCOLS)}"
 )
 _GLOB: Final = r"[A-Za-z0-9_.\-*]{1,128}"
 _STAR: Final = r"(?!.+\*\*|\*\*.)"  # before a pattern in which `**` stands alone
@@ -242,10 +242,9 @@ def load_settings(
     environment = os.environ if environment is None else environment
     settings = _overlay(Settings(), defaults or {}, "default")
     if toml_path := toml_path or environment.get(CONFIG_VARIABLE):
-        path = Path(toml_path)
-        text = read_text(path, ConfigurationException)
-        table = parse_toml(text, dict[str, Any], str(path), ConfigurationException)
-        settings = _overlay(settings, table, str(path), folder=path.parent, text=text)
+        text, file = read_text(Path(toml_path), ConfigurationException), str(Path(toml_path))
+        table = parse_toml(text, dict[str, Any], file, ConfigurationException)
+        settings = _overlay(settings, table, file, text=text)
     for variable in sorted(environment):
         if variable.startswith(ENVIRONMENT_PREFIX) and variable != CONFIG_VARIABLE:
             name = variable.removeprefix(ENVIRONMENT_PREFIX).lower()
@@ -258,18 +257,13 @@ def load_settings(
 
 
 def _overlay(
-    settings: Settings,
-    values: Mapping[str, Any],
-    origin: str,
-    *,
-    folder: Path = Path(),
-    text: str = "",
-    strict: bool = True,
+    settings: Settings, values: Mapping[str, Any], origin: str, *, text: str = "", strict: bool = True
 ) -> Settings:
-    """Return settings of which some are changed; files are named as seen from `folder`.
+    """Return settings of which some are changed; raises ConfigurationException that names `origin`.
 
-    Raises ConfigurationException that names `origin` and, with the `text` of a file, the line.
+    If that is a file, its `text` is given: errors name the line, and paths in it are relative to its folder.
     """
+    folder = Path(origin).parent if text else Path()
     given = values.get("security", {})
     if isinstance(given, Mapping):
         if not isinstance(given.get("password", ""), str):

@@ -87,6 +87,9 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         ("connect = ['tcp/127.0.0.1']", ["'tcp/127.0.0.1'", "tcp/HOST:PORT"]),
         ("connect = ['tcp/127.0.0.1:0']", ["'tcp/127.0.0.1:0'", "port from 1 to 65535"]),
         ("listen = ['tcp/127.0.0.1:70000']", ["'tcp/127.0.0.1:70000'", "port from 0 to 65535"]),
+        ("listen = ['tcp/127.0.0.1:65536']", ["'tcp/127.0.0.1:65536'", "port from 0 to 65535"]),
+        ("listen = ['unixsock-stream/']", ["'unixsock-stream/'", "unixsock-stream/PATH"]),
+        (f"listen = ['unixsock-stream/{'x' * 108}']", ["at most 107 characters"]),
         ("listen = [7447]", ["listen"]),
         ("clock = 'sun'", ["clock", "auto, wall, sim"]),
         ("timeout = true", ["timeout"]),
@@ -112,6 +115,20 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path: Path, text: str, expected
     assert message.startswith((f"{file}:1: ", f"{file}: not TOML: "))
     for part in expected:
         assert part in message
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    [
+        "tcp/127.0.0.1:0",
+        "udp/nao.local:9",
+        "tls/[fe80::1%eth0]:10000",
+        "quic/h:65535?a=b",
+        "unixsock-stream//tmp/nao",
+    ],
+)
+def test_endpoints_are_accepted(endpoint: str) -> None:
+    assert Settings(listen=(endpoint,)).listen == (endpoint,)
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
