@@ -22,6 +22,7 @@ from .text import printable
 
 __all__ = [
     "DECODE_ERRORS",
+    "ENCODE_ERRORS",
     "LARGE",
     "Buffer",
     "Codec",
@@ -30,6 +31,8 @@ __all__ = [
     "byte_sequences",
     "encode",
     "misfit",
+    "not_encoded",
+    "to_msgpack",
 ]
 
 LARGE: Final = 1 << 16
@@ -42,7 +45,8 @@ TypeError for types that it cannot decode at all: the interfaces that a servant 
 such.
 """
 
-_ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
+ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
+"""What `to_msgpack` raises for values that cannot travel; `not_encoded` explains it."""
 _LONGEST: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
 _HEADER_SIZE: Final = 5  # of a large byte sequence there: a type byte and the length
 _EMPTY: Final = b"\xc4\x00"  # a byte sequence of none
@@ -136,7 +140,7 @@ def _encode_foreign(value: object) -> object:
     raise TypeError(f"a {type(value).__name__} cannot travel")
 
 
-_encode: Final = msgspec.msgpack.Encoder(enc_hook=_encode_foreign).encode
+to_msgpack: Final = msgspec.msgpack.Encoder(enc_hook=_encode_foreign).encode
 
 
 def encode(value: object, what: str) -> bytes:
@@ -145,12 +149,13 @@ def encode(value: object, what: str) -> bytes:
     Raises MarshalException, beginning with `what`, when it holds something that cannot travel.
     """
     try:
-        return _encode(value)
-    except _ENCODE_ERRORS as error:
-        raise _not_encoded(error, what) from error
+        return to_msgpack(value)
+    except ENCODE_ERRORS as error:
+        raise not_encoded(error, what) from error
 
 
-def _not_encoded(error: BaseException, what: str) -> MarshalException:
+def not_encoded(error: BaseException, what: str) -> MarshalException:
+    """Return what reports one of ENCODE_ERRORS."""
     endless = "nested too deeply, or in a cycle: a value that holds itself cannot travel"
     return MarshalException(f"{what}: {endless if isinstance(error, RecursionError) else error}")
 
@@ -166,7 +171,8 @@ class Codec(Generic[S]):
         self.fields: tuple[str, ...] = struct.__struct_fields__
         self._count: Final = len(self.fields)
         by_position = len(struct.__match_args__) == self._count
-        self._make: Callable[..., S] = struct if by_position else self._make_by_name
+        self.make: Callable[..., S] = struct if by_position else self._make_by_name
+        """Makes the struct of its field values."""
 
     @cached_property
     def holds_bytes(self) -> bool:
@@ -190,6 +196,11 @@ class Codec(Generic[S]):
         return Arrival(self.struct)
 
     @cached_property
+    def make_single(self) -> Callable[[object], S] | None:
+        """Makes the struct of its one field's value; None where there are more, or byte sequences."""
+        return self.make if self._count == 1 and not self._byte_sequences else None
+
+    @cached_property
     def _byte_sequences(self) -> tuple[tuple[str, ...], ...]:
         return byte_sequences(self.struct)
 
@@ -203,11 +214,7 @@ class Codec(Generic[S]):
 
         Raises TypeError for a wrong number of values, MarshalException for one that cannot travel.
         """
-        struct = self._make(*values)
-        try:  # here: a small call waits for each function
-            return _encode(struct)
-        except _ENCODE_ERRORS as error:
-            raise _not_encoded(error, what) from error
+        return encode(self.make(*values), what)
 
     def gather_result(self, value: object, what: str) -> bytes | Pieces:
         """Return what stands for the struct, None, a value or a tuple, as MessagePack.
@@ -216,11 +223,11 @@ class Codec(Generic[S]):
         """
         count = self._count
         if count == 1:
-            struct = self._make(value)
+            struct = self.make(value)
         elif isinstance(value, tuple) and len(value) == count > 0:
-            struct = self._make(*value)
+            struct = self.make(*value)
         elif value is None and count == 0:
-            struct = self._make()
+            struct = self.make()
         else:
             expected = f"a tuple ({', '.join(self.fields)})" if count else "None"
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")

@@ -43,7 +43,7 @@ __all__ = [
     "unknown_exception",
 ]
 
-_ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
+ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
 
 # Refused is also what is not a number: servants and readers wait and compute by these.
 _WallTime = Annotated[float, Meta(ge=0.0, le=1e11)]
@@ -104,27 +104,30 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
 
 NO_ATTACHMENT: Final = Attachment()
 
-_encode: Final = msgspec.msgpack.Encoder().encode
-_decode: Final = msgspec.msgpack.Decoder(Attachment).decode
+encode_attachment: Final = msgspec.msgpack.Encoder().encode
+"""Returns the members of an attachment, as a tuple, as they travel."""
+
+read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
+"""Returns the attachment that arrived; raises DECODE_ERRORS."""
 
 
 def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
     """Return the attachment of a call as it travels; `timeout` is 0 for one without an answer."""
     # A tuple rather than the struct: it saves a microsecond in every call.
-    return _encode((fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout))
+    return encode_attachment((fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout))
 
 
 def encode_sample_attachment(fingerprint: str, sequence: int, robot_time: float, stream: str = "") -> bytes:
     """Return the attachment of a stream sample as it travels, sent now."""
-    return _encode((fingerprint, sequence, robot_time, time.time(), stream, 0.0))
+    return encode_attachment((fingerprint, sequence, robot_time, time.time(), stream, 0.0))
 
 
 def decode_attachment(data: bytes) -> Attachment:
     """Return the attachment that arrived; raises MarshalException for a malformed one."""
-    if len(data) > _ATTACHMENT_LIMIT:
-        raise MarshalException(f"attachment: {len(data)} bytes where at most {_ATTACHMENT_LIMIT} are taken")
+    if len(data) > ATTACHMENT_LIMIT:
+        raise MarshalException(f"attachment: {len(data)} bytes where at most {ATTACHMENT_LIMIT} are taken")
     try:
-        return _decode(data)
+        return read_attachment(data)
     except (ValueError, RecursionError, OverflowError) as error:
         raise MarshalException(f"attachment: {error}") from error
 

@@ -18,9 +18,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeVar
 
 import msgspec
 
-from ._codec import DECODE_ERRORS, misfit
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack
 from ._tokens import servant_token
-from ._wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_error, unknown_exception
+from ._wire import (
+    ATTACHMENT_LIMIT,
+    NO_ATTACHMENT,
+    Attachment,
+    encode_error,
+    read_attachment,
+    unknown_exception,
+)
 from .exceptions import (
     AlreadyRegisteredException,
     BusyException,
@@ -196,6 +203,8 @@ class _Method:
     """How many bytes the arguments may have."""
     decode: Callable[[bytes], msgspec.Struct]
     """Returns arguments that came; raises one of DECODE_ERRORS."""
+    make_result: Callable[[Any], msgspec.Struct] | None
+    """Makes the result where that is one value without byte sequences."""
     fingerprints: frozenset[str] | None
     """Of the interfaces from which callers may be generated; None for what every servant has."""
 
@@ -264,7 +273,9 @@ class ServedObject:
                 )
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
             if attachment is not None:
-                about = decode_attachment(bytes(attachment))
+                if len(attachment) > ATTACHMENT_LIMIT:
+                    raise MarshalException(f"attachment: {len(attachment)} bytes where few are taken")
+                about = read_attachment(bytes(attachment))
             call = _Call(self, method, data, about, reply, time.monotonic())
             with turn.changed:
                 if self._withdrawn:
@@ -278,6 +289,8 @@ class ServedObject:
                 self._executed += 1
         except ZenohIceError as error:
             return partial(reply, *self._refuse(error, about))
+        except DECODE_ERRORS as error:
+            return partial(reply, *self._refuse(misfit(error, "attachment"), about))
         return partial(self._run, call)
 
     def _run(self, call: _Call) -> None:
@@ -309,6 +322,8 @@ class ServedObject:
             stage = _Stage.RETURNED
             if operation.amd and (future := self._future_of(result)) is not None:
                 self._answer_later(call, future)
+            elif method.make_result is not None:
+                reply(True, to_msgpack(method.make_result(result)))
             else:
                 reply(True, operation.result.gather_result(result, method.what))
         except BaseException as error:  # noqa: BLE001 - answered; not even CancelledError may end the thread
@@ -418,6 +433,8 @@ class ServedObject:
             return False, encode_error(error)
         with self._turn.changed:
             self._failed += 1
+        if stage is _Stage.RETURNED and isinstance(error, ENCODE_ERRORS):
+            error = not_encoded(error, method.what)
         if stage is _Stage.RETURNED and isinstance(error, MarshalException):
             error = MarshalException(f"result of {error}", error.path)
             _logger.error("%s", error)
@@ -452,6 +469,7 @@ class ServedObject:
             getattr(self.servant, operation.method),
             communicator.settings.size_limit(holds_bytes=arguments.holds_bytes),
             arguments.decoder(communicator.stringToProxy),
+            operation.result.make_single,
             self._accepted if of_every_servant is None else None,
         )
         return method
