@@ -225,6 +225,8 @@ class RecordingTransport(ObservedTransport):
 class _Encoded:
     """A codec that lets payloads through as they are."""
 
+    make: Final = msgspec.Raw
+
     def __init__(self, operation_codec: Any) -> None:  # noqa: ANN401
         self.fields: Final = operation_codec.fields
         self.holds_bytes: Final = operation_codec.holds_bytes
