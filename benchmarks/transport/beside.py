@@ -1,19 +1,24 @@
-"""Small calls of a client that follows a stream of images at the same time."""
+"""Small calls of a client that follows a stream of images, and small calls while a simulated robot runs."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Final
 
+from tests.support.processes import ComponentProcess, free_endpoint, module
+
 from .content import LARGE_IMAGE
-from .figures import Effort, Figure, Section, Table, microseconds, milliseconds, percentile, spread
+from .figures import Effort, Figure, Section, Table, microseconds, milliseconds, percentile, ratio, spread
 from .processes import Lab, Worker
 from .rounds import timed
 from .streaming import begin
 
 P99: Final = 1.5e-3
 RATE: Final = 30.0
+TIMES_ICE: Final = 2.5
 
 _SECONDS: Final = 4.0
 
@@ -31,6 +36,17 @@ def measure(package: Path, effort: Effort) -> Section:
             for how in ("alone", "beside")
         }
         times = timed(subjects, effort.rounds(8))
+        with _simulator():
+            busy = timed(
+                {
+                    f"{kind}, beside a simulator": partial(_calls, server, clients[0], seconds, beside=False)
+                    for kind, (server, clients) in pairs.items()
+                },
+                effort.rounds(8),
+            )
+    times |= busy
+    ours, ice = (busy[f"{kind}, beside a simulator"] for kind in ("ours", "ice"))
+    times_ice = ratio(ours.medians, ice.medians)
     p99 = percentile(times["ours, beside"].all, 0.99)
     names = {"ours": "generated proxy", "ice": "Ice twoway"}
     return Section(
@@ -41,7 +57,13 @@ def measure(package: Path, effort: Effort) -> Section:
                 f"under {P99 * 1e3} ms",
                 f"{milliseconds(p99)} ms",
                 p99 < P99,
-            )
+            ),
+            Figure(
+                "a call while a simulated robot runs on the same processors, against Ice's",
+                f"at most {TIMES_ICE:g} times its median",
+                f"{times_ice} times; p99 {milliseconds(ours.p99)} ms against {milliseconds(ice.p99)} ms",
+                times_ice.median <= TIMES_ICE,
+            ),
         ],
         tables=[
             Table(
@@ -60,6 +82,14 @@ def measure(package: Path, effort: Effort) -> Section:
         ],
         plot={name: {"p50": each.median.median, "p99": each.p99} for name, each in times.items()},
     )
+
+
+@contextmanager
+def _simulator() -> Iterator[None]:
+    """Run a simulated robot that nobody asks anything."""
+    with ComponentProcess(module("naoserver_sim", "--listen", free_endpoint())) as simulator:
+        simulator.wait_for("ready")
+        yield
 
 
 def _calls(server: Worker, client: Worker, seconds: float, *, beside: bool) -> list[float]:

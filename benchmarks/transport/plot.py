@@ -79,11 +79,11 @@ def _beside(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401
         axis,
         {
             f"{value}\n{how}": {kind: 1e6 * plot[f"{kind}, {how}"][value] for kind in ("ours", "ice")}
-            for how in ("alone", "beside")
+            for how in ("alone", "beside", "beside a simulator")
             for value in ("p50", "p99")
         },
     )
-    axis.set(title="a call beside a 1280x960 stream", ylabel="us")
+    axis.set(title="a call alone, beside a 1280x960 stream, beside a simulator", ylabel="us")
 
 
 def _soak(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401
