@@ -174,21 +174,25 @@ class Codec(Generic[S]):
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
 
+    # Made when first needed: the struct may refer to types defined after the operation.
+
     @cached_property
+    def _types(self) -> WireTypes:
+        return WireTypes(self.struct)
+
+    @property
     def holds_bytes(self) -> bool:
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        return WireTypes(self.struct).holds_bytes
+        return self._types.holds_bytes
 
     @cached_property
     def value_of(self) -> Callable[[S], object]:
         """Returns what stands for a struct: None, a value or a tuple."""
         return attrgetter(*self.fields) if self.fields else lambda _: None
 
-    # Made when first needed: the struct may refer to types defined after the operation.
-
     @cached_property
     def _decoder(self) -> msgspec.msgpack.Decoder[S] | None:
-        return msgspec.msgpack.Decoder(self.struct) if WireTypes(self.struct).plain else None
+        return msgspec.msgpack.Decoder(self.struct) if self._types.plain else None
 
     @cached_property
     def _arrival(self) -> Arrival[S]:

@@ -273,7 +273,7 @@ class ObjectPrx(Reference):
                 "oneway call would not get: call it by a twoway proxy"
             )
         # A call of a servant that was lost fails at once, as every later one.
-        if not communicator.presence.is_lost(target):
+        if not communicator.knows(target) and not communicator.presence.is_lost(target):
             communicator.find(target, None, began + limit - time.monotonic(), since=began)
         call = communicator.call_of(self, operation, limit)
         self._calls[operation] = call

@@ -240,7 +240,11 @@ class ServedObject:
         self._communicator: Final = communicator
         self._interface: Final = interface
         self._accepted: Final = frozenset((*self.fingerprints.values(), ""))
-        self._methods: Final[dict[str, _Method]] = {}  # those that were called
+        self._methods: Final[dict[str, _Method]] = {}
+        for operation in interface.all_operations.values():
+            self._add_method(operation, self._accepted)
+        for operation in OBJECT_INTERFACE.operations:
+            self._add_method(operation, None)
         width = _CONCURRENT_CALLS if servant.ice_concurrent else 1
         self._turn: Final[_Turn] = servant.__dict__.setdefault(_TURN, _Turn(width))
         self._most_bytes: Final = communicator.settings.max_bulk_size
@@ -265,7 +269,11 @@ class ServedObject:
         """Give a call its turn, and return what executes or refuses it; None where it waits."""
         about, turn = NO_ATTACHMENT, self._turn
         try:
-            method = self._methods.get(name) or self._prepare(name)
+            method = self._methods.get(name)
+            if method is None:
+                raise OperationNotExistException(
+                    f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
+                )
             size = 0 if payload is None else len(payload)
             if size > method.limit:  # before it is so much as copied
                 raise MarshalException(
@@ -453,26 +461,18 @@ class ServedObject:
             found=own.fingerprint,
         )
 
-    def _prepare(self, name: str) -> _Method:
-        """Return an operation by name; raises OperationNotExistException."""
-        identity = self.target.identity
-        of_every_servant = OBJECT_INTERFACE.all_operations.get(name)
-        operation = of_every_servant or self._interface.all_operations.get(name)
-        if operation is None:
-            raise OperationNotExistException(
-                f"{identity}, a {self._interface.type_id}, has no operation {name!r}"
-            )
+    def _add_method(self, operation: Operation[..., Any], fingerprints: frozenset[str] | None) -> None:
+        # All before the first call: a type that cannot be decoded is an error of the servant's start.
         communicator, arguments = self._communicator, operation.arguments
-        method = self._methods[name] = _Method(
+        self._methods[operation.name] = _Method(
             operation,
-            f"{identity}.{name}",
+            f"{self.target.identity}.{operation.name}",
             getattr(self.servant, operation.method),
             communicator.settings.size_limit(holds_bytes=arguments.holds_bytes),
             arguments.decoder(communicator.stringToProxy),
             operation.result.make_single,
-            self._accepted if of_every_servant is None else None,
+            fingerprints,
         )
-        return method
 
     # Its life.
 
