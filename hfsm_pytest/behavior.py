@@ -14,10 +14,11 @@ from hfsm_runtime.component import parameters_of, proxies_of
 from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.errors import OnRefused
 from hfsm_runtime.robot import commands_taken, stop_robot
-from hfsm_runtime.supervision import UNAVAILABLE, ErrorRecord
+from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
 from hfsm_runtime.virtual import Change
+from interfaces.hfsm import ErrorReport
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
@@ -212,7 +213,7 @@ class Behavior:
         return self._network.calls.find(target)
 
     @property
-    def errors(self) -> list[ErrorRecord]:
+    def errors(self) -> list[ErrorReport]:
         """The newest errors of its code, oldest first."""
         return list(self.run.errors)
 

@@ -111,7 +111,6 @@ class _VirtualCommunicator(Communicator):
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
     ) -> Mapping[str, str]:
-        """Return the fingerprints of a servant's interfaces; raises ObjectNotExistException."""
         try:
             return super().find(target, type_id, timeout, since=since)
         except ObjectNotExistException:
@@ -130,7 +129,6 @@ class _VirtualTransport(InProcessTransport):
         self._clock: Final = clock
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return what calls an operation, and notes that in the log."""
         genuine = super().caller(target, operation, timeout=timeout)
         if operation.name.startswith("ice_"):
             return genuine
@@ -165,7 +163,6 @@ class _LoggedCaller:
         self._operation: Final = operation
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        """Call, note it, and return the outcome."""
         try:
             if self._target.identity in self._network.away:
                 raise ConnectionLostException(f"{self._target.identity} is away: the test says so")
@@ -220,11 +217,9 @@ class _StampedOutlet:
 
     @property
     def listening(self) -> bool:
-        """Whether anybody listens."""
         return self._genuine.listening
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
-        """Hand a sample to all who listen."""
         self._genuine.put(payload, _stamped(attachment, self._clock))
 
 
@@ -268,11 +263,9 @@ class _PolledInlet:
         return Arrived(bytes(payload), _stamped(encode_sample_attachment("", self._count, now), self._clock))
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        """Call a function with each sample that is published."""
         self._genuine.deliver(callback, rate)
 
     def open(self, sample: Arrived) -> Arrived:
-        """Return the sample itself."""
         return sample
 
 
@@ -298,7 +291,6 @@ class _VirtualTiming:
         return holds()
 
     def repeat(self, period: float, job: Callable[[], object]) -> Served:
-        """Run a job every `period` s of virtual time."""
         running = [True]
 
         def run() -> None:

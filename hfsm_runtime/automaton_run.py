@@ -15,41 +15,13 @@ from typing import Any, Final
 from .automaton import REQUIRED, Automaton, Event, State, Transition
 from .errors import DefinitionError, EventError
 
-__all__ = ["CAPACITY", "ChangeKind", "Inbox", "Run", "grow", "make_event", "owes"]
+__all__ = ["CAPACITY", "ChangeKind", "Run", "grow", "make_event", "owes"]
 
 
 CAPACITY: Final = 64
 """How many events an automaton keeps; of more the oldest are lost."""
 
 _DEEPEST: Final = 32
-_NONE: Final[dict[str, Event]] = {}
-
-
-class Inbox:
-    """The events that arrived at one automaton since its last cycle began."""
-
-    __slots__ = ("_events",)
-
-    def __init__(self) -> None:
-        self._events: deque[Event] = deque()
-
-    def put(self, event: Event) -> Event | None:
-        """Keep an event; return the one that is lost for it, if any."""
-        lost = self._events.popleft() if len(self._events) >= CAPACITY else None
-        self._events.append(event)
-        return lost
-
-    def take(self) -> dict[str, Event]:
-        """Return the newest event of each name, and keep none."""
-        if not self._events:
-            return _NONE
-        newest = {event.name: event for event in self._events}
-        self._events.clear()
-        return newest
-
-    def clear(self) -> None:
-        """Forget all events."""
-        self._events.clear()
 
 
 class ChangeKind(StrEnum):
@@ -115,11 +87,14 @@ class Run:
     """When the running, or the last, cycle really began, which may be later than the time it belongs to."""
     in_step: bool = False
     """Whether the running cycle is such a one."""
-    inbox: Inbox = field(default_factory=Inbox)
+    inbox: deque[Event] = field(default_factory=deque)
+    """The events that arrived since its last cycle began, at most `CAPACITY`."""
     present: dict[str, Event] = field(default_factory=dict)
     """The events of the running cycle, by name."""
-    guards: dict[int, bool] = field(default_factory=dict)
-    """The last value of each guard out of the current state."""
+    guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
+    """The last value of each guard out of the current state, and the cycle time of it."""
+    last_slot: int = -1
+    """The time that the last cycle which ended belongs to."""
     cycles: int = 0
     overruns: int = 0
     last_cycle: float = 0.0

@@ -164,8 +164,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
                 )
             if first is not None:
                 runtime.begin_at(*first)
-            with Monitor(runtime, communicator) as monitor:
-                monitor.debugger.set_breakpoints(breakpoints)
+            with Monitor(runtime, communicator, breakpoints):
                 safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
                 _run(runtime, seconds, stop, safety, stay_halted=stay_halted)
             if runtime.failed and not stop.is_set():

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import inspect
 import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePath
+from types import ModuleType
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
 from zenoh_ice.clock import Clock, WallClock
@@ -34,6 +34,7 @@ __all__ = [
     "equip",
     "libraries",
     "load_extension",
+    "load_module",
     "make_automata",
     "parameter_values",
     "parameters_of",
@@ -268,26 +269,29 @@ def _class(component: Path, package: str | None, module: str, name: str) -> type
         raise ComponentError(
             f"{path.name} is gone, which {component.name} extends: bring it back, or run codegen"
         )
-    loaded = importlib.import_module(f"{package}.{module}") if package else _load(component, module)
+    loaded = importlib.import_module(f"{package}.{module}") if package else _load_once(path.resolve())
     found = getattr(loaded, name, None)
     if not isinstance(found, type):
         raise ComponentError(f"{path.name} has no class {name}: write it, or remove the file and run codegen")
     return found
 
 
-def _load(component: Path, module: str) -> object:
-    path = component.with_name(f"{module}.py").resolve()
-    known = sys.modules.get(module)
+def _load_once(path: Path) -> ModuleType:
+    known = sys.modules.get(path.stem)
     if known is not None and Path(getattr(known, "__file__", None) or "").resolve() == path:
         return known
-    spec = importlib.util.spec_from_file_location(module, path)
-    if spec is None or spec.loader is None:
-        raise ComponentError(f"{path.name} cannot be loaded")
-    loaded = importlib.util.module_from_spec(spec)
-    sys.modules[module] = loaded  # whoever asks its classes for their module finds it there
+    return load_module(path.stem, path)
+
+
+def load_module(name: str, path: Path, package: str = "") -> ModuleType:
+    """Run a file as a new module, as it is on the disk now; raises what it raises."""
+    module = ModuleType(name)
+    module.__file__, module.__package__ = str(path), package
+    sys.modules[name] = module  # where the module of its classes and functions is looked for
     try:
-        spec.loader.exec_module(loaded)
+        # Never what was cached: that may be of the same second and the same size.
+        exec(compile(path.read_bytes(), str(path), "exec"), vars(module))  # noqa: S102 - the component's file
     except BaseException:
-        del sys.modules[module]
+        sys.modules.pop(name, None)
         raise
-    return loaded
+    return module

@@ -65,6 +65,7 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
         run.last_cycle = time.perf_counter() - began_wall
         run.longest_cycle = max(run.longest_cycle, run.last_cycle)
         run.overruns += supervisor.now() - began > run.automaton.interval
+        run.last_slot = now
         for observer in tree.observers:
             observer.cycle_ended(run, now)
         tree.end_cycle(run)
@@ -127,7 +128,7 @@ def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: S
         return triggered
     guard = _bound(run, transition, transition.guard)
     value = _call(tree, run, lambda: bool(guard()), supervisor) is True  # what it returns may refuse, too
-    run.guards[transition.id] = value
+    run.guards[transition.id] = value, now
     for observer in tree.observers:
         observer.guard_evaluated(run, transition, value, now)
     return value

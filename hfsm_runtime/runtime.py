@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from enum import StrEnum
 from typing import Final
 
+from interfaces.hfsm import ComponentStatus, ErrorReport
 from zenoh_ice.clock import Clock
 
 from .automaton import Automaton, Transition
@@ -15,13 +15,13 @@ from .automaton_run import make_event
 from .component import Component, equip, make_automata, parameters_of
 from .errors import ComponentStoppedError, OnError, OnRefused, ReloadRefusedError, UnknownElementError
 from .observer import Observer
-from .supervision import ErrorRecord, Refusal, Supervision
+from .supervision import Refusal, Supervision
 from .threads import Threads
 from .timeline import Timeline
 from .tree import ChangeKind, Replaced, Run, Tree
 from .variables import assign, convert, did_you_mean
 
-__all__ = ["Runtime", "Status"]
+__all__ = ["Runtime"]
 
 _STOP: Final = 2.0
 """The longest wait in wall seconds for the running cycles when the component ends."""
@@ -31,14 +31,6 @@ _END: Final = 0.5
 """Wall seconds that running cycles have to end when it does not, while no other begins."""
 RETRY: Final = 1.0
 """The shortest time in wall seconds from a refused command until the automata may try again."""
-
-
-class Status(StrEnum):
-    """What a component is doing."""
-
-    RUNNING = "running"
-    PAUSED = "paused"
-    HALTED = "halted"
 
 
 class Runtime(Observer):
@@ -91,14 +83,14 @@ class Runtime(Observer):
         return self.tree.root.automaton.name
 
     @property
-    def status(self) -> Status:
+    def status(self) -> ComponentStatus:
         """What the component is doing."""
         if self.ended.is_set():
-            return Status.HALTED
-        return Status.PAUSED if self.timeline.paused else Status.RUNNING
+            return ComponentStatus.Halted
+        return ComponentStatus.Paused if self.timeline.paused else ComponentStatus.Running
 
     @property
-    def errors(self) -> tuple[ErrorRecord, ...]:
+    def errors(self) -> tuple[ErrorReport, ...]:
         """The newest errors, oldest first."""
         return self._supervision.records
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from interfaces.hfsm import ErrorReport
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from zenoh_ice.exceptions import (
     BusyException,
@@ -25,7 +26,7 @@ from .errors import OnError, OnRefused, describe, locate, part_of_component
 from .timeline import Timeline
 from .tree import Run, Tree
 
-__all__ = ["ErrorRecord", "Refusal", "Supervision"]
+__all__ = ["Refusal", "Supervision"]
 
 _KEPT: Final = 20
 _LONGEST_MESSAGE: Final = 1000
@@ -55,15 +56,28 @@ class Refusal:
     since: float
 
 
-@dataclass(frozen=True, slots=True)
-class ErrorRecord:
-    """An error, at a component time in ns, in a state of an automaton; `location` names files and lines."""
+class _Outage:
+    """Automata that wait for the same thing, each until it gets through a cycle or is a ghost."""
 
-    time: int
-    automaton: int
-    state: int
-    location: str
-    message: str
+    def __init__(self) -> None:
+        self._waiting: set[Run] = set()
+        self._began = 0.0
+
+    def __bool__(self) -> bool:
+        return bool(self._waiting)
+
+    def add(self, run: Run) -> bool:
+        """Add an automaton; return whether it is the first."""
+        first = not self._waiting
+        if first:
+            self._began = time.monotonic()
+        self._waiting.add(run)
+        return first
+
+    def recovered(self, run: Run) -> float | None:
+        """Take notice of a cycle that went through; return how many s it was, if it is over now."""
+        before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not run}
+        return time.monotonic() - self._began if before and not self._waiting else None
 
 
 class Supervision:
@@ -97,12 +111,10 @@ class Supervision:
         self._pause = refused
         self._servers_present = servers_present
         self._lock = threading.Lock()
-        self._records: deque[ErrorRecord] = deque(maxlen=_KEPT)
+        self._records: deque[ErrorReport] = deque(maxlen=_KEPT)
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
-        self._without_server: set[Run] = set()
-        self._outage_began = 0.0
-        self._refused: set[Run] = set()
-        self._refusal_began = 0.0
+        self._without_server = _Outage()
+        self._refused = _Outage()
         self._hardware_failures: dict[Run, int] = {}
         """Cycles in a row that ended because hardware failed."""
         self.turn_to(component)
@@ -116,7 +128,7 @@ class Supervision:
         self._file, self._document = source_of(component), component._hfsm_document
 
     @property
-    def records(self) -> tuple[ErrorRecord, ...]:
+    def records(self) -> tuple[ErrorReport, ...]:
         """The newest errors, oldest first."""
         with self._lock:
             return tuple(self._records)
@@ -153,15 +165,13 @@ class Supervision:
             self._hardware_failures.pop(run, None)
         if self._refused:
             with self._lock:
-                before, self._refused = self._refused, _still_waiting(self._refused, run)
-                if before and not self._refused:
-                    seconds = time.monotonic() - self._refusal_began
+                seconds = self._refused.recovered(run)
+                if seconds is not None:
                     self._log.warning("commands are taken again: goes on after %.1f s", seconds)
         if self._without_server and self._servers_present():
             with self._lock:
-                before, self._without_server = self._without_server, _still_waiting(self._without_server, run)
-                if before and not self._without_server:
-                    seconds = time.monotonic() - self._outage_began
+                seconds = self._without_server.recovered(run)
+                if seconds is not None:
                     self._log.warning("the server is back after %.1f s", seconds)
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
@@ -187,20 +197,14 @@ class Supervision:
 
     def _server_away(self, run: Run, location: str, message: str) -> None:
         with self._lock:
-            first = not self._without_server
-            self._without_server.add(run)
-            if first:
-                self._outage_began = time.monotonic()
+            first = self._without_server.add(run)
         if first:
             self._record(run, location, message)
             self._log.error("%s: %s; waiting for the server", _place(run), message)
 
     def _refuse(self, run: Run, location: str, message: str, holder: str) -> None:
         with self._lock:
-            first = not self._refused
-            self._refused.add(run)
-            if first:
-                self._refusal_began = time.monotonic()
+            first = self._refused.add(run)
         if first:
             self._record(run, location, message)
             self._log.warning("%s: %s; pauses until commands are taken again", _place(run), message)
@@ -212,9 +216,9 @@ class Supervision:
         return failures < _HARDWARE_FAILURES
 
     def _record(self, run: Run, location: str, message: str) -> None:
-        record = ErrorRecord(self.now(), run.automaton.id, run.current.id, location, message)
+        report = ErrorReport(self.now() / 1e9, run.automaton.id, run.current.id, location, message)
         with self._lock:
-            self._records.append(record)
+            self._records.append(report)
 
     def _log_seldom(self, run: Run, location: str, text: str, error: Exception | None) -> None:
         key = (run.automaton.id, run.current.id, location)
@@ -228,11 +232,6 @@ class Supervision:
         again = f" ({repeated} times more since it was last told)" if repeated else ""
         trace = error and (type(error), error, part_of_component(error, self._file))
         self._log.error("%s%s", text, again, exc_info=trace)
-
-
-def _still_waiting(waiting: set[Run], run: Run) -> set[Run]:
-    """Return those that still wait for something after one of them got through a cycle."""
-    return {other for other in waiting if other.active and other is not run}
 
 
 def _place(run: Run) -> str:

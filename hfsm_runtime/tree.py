@@ -9,7 +9,7 @@ import threading
 from dataclasses import dataclass
 
 from .automaton import Automaton, Event, State, Transition
-from .automaton_run import ChangeKind, Run, grow, owes
+from .automaton_run import CAPACITY, ChangeKind, Run, grow, owes
 from .errors import UnknownElementError
 from .observer import Observer
 
@@ -44,19 +44,6 @@ class Tree:
     def root(self) -> Run:
         """The automaton that no state owns."""
         return self.runs[0]
-
-    @property
-    def active(self) -> str:
-        """The path of current states from the root down, such as `followBall/green`.
-
-        Where a state owns several automata the path follows the first.
-        """
-        return next(self.root.paths())
-
-    @property
-    def active_paths(self) -> tuple[str, ...]:
-        """The paths of current states from the root down, one for each branch, in their order."""
-        return tuple(self.root.paths())
 
     def run(self, id: int) -> Run | None:
         """Return an automaton by its id, or None."""
@@ -96,9 +83,9 @@ class Tree:
         with self.lock:
             for run in self.runs:
                 if run.active and not run.finished and event.name in run.automaton.events:
-                    dropped = run.inbox.put(event)
-                    if dropped is not None:
-                        lost.append((run, dropped))
+                    if len(run.inbox) >= CAPACITY:
+                        lost.append((run, run.inbox.popleft()))
+                    run.inbox.append(event)
             for observer in self.observers:
                 observer.event_sent(event, now)
         return lost
@@ -115,7 +102,8 @@ class Tree:
             run.in_cycle, run.in_step = True, stepping
             run.claimed = run.activations
             if not run.cut:
-                run.present = run.inbox.take()
+                run.present = {event.name: event for event in run.inbox}  # the newest of each name
+                run.inbox.clear()
             run.cut = False
             return True
 

@@ -10,6 +10,7 @@ import heapq
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from interfaces.hfsm import ErrorReport
 from zenoh_ice.clock import VirtualClock
 
 from .automaton_run import make_event
@@ -17,7 +18,7 @@ from .component import Component, equip, make_automata
 from .cycle import run_cycle
 from .errors import OnError
 from .observer import Observer
-from .supervision import ErrorRecord, Refusal, Supervision
+from .supervision import Refusal, Supervision
 from .timeline import Timeline, slot_after, slot_at
 from .tree import ChangeKind, Run, Tree
 
@@ -87,7 +88,7 @@ class VirtualRun(Observer):
         return self._timeline.now() / _SECOND
 
     @property
-    def errors(self) -> tuple[ErrorRecord, ...]:
+    def errors(self) -> tuple[ErrorReport, ...]:
         """The newest errors, oldest first."""
         return self._supervision.records
 
@@ -97,12 +98,12 @@ class VirtualRun(Observer):
 
         Where a state owns several automata the path follows the first.
         """
-        return self.tree.active
+        return self.active_paths[0]
 
     @property
     def active_paths(self) -> tuple[str, ...]:
         """The paths of current states from the root down, one for each branch, in their order."""
-        return self.tree.active_paths
+        return tuple(self.tree.root.paths())
 
     @property
     def finished(self) -> bool:

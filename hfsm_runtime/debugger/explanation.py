@@ -7,13 +7,12 @@ from typing import Final
 from interfaces.hfsm import Explanation, TransitionExplanation
 
 from ..automaton import Transition
-from ..observer import Observer
 from ..timeline import Timeline
-from ..tree import ChangeKind, Run, Tree
+from ..tree import Run, Tree
 from ..variables import short_repr, values_of
 from .expressions import values_in
 
-__all__ = ["GuardLog", "explain"]
+__all__ = ["explain"]
 
 _SECOND: Final = 1e9
 _LONGEST_CONDITION: Final = 200
@@ -21,41 +20,11 @@ _LONGEST_VALUE: Final = 60
 _MOST_VALUES: Final = 5
 
 
-class GuardLog(Observer):
-    """Remember when which guard was evaluated; one of the observers of a tree."""
-
-    def __init__(self) -> None:
-        self._guards: dict[Run, dict[int, tuple[bool, int]]] = {}
-        self._last_cycle: dict[Run, int] = {}
-
-    def of(self, run: Run) -> tuple[dict[int, tuple[bool, int]], int]:
-        """Return value and time in ns of each guard by its transition, and the time of the last cycle."""
-        return dict(self._guards.get(run, {})), self._last_cycle.get(run, -1)
-
-    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
-        """Remember the value of a guard."""
-        self._guards.setdefault(run, {})[transition.id] = value, at
-
-    def cycle_ended(self, run: Run, at: int) -> None:
-        """Remember when a cycle was."""
-        self._last_cycle[run] = at
-
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
-        """Forget the guards of a state that was left."""
-        if kind is ChangeKind.ENTERED:
-            self._guards.pop(run, None)
-
-    def clear(self) -> None:
-        """Forget all guards."""
-        self._guards.clear()
-        self._last_cycle.clear()
-
-
-def explain(tree: Tree, run: Run, guards: GuardLog, timeline: Timeline) -> Explanation:
+def explain(tree: Tree, run: Run, timeline: Timeline) -> Explanation:
     """Say of each transition out of the current state of an automaton why it has not fired."""
     with tree.lock:
         now = timeline.now()
-        asked, last_cycle = guards.of(run)
+        asked = dict(run.guards)
         ghost = run.parent is not None and not run.active
         outgoing = run.automaton.outgoing(run.current)
         reasons = []
@@ -65,7 +34,7 @@ def explain(tree: Tree, run: Run, guards: GuardLog, timeline: Timeline) -> Expla
             reason = TransitionExplanation(
                 transition=transition.id,
                 order=order,
-                asked=at is not None and at >= last_cycle,
+                asked=at is not None and at >= run.last_slot,
                 value=value,
                 askedAt=-1.0 if at is None else at / _SECOND,
                 remaining=-1.0 if left is None else left / _SECOND,

@@ -47,29 +47,6 @@ _COMPARISONS: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], object]]] = {
     ast.In: lambda item, container: item in container,
     ast.NotIn: lambda item, container: item not in container,
 }
-_SYMBOLS: Final[Mapping[type[ast.AST], str]] = {
-    ast.Pow: "**",
-    ast.LShift: "<<",
-    ast.RShift: ">>",
-    ast.BitOr: "|",
-    ast.BitAnd: "&",
-    ast.BitXor: "^",
-    ast.Invert: "~",
-    ast.MatMult: "@",
-}
-_WORDS: Final[Mapping[type[ast.AST], str]] = {
-    ast.Call: "a call",
-    ast.Lambda: "a lambda",
-    ast.Slice: "a slice",
-    ast.NamedExpr: "an assignment",
-    ast.JoinedStr: "an f-string",
-    ast.Await: "await",
-    ast.Starred: "a star",
-    ast.ListComp: "a comprehension",
-    ast.SetComp: "a comprehension",
-    ast.DictComp: "a comprehension",
-    ast.GeneratorExp: "a comprehension",
-}
 
 
 class ExpressionError(ValueError):
@@ -86,7 +63,7 @@ class Expression:
     def __init__(self, text: str) -> None:
         self.text: Final = text.strip()
         self._tree: Final = _parse(self.text)
-        _check(self._tree, 0)
+        _check(self.text, self._tree)
         self.names: Final = frozenset(node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name))
         """The names that it uses."""
 
@@ -144,27 +121,19 @@ def _parse(text: str) -> ast.expr:
         raise ExpressionError(f"the expression cannot be read: {error}") from None
 
 
-def _check(node: ast.expr, depth: int) -> None:
+def _check(text: str, node: ast.expr, depth: int = 0) -> None:
     """Refuse whatever is not known to be harmless."""
     if depth > _DEEPEST:
         raise _error(node, f"the expression is nested more than {_DEEPEST} deep")
     match node:
-        case ast.Constant(value=bool() | float() | str() | None):
-            return
         case ast.Constant(value=int()):
             _bounded(node, node.value)
-            return
         case ast.Name(id=name) | ast.Attribute(attr=name) if name.startswith("_"):
             raise _error(node, f"{name}: names that begin with an underscore are not for expressions")
-        case ast.BinOp(op=op) if type(op) not in _ARITHMETIC:
-            raise _error(node, f"the operator {_SYMBOLS.get(type(op), '')} is not for expressions")
-        case ast.UnaryOp(op=op) if type(op) not in {ast.Not, *_SIGNS}:
-            raise _error(node, f"the operator {_SYMBOLS.get(type(op), '')} is not for expressions")
         case (
-            ast.Name()
+            ast.Constant(value=float() | str() | None)
+            | ast.Name()
             | ast.Attribute()
-            | ast.BinOp()
-            | ast.UnaryOp()
             | ast.BoolOp()
             | ast.Compare()
             | ast.IfExp()
@@ -172,12 +141,15 @@ def _check(node: ast.expr, depth: int) -> None:
             | ast.List()
             | ast.Tuple()
         ):
-            for child in ast.iter_child_nodes(node):
-                if isinstance(child, ast.expr):
-                    _check(child, depth + 1)
+            pass
+        case ast.BinOp(op=op) | ast.UnaryOp(op=op) if type(op) in {ast.Not, *_SIGNS, *_ARITHMETIC}:
+            pass
         case _:
-            what = _WORDS.get(type(node), f"a {type(node).__name__}")
+            what = ast.get_source_segment(text, node) or type(node).__name__
             raise _error(node, f"{what} is not for expressions: nothing is executed")
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.expr):
+            _check(text, child, depth + 1)
 
 
 def _evaluate(node: ast.expr, names: Mapping[str, object]) -> object:

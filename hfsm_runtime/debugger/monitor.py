@@ -1,14 +1,15 @@
-"""Serve `HfsmMonitor`: show what a component does to whoever watches, and let them steer it."""
+"""Serve `HfsmMonitor`: show what a component does to those who watch, and let them steer it."""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from types import TracebackType
-from typing import Final, Self
+from typing import Any, Final, Self
+
+import msgspec
 
 from interfaces.hfsm import (
     Breakpoint,
@@ -23,104 +24,105 @@ from interfaces.hfsm import (
 )
 from zenoh_ice import Communicator, Current
 
+from ..component import Component
 from ..errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
 from ..observer import Observer
 from ..robot import connect
 from ..runtime import Runtime
 from ..tree import ChangeKind, Run
-from .debugger import Debugger
+from .breakpoints import Breakpoints
+from .explanation import explain
+from .expressions import plain
+from .reload import Reloading
 from .snapshot import structure_of, take_snapshot
 
-__all__ = ["Monitor", "MonitorServant"]
+__all__ = ["Monitor"]
 
 _INTERVAL: Final = 0.1
 """Seconds of wall time between snapshots while nothing changes."""
 _CLOSE: Final = 2.0
 _LONGEST_REASON: Final = 2000
 """Characters of what user code may have raised."""
+_LONGEST_NAME: Final = 200
+_LARGEST_VALUE: Final = 65_536
+"""Bytes of JSON that are taken for a value."""
 
 _logger = logging.getLogger(__name__)
 
 
-class MonitorServant(HfsmMonitor):
-    """The servant of one component."""
+class _Servant(HfsmMonitor):
+    """The servant of one component; `connect` connects proxies that a reload brings."""
 
     ice_concurrent = True  # a step may last, and must not keep others from looking
 
-    def __init__(self, debugger: Debugger) -> None:
-        self._runtime = debugger.runtime
-        self._debugger = debugger
+    def __init__(
+        self, runtime: Runtime, breakpoints: Breakpoints, connect: Callable[[Component], None]
+    ) -> None:
+        self._runtime = runtime
+        self._breakpoints = breakpoints
+        self._reloading = Reloading(runtime, connect)
         self._started_at = time.time()
 
     def snapshot(self) -> ComponentSnapshot:
-        """Return what the component is doing."""
-        return take_snapshot(self._runtime, self._debugger.breakpoints, self._started_at)
+        return take_snapshot(self._runtime, self._breakpoints, self._started_at)
 
     def getStructure(self, current: Current) -> ComponentStructure:  # noqa: ARG002
-        """Return the automata of the component."""
         return structure_of(self._runtime)
 
     def getSnapshot(self, current: Current) -> ComponentSnapshot:  # noqa: ARG002
-        """Return what the component is doing."""
         return self.snapshot()
 
     def pause(self, current: Current) -> None:  # noqa: ARG002
-        """Let running cycles end and start none."""
         self._runtime.pause()
 
     def resume(self, current: Current) -> None:  # noqa: ARG002
-        """Go on after a pause."""
-        self._debugger.resume()
+        with self._runtime.tree.lock:
+            self._breakpoints.leave(self._runtime.tree.runs)
+            self._runtime.resume()
 
     def step(self, automaton: int, current: Current) -> None:  # noqa: ARG002
-        """Run one cycle of one automaton, or of all with 0, while paused."""
         with _told():
-            self._debugger.step(automaton)
+            runs = self._runtime.tree.runs if automaton == 0 else (self._runtime.run(automaton),)
+            self._breakpoints.leave(runs)
+            self._runtime.step(automaton)
 
     def forceTransition(self, automaton: int, transition: int, current: Current) -> None:  # noqa: ARG002
-        """Fire a transition at the next cycle of its automaton."""
         with _told():
             self._runtime.force(automaton, transition)
 
     def setBreakpoints(self, breakpoints: list[Breakpoint], current: Current) -> None:  # noqa: ARG002
-        """Replace all breakpoints."""
         with _told():
-            self._debugger.set_breakpoints(breakpoints)
+            self._breakpoints.set(breakpoints)
 
     def getBreakpoints(self, current: Current) -> list[Breakpoint]:  # noqa: ARG002
-        """Return all breakpoints."""
-        return list(self._debugger.breakpoints.all)
+        return self._breakpoints.all
 
     def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:  # noqa: ARG002
-        """Set a variable of an automaton, or a parameter of the component."""
         with _told():
-            self._debugger.set_variable(automaton, name, value)
+            self._runtime.set_variable(automaton, _checked(name), _read_json(value))
 
     def sendEvent(self, name: str, data: str, current: Current) -> None:  # noqa: ARG002
-        """Send an event to every active automaton."""
         with _told():
-            self._debugger.send_event(name, data)
+            self._runtime.send(_checked(name), _read_json(data) if data else None)
 
     def explain(self, automaton: int, current: Current) -> Explanation:  # noqa: ARG002
-        """Say of each transition out of the current state why it has not fired."""
         with _told():
-            return self._debugger.explain(automaton)
+            return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.timeline)
 
     def reload(self, current: Current) -> ReloadReport:  # noqa: ARG002
-        """Load the component's file again and go on in it."""
         with _told():
-            done = self._debugger.reload()
-        return ReloadReport(generation=done.generation, held=done.held, notKept=list(done.not_kept))
+            report = self._reloading.reload()
+        report.notKept += self._breakpoints.renew()
+        return report
 
     def stop(self, current: Current) -> None:  # noqa: ARG002
-        """End the component."""
         self._runtime.component._hfsm_log.warning("the monitor ends the component")
         self._runtime.request_stop()
 
 
 @contextmanager
 def _told() -> Iterator[None]:
-    """Tell whoever asked for something why it cannot be."""
+    """Raise the exceptions of the interface for errors in a `with` block."""
     try:
         yield
     except UnknownElementError as error:
@@ -131,18 +133,38 @@ def _told() -> Iterator[None]:
         raise ReloadRefused(str(error)[:_LONGEST_REASON]) from error
 
 
+def _read_json(text: str) -> Any:  # noqa: ANN401 - whatever JSON knows
+    """Return a value that came over the network as JSON; raises ValueTypeError."""
+    if len(text.encode()) > _LARGEST_VALUE:
+        raise ValueTypeError(f"the value has more than {_LARGEST_VALUE} bytes")
+    try:
+        return plain(msgspec.json.decode(text.encode()))
+    except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
+        raise ValueTypeError(f"the value is not JSON that can be taken: {error}") from None
+
+
+def _checked(name: str) -> str:
+    if not name or len(name) > _LONGEST_NAME or not name.isprintable():
+        raise ValueTypeError(f"a name has 1 to {_LONGEST_NAME} characters that can be seen")
+    return name
+
+
 class Monitor(Observer):
     """Serve the monitor of a component as `Hfsm.<name>` for the time of a `with` block.
 
     Snapshots are published each 0.1 s and at every change of state, while somebody listens. Changes that
     follow each other faster than they can be sent are shown together. The last snapshot is taken at the end.
+    Raises UnknownElementError and ValueTypeError for breakpoints that cannot be.
     """
 
-    def __init__(self, runtime: Runtime, communicator: Communicator) -> None:
+    def __init__(
+        self, runtime: Runtime, communicator: Communicator, breakpoints: Iterable[Breakpoint] = ()
+    ) -> None:
         self.identity: Final = f"Hfsm.{runtime.name}"
         self._runtime = runtime
-        self.debugger: Final = Debugger(runtime, lambda component: connect(component, communicator))
-        self._servant = MonitorServant(self.debugger)
+        points = Breakpoints(runtime)
+        points.set(breakpoints)
+        self._servant = _Servant(runtime, points, lambda component: connect(component, communicator))
         self._adapter = communicator.createObjectAdapter(self.identity)
         self._changed = threading.Event()
         self._closing = False
@@ -155,9 +177,7 @@ class Monitor(Observer):
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._closing = True
         self._changed.set()
         self._thread.join(_CLOSE)

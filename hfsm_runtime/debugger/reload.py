@@ -10,20 +10,26 @@ import inspect
 import linecache
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
-from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_loader
 from itertools import count
 from pathlib import Path
-from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
 from typing import Any, Final
 
+from interfaces.hfsm import ReloadReport
 from zenoh_ice import ZenohIceError
 
 from ..automaton import Automaton
-from ..component import Component, Parameter, Proxy, make_automata, parameters_of, proxies_of, source_of
+from ..component import (
+    Component,
+    load_module,
+    make_automata,
+    parameters_of,
+    proxies_of,
+    source_of,
+)
 from ..errors import ComponentError, ReloadRefusedError, locate
 from ..runtime import Runtime
 from ..tree import Replaced, Run, Tree, grow
@@ -31,20 +37,7 @@ from ..variables import cells_of, values_of
 from ..virtual import VirtualRun
 from .expressions import plain
 
-__all__ = ["ReloadableRun", "Reloaded", "Reloading", "Replacement", "components_in", "first_values_of"]
-
-
-@dataclass(frozen=True, slots=True)
-class Reloaded:
-    """What became of a component that was reloaded.
-
-    `held` are the wall seconds in which no cycle could begin; `not_kept` says what the new version could not
-    keep, for people.
-    """
-
-    generation: int
-    held: float
-    not_kept: tuple[str, ...]
+__all__ = ["ReloadableRun", "Reloading", "Replacement", "components_in", "first_values_of"]
 
 
 class Reloading:
@@ -59,7 +52,7 @@ class Reloading:
         self._busy = threading.Lock()
         self._first = first_values_of(runtime.tree.runs)
 
-    def reload(self) -> Reloaded:
+    def reload(self) -> ReloadReport:
         """Go on in what the component's file holds now, with all states, timers and variables it still has.
 
         Raises ReloadRefusedError; the component then runs on as it was.
@@ -71,11 +64,11 @@ class Reloading:
         finally:
             self._busy.release()
 
-    def _reload(self) -> Reloaded:
+    def _reload(self) -> ReloadReport:
         runtime = self._runtime
         if runtime.tree.root.entered is None or runtime.ended.is_set():
             raise ReloadRefusedError("the component does not run")
-        former, loaded = type(runtime.component), load_again(runtime.component)
+        former, loaded = type(runtime.component), _load_again(runtime.component)
         try:
             replacement = self._make(loaded)
             name = replacement.runs[0].automaton.name
@@ -84,11 +77,11 @@ class Reloading:
             apply = partial(replacement.apply, runtime.tree, self._first)
             held = runtime.replace(replacement.component, replacement.runs, apply)
         except ReloadRefusedError:
-            forget(loaded)
+            _forget(loaded)
             raise
-        forget(former)
+        _forget(former)
         self._first = replacement.first
-        return Reloaded(runtime.generation, held, replacement.not_kept)
+        return ReloadReport(runtime.generation, held, replacement.not_kept)
 
     def _make(self, loaded: type[Component]) -> Replacement:
         former = self._runtime.component
@@ -114,12 +107,22 @@ class ReloadableRun(VirtualRun):
         replacement = Replacement(self.component, component)
         self.replace(component, partial(replacement.apply, self.tree, self._first))
         self._first = replacement.first
-        return replacement.not_kept
+        return tuple(replacement.not_kept)
 
 
-def first_values_of(runs: tuple[Run, ...]) -> Mapping[int, FirstValues]:
+FirstValues = Mapping[str, object]
+"""Copies of the values that the variables of an automaton began with, by name, where they are plain data."""
+
+
+def first_values_of(runs: tuple[Run, ...]) -> dict[int, FirstValues]:
     """Return what the variables of automata begin with, by the automaton's id; call it before they run."""
-    return {run.automaton.id: first_values(run.automaton) for run in runs}
+    first: dict[int, FirstValues] = {}
+    for run in runs:
+        first[run.automaton.id] = values = {}
+        for name, value in values_of(run.automaton).items():
+            with suppress(ValueError):  # another object: whether it changes cannot be told
+                values[name] = plain(value)
+    return first
 
 
 class Replacement:
@@ -133,41 +136,39 @@ class Replacement:
     def __init__(
         self, former: Component, component: Component, connect: Callable[[Component], None] = lambda _: None
     ) -> None:
-        told = take_attributes(former, component)
+        kept, self.not_kept = _kept(former, type(component))
+        vars(component).update({name: value for name, value in vars(former).items() if name in kept})
         connect(component)
         self._former = former
         self.component = component
         self.runs = grow(make_automata(component))
         self.first = first_values_of(self.runs)
-        self.not_kept = tuple(told)
 
     def apply(self, tree: Tree, first: Mapping[int, FirstValues], now: int) -> Replaced:
         """Take the place of the former version, under the lock of the tree and while no cycle runs.
 
         `first` is what the variables of the former version began with.
         """
-        told = []
         for new in self.runs:
             old = tree.run(new.automaton.id)
             if old is not None:
                 known = first.get(new.automaton.id, {})
-                lost = carry_variables(old.automaton, new.automaton, known)
+                lost = _carry_variables(old.automaton, new.automaton, known)
                 if lost:
-                    told.append(f"variables of {_label(new)} are gone: {', '.join(lost)}")
-        share_attributes(self._former, self.component)
+                    self.not_kept.append(f"variables of {_label(new)} are gone: {', '.join(lost)}")
+        _share_attributes(self._former, self.component)
         began = {run for run in tree.runs if run.entered is not None}
         replaced = tree.replace(self.runs, now)
         for run in replaced.gone:
             where = f", which was in {run.current.name}" if run in began else ""
             code = "; its exit code did not run" if run in began and run.current.exit is not None else ""
-            told.append(f"{_label(run)} is gone{where}{code}")
+            self.not_kept.append(f"{_label(run)} is gone{where}{code}")
         for run, left in replaced.displaced:
             code = "; its exit code did not run" if left.exit is not None else ""
-            told.append(
+            self.not_kept.append(
                 f"{_label(run)} was in the state {left.name}, which is gone, "
                 f"and begins anew in {run.automaton.initial.name}{code}"
             )
-        self.not_kept = (*self.not_kept, *told)
         return replaced
 
 
@@ -175,24 +176,7 @@ def _label(run: Run) -> str:
     return f"automaton {run.automaton.id} ({run.automaton.name})"
 
 
-FirstValues = Mapping[str, object]
-"""Copies of the values that the variables of an automaton began with, by name, where they are plain data."""
-
-_CODE: Final = (BuiltinFunctionType, FunctionType, MethodType, ModuleType, type)
-
-
-def first_values(automaton: Automaton) -> FirstValues:
-    """Return copies of the values that an automaton's variables have, as far as they are plain data."""
-    values: dict[str, object] = {}
-    for name, value in values_of(automaton).items():
-        try:
-            values[name] = plain(value)
-        except ValueError:  # another object: whether it has changed since cannot be told
-            continue
-    return values
-
-
-def carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:
+def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:
     """Give the variables of a new version of an automaton the values that those of the old one have.
 
     A variable that still has its first value gets that of the new version: a number that was changed in the
@@ -221,19 +205,7 @@ def carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[
     return sorted(lost)
 
 
-def take_attributes(old: Component, new: Component) -> list[str]:
-    """Give a new version of a component the attributes of the old one.
-
-    Parameters and proxies that it declares differently are left out. Return what it could not take, for
-    people.
-    """
-    kept, told = _kept(old, type(new))
-    own = vars(new)
-    own.update({name: value for name, value in vars(old).items() if name in kept})
-    return told
-
-
-def share_attributes(old: Component, new: Component) -> None:
+def _share_attributes(old: Component, new: Component) -> None:
     """Make the attributes of the old version of a component those of the new one.
 
     From then on they are one and the same: what a callback or a thread of the old version's code assigns is
@@ -249,53 +221,44 @@ def share_attributes(old: Component, new: Component) -> None:
 
 
 def _kept(old: Component, new: type[Component]) -> tuple[set[str], list[str]]:
-    """Return the names of the attributes that another version of a component takes, and what it does not."""
-    told = list(_parameters_lost(old, new))
-    parameters = {**parameters_of(old), **parameters_of(new)}
-    former, present = proxies_of(old), proxies_of(new)
+    """Return the names of the attributes that another version of a component takes, and what it does not.
+
+    It takes parameters of the same type, proxies of the same servant and interface, and what it does not
+    define anew.
+    """
+    former, present = _declarations(old), _declarations(new)
+    lost = [f"the parameter {name} is gone" for name in parameters_of(old) if name not in parameters_of(new)]
     kept = set()
     for name in vars(old):
-        if name in parameters:
-            keep = _same_type(parameters_of(old).get(name), parameters_of(new).get(name))
-        elif name in former or name in present:
-            keep = _same_servant(former.get(name), present.get(name))
+        if name in former or name in present:
+            keep = former.get(name) == present.get(name)
+            if not keep and name in parameters_of(old) and name in parameters_of(new):
+                kind = type(parameters_of(new)[name].default).__name__
+                lost.append(f"the parameter {name} is {kind} now and has its default again")
         else:
             keep = not _defines(new, name) or _defines(type(old), name)
             if not keep:
-                told.append(f"self.{name} was an attribute, and is now defined by the document")
+                lost.append(f"self.{name} was an attribute, and is now defined by the document")
         if keep:
             kept.add(name)
-    return kept, told
+    return kept, lost
 
 
-def _parameters_lost(old: Component, new: type[Component]) -> Iterator[str]:
-    present = parameters_of(new)
-    for name, former in parameters_of(old).items():
-        if name not in present:
-            yield f"the parameter {name} is gone"
-        elif name in vars(old) and not _same_type(former, present[name]):
-            kind = type(present[name].default).__name__
-            yield f"the parameter {name} is {kind} now and has its default again"
-
-
-def _same_type(old: Parameter[Any] | None, new: Parameter[Any] | None) -> bool:
-    return old is not None and new is not None and type(old.default) is type(new.default)
-
-
-def _same_servant(old: Proxy[Any] | None, new: Proxy[Any] | None) -> bool:
-    return old is not None and new is not None and (old.identity, old.type) == (new.identity, new.type)
+def _declarations(component: Component | type[Component]) -> dict[str, object]:
+    """Return what makes parameters and proxies of two versions of a component the same, by attribute."""
+    parameters, proxies = parameters_of(component), proxies_of(component)
+    return {name: type(declared.default) for name, declared in parameters.items()} | {
+        name: (declared.identity, declared.type) for name, declared in proxies.items()
+    }
 
 
 def _defines(component: type[Component], name: str) -> bool:
-    return any(name in vars(base) for base in _own_bases(component))
-
-
-def _own_bases(component: type[Component]) -> Iterable[type]:
-    return (base for base in component.__mro__ if base not in Component.__mro__)
+    return any(name in vars(base) for base in component.__mro__ if base not in Component.__mro__)
 
 
 def _is_code(value: object) -> bool:
-    return issubclass(type(value), _CODE)
+    kinds = (BuiltinFunctionType, FunctionType, MethodType, ModuleType, type)
+    return issubclass(type(value), kinds)
 
 
 def _same(value: object, first: object) -> bool:
@@ -310,15 +273,7 @@ _numbers = count(1)
 _MARK: Final = "_reloaded_"
 
 
-class _FreshLoader(SourceFileLoader):
-    """Compile a file whenever it is loaded: what was cached may be of the same second and the same size."""
-
-    def get_code(self, fullname: str) -> CodeType:
-        path = self.get_filename(fullname)
-        return self.source_to_code(self.get_data(path), path)
-
-
-def load_again(component: Component) -> type[Component]:
+def _load_again(component: Component) -> type[Component]:
     """Return the class of a component as its file, and its extension, define it now.
 
     The module gets a name of its own; the one that the component came from stays as it is. Raises
@@ -335,20 +290,6 @@ def load_again(component: Component) -> type[Component]:
         linecache.checkcache(path)
 
 
-def load_module(name: str, path: str) -> ModuleType:
-    """Run a file as a new module, as it is on the disk now; raises what it raises."""
-    spec = spec_from_loader(name, _FreshLoader(name, path))
-    assert spec is not None, "a loader of a file has a spec"
-    module = module_from_spec(spec)
-    sys.modules[name] = module  # whoever asks a class or a function for its module finds it there
-    try:
-        spec.loader.exec_module(module)  # type: ignore[union-attr]
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
-
-
 def components_in(module: ModuleType) -> list[type[Component]]:
     """Return the components that a module defines itself, which it may have under other names, too."""
     found = (
@@ -359,7 +300,7 @@ def components_in(module: ModuleType) -> list[type[Component]]:
     return [value for value in dict.fromkeys(found) if "automaton" in vars(value)]
 
 
-def forget(component: type[Component]) -> None:
+def _forget(component: type[Component]) -> None:
     """Let go of the module that a component was loaded from anew; its code may still run."""
     if _MARK in component.__module__:
         sys.modules.pop(component.__module__, None)
@@ -369,11 +310,11 @@ def _load(path: str, former: type[Component]) -> ModuleType:
     origin = inspect.getmodule(former)
     package = (getattr(origin, "__package__", "") or "") if origin else ""
     stem = f"{Path(path).stem}{_MARK}{next(_numbers)}"
-    name = f"{package}.{stem}" if package else stem
-    extension = f"{package}.{Path(path).stem}_ext" if package else f"{Path(path).stem}_ext"
+    above = f"{package}." if package else ""
+    extension = f"{above}{Path(path).stem}_ext"
     former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
     try:
-        return load_module(name, path)
+        return load_module(above + stem, Path(path), package)
     except (Exception, SystemExit) as error:
         if former_extension is not None:
             sys.modules[extension] = former_extension

@@ -6,9 +6,7 @@ from interfaces.hfsm import (
     AutomatonSnapshot,
     AutomatonStructure,
     ComponentSnapshot,
-    ComponentStatus,
     ComponentStructure,
-    ErrorReport,
     GuardSnapshot,
     ParameterStructure,
     StateStructure,
@@ -51,21 +49,12 @@ def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> C
     return ComponentSnapshot(
         startedAt=started_at,
         time=now / 1e9,
-        status=ComponentStatus[runtime.status.name.capitalize()],
+        status=runtime.status,
         generation=generation,
         automata=[snapshot for _, snapshot in automata],
         parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
         stoppedAt=list(points.stopped_at),
-        errors=[
-            ErrorReport(
-                time=record.time / 1e9,
-                automaton=record.automaton,
-                state=record.state,
-                location=record.location,
-                message=record.message,
-            )
-            for record in runtime.errors
-        ],
+        errors=list(runtime.errors),
         refusal=refusal.message if (refusal := runtime.refusal) is not None else "",
     )
 
@@ -129,7 +118,7 @@ def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
             for transition in run.automaton.outgoing(run.current)
             if transition.delay is not None
         ],
-        guards=[GuardSnapshot(transition=key, value=value) for key, value in dict(run.guards).items()],
+        guards=[GuardSnapshot(transition=key, value=value) for key, (value, _) in dict(run.guards).items()],
         variables={},
         cycles=run.cycles,
         overruns=run.overruns,

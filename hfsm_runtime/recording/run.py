@@ -34,7 +34,7 @@ from .results import digest
 from .transport import recorded_proxies
 from .writer import RecordingWriter
 
-__all__ = ["MONITOR", "START", "RecordedRuntime", "RecordedTree", "recording"]
+__all__ = ["MONITOR", "START", "RecordedRuntime", "recording"]
 
 START: Final = "start"
 """The context of what runs before the first cycle."""
@@ -108,7 +108,7 @@ def restore_random(text: str) -> None:
         raise ValueError(f"the recorded state of the random numbers is malformed: {error}") from error
 
 
-class RecordedTree(Tree):
+class _RecordedTree(Tree):
     """Automata whose cycles take turns."""
 
     def __init__(self, root: Automaton, recorder: Recorder) -> None:
@@ -118,7 +118,6 @@ class RecordedTree(Tree):
         recorder.watch(self)
 
     def begin_cycle(self, run: Run) -> bool:
-        """Take the turn, and claim an automaton for a cycle."""
         if not (run.active or run.stepping):  # as it will most probably still be in a moment
             return False
         self._turns.begin(automaton_context(run.automaton.id))
@@ -128,17 +127,14 @@ class RecordedTree(Tree):
         return begun
 
     def end_cycle(self, run: Run) -> None:
-        """Give an automaton free, and the turn back."""
         super().end_cycle(run)
         self._turns.end()
 
     def suspend(self, run: Run, *, code_first: bool) -> None:
-        """Let an automaton pause where it is, at a breakpoint."""
         super().suspend(run, code_first=code_first)
         self._recorder.reading("break", True)
 
     def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
-        """Wait for the automata below while others have their turns."""
         if not run.below:
             return []
         with self._turns.waiting():
@@ -234,7 +230,7 @@ class RecordedRuntime(Runtime):
             yield
 
     def _make_tree(self, root: Automaton) -> Tree:
-        return RecordedTree(root, self._recorder)
+        return _RecordedTree(root, self._recorder)
 
     def _make_timeline(self, clock: Clock) -> Timeline:  # noqa: ARG002 - the same, as user code sees it
         return RecordingTimeline(self._genuine_clock, self._recorder)

@@ -166,7 +166,7 @@ def recorded_proxies(component: Component, recorder: Recorder) -> Iterator[None]
     if not proxies:
         yield
         return
-    with RecordingTransport(recorder, proxies).communicator as communicator:
+    with _RecordingTransport(recorder, proxies).communicator as communicator:
         for name, proxy in proxies.items():
             recorded = type(proxy).uncheckedCast(communicator.stringToProxy(proxy.ice_toWire()))
             vars(component)[name] = recorded.ice_invocationTimeout(proxy.ice_getInvocationTimeout())
@@ -176,7 +176,7 @@ def recorded_proxies(component: Component, recorder: Recorder) -> Iterator[None]
             vars(component).update(proxies)
 
 
-class RecordingTransport(ObservedTransport):
+class _RecordingTransport(ObservedTransport):
     """Call and listen through the communicator of proxies, and record what a component's own code sees.
 
     A servant is recorded under the name of its proxy, the component's attribute, and one whose proxy came in
@@ -193,7 +193,6 @@ class RecordingTransport(ObservedTransport):
         super().__init__(self.below.settings)
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return what calls an operation."""
         proxies = [proxy for _, known, proxy in self._proxies if known == target]
         fitting = (p for p in proxies if p.ice_interface.all_operations.get(operation.name) is operation)
         proxy = next(fitting, proxies[0] if proxies else self.below.stringToProxy(str(target)))
@@ -201,11 +200,9 @@ class RecordingTransport(ObservedTransport):
         return _RecordedCaller(self, target, operation, proxy)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
-        """Return a listening end of a stream."""
         return _RecordedInlet(self, target, operation, queue)
 
     def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:
-        """Return the fingerprints of a servant's interfaces by type id."""
         with self.turns.waiting():
             return self.below.find(target, type_id, timeout)
 
@@ -255,7 +252,9 @@ def _encoded(operation: Operation[..., Any]) -> Operation[..., Any]:
 class _Recorded:
     """One operation of a servant. Outside of turns nothing is recorded."""
 
-    def __init__(self, transport: RecordingTransport, target: Target, operation: Operation[..., Any]) -> None:
+    def __init__(
+        self, transport: _RecordingTransport, target: Target, operation: Operation[..., Any]
+    ) -> None:
         self._transport: Final = transport
         self._turns: Final = transport.turns
         self._target: Final = target
@@ -299,7 +298,7 @@ class _RecordedCaller(_Recorded):
     """Call an operation, and record what came of it."""
 
     def __init__(
-        self, transport: RecordingTransport, target: Target, operation: Operation[..., Any], proxy: ObjectPrx
+        self, transport: _RecordingTransport, target: Target, operation: Operation[..., Any], proxy: ObjectPrx
     ) -> None:
         super().__init__(transport, target, operation)
         self._proxy: Final = proxy
@@ -312,7 +311,6 @@ class _RecordedCaller(_Recorded):
             return _take(exchange, partial(self._proxy.ice_invoke, self._encoded, payload))
 
     def send(self, payload: bytes, attachment: bytes) -> None:  # noqa: ARG002
-        """Call without an answer."""
         with self._recorded("call", payload) as exchange, self._turns.waiting():
             self._oneway.ice_invoke(self._encoded, payload)
             exchange.packed = NOTHING
@@ -359,7 +357,7 @@ class _RecordedInlet(_Recorded):
     """
 
     def __init__(
-        self, transport: RecordingTransport, target: Target, operation: Operation[..., Any], queue: int
+        self, transport: _RecordingTransport, target: Target, operation: Operation[..., Any], queue: int
     ) -> None:
         super().__init__(transport, target, operation)
         self._queue: Final = queue
@@ -404,7 +402,6 @@ class _RecordedInlet(_Recorded):
         return arrived(self._operation, sample.value, _describe(sample), partial(self._age, sample))
 
     def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002 - that of the subscription below
-        """Stop listening."""
         if self._subscription is not None:
             self._subscription.close()
         return True

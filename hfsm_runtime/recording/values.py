@@ -19,7 +19,6 @@ _MOST_NODES: Final = 256
 _LONGEST_TEXT: Final = 1024
 _DEEPEST: Final = 8
 _LARGEST_INTEGER: Final = 2**53
-_SCALARS: Final = frozenset({bool, type(None)})
 _ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
 
 
@@ -30,14 +29,7 @@ def readable(value: object) -> Any:  # noqa: ANN401 - JSON
     objects, other objects their repr without addresses. After 256 elements, 8 levels, or 1024 characters
     `...` stands for the rest. The same value makes the same JSON in every process.
     """
-    kind = type(value)
-    if kind in _SCALARS:
-        return value
-    if kind is float:
-        return value if math.isfinite(value) else repr(value)  # type: ignore[arg-type]
-    if kind is int and -_LARGEST_INTEGER <= value <= _LARGEST_INTEGER:  # type: ignore[operator]
-        return value
-    return _Walk().convert(value, 0)
+    return _convert(value, [_MOST_NODES], 0)
 
 
 def without_addresses(text: str) -> str:
@@ -45,64 +37,45 @@ def without_addresses(text: str) -> str:
     return _ADDRESS.sub("", text)
 
 
-class _Walk:
-    """One conversion, and what is left of its size."""
-
-    def __init__(self) -> None:
-        self._left = _MOST_NODES
-
-    def convert(self, value: object, depth: int) -> Any:  # noqa: ANN401
-        self._left -= 1
-        if value is None or isinstance(value, bool):
-            return value
-        if isinstance(value, float):
-            number = float(value)
-            return number if math.isfinite(number) else repr(number)
-        if isinstance(value, int):
-            number = int(value)
-            return number if -_LARGEST_INTEGER <= number <= _LARGEST_INTEGER else short_repr(number)
-        if isinstance(value, str):
-            text = value if len(value) <= _LONGEST_TEXT else f"{value[:_LONGEST_TEXT]}..."
-            return text.encode("utf-8", "backslashreplace").decode()
-        if isinstance(value, bytes | bytearray | memoryview):
-            return f"<{memoryview(value).nbytes} bytes>"
-        if depth >= _DEEPEST:
-            return "..."
-        return self._convert_container(value, depth + 1)
-
-    def _convert_container(self, value: object, depth: int) -> Any:  # noqa: ANN401
-        if isinstance(value, msgspec.Struct):
-            return self._object(
-                ((name, getattr(value, name, None)) for name in value.__struct_fields__), depth
-            )
-        if type(value) is dict or (isinstance(value, Mapping) and _is_plain(value)):
-            return self._object(value.items(), depth)
-        if type(value) in (list, tuple) or (isinstance(value, Sequence) and _is_plain(value)):
-            return self._array(value, depth)
-        if isinstance(value, set | frozenset) and _is_plain(value):
-            # In an order that does not depend on the process; to sort millions would take too long.
-            return self._array(sorted(value, key=_rank) if len(value) <= _MOST_NODES else ["..."], depth)
-        if isinstance(value, Sample):
-            return {"sequence": value.sequence, "value": self.convert(value.value, depth)}
-        return without_addresses(short_repr(value))
-
-    def _object(self, items: Any, depth: int) -> dict[str, Any]:  # noqa: ANN401
-        found: dict[str, Any] = {}
-        for key, item in items:
-            if self._left <= 0:
-                found["..."] = "..."
-                break
-            found[key if isinstance(key, str) else short_repr(key)] = self.convert(item, depth)
-        return found
-
-    def _array(self, items: Any, depth: int) -> list[Any]:  # noqa: ANN401
-        found: list[Any] = []
-        for item in items:
-            if self._left <= 0:
-                found.append("...")
-                break
-            found.append(self.convert(item, depth))
-        return found
+def _convert(value: Any, left: list[int], depth: int) -> Any:  # noqa: ANN401
+    left[0] -= 1
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, float):
+        number = float(value)
+        return number if math.isfinite(number) else repr(number)
+    if isinstance(value, int):
+        whole = int(value)
+        return whole if -_LARGEST_INTEGER <= whole <= _LARGEST_INTEGER else short_repr(whole)
+    if isinstance(value, str):
+        text = value if len(value) <= _LONGEST_TEXT else f"{value[:_LONGEST_TEXT]}..."
+        return text.encode("utf-8", "backslashreplace").decode()
+    if isinstance(value, bytes | bytearray | memoryview):
+        return f"<{memoryview(value).nbytes} bytes>"
+    if depth >= _DEEPEST:
+        return "..."
+    if isinstance(value, Sample):
+        return {"sequence": value.sequence, "value": _convert(value.value, left, depth + 1)}
+    if isinstance(value, msgspec.Struct):
+        value = {name: getattr(value, name, None) for name in value.__struct_fields__}
+    if isinstance(value, Mapping) and _is_plain(value):
+        items: dict[str, Any] = {}
+        for key, item in value.items():
+            if left[0] <= 0:
+                return items | {"...": "..."}
+            items[key if isinstance(key, str) else short_repr(key)] = _convert(item, left, depth + 1)
+        return items
+    if isinstance(value, set | frozenset) and _is_plain(value):
+        # In an order that does not depend on the process; to sort millions would take too long.
+        value = sorted(value, key=_rank) if len(value) <= _MOST_NODES else ["..."]
+    if isinstance(value, Sequence) and _is_plain(value):
+        elements: list[Any] = []
+        for item in value:
+            if left[0] <= 0:
+                return [*elements, "..."]
+            elements.append(_convert(item, left, depth + 1))
+        return elements
+    return without_addresses(short_repr(value))
 
 
 def _is_plain(value: object) -> bool:

@@ -22,8 +22,8 @@ from hfsm_recording.reader import RecordingError
 from zenoh_ice.command import finite
 from zenoh_ice.command import run as run_command
 
-from ..component import Component
-from ..debugger.reload import components_in, load_module
+from ..component import Component, load_module
+from ..debugger.reload import components_in
 from ..errors import ComponentError
 from .comparison import Comparison
 from .engine import Replay
@@ -125,7 +125,7 @@ def _load(file: Path) -> type[Component]:
     name = f"{file.stem}_{next(_numbers)}"  # two versions of a component must not be one module
     sys.path.insert(0, str(file.parent))  # what is written by hand stands beside it
     try:
-        module = load_module(name, str(file))
+        module = load_module(name, file)
     except (Exception, SystemExit) as error:
         raise ReplayError(f"{file.name} cannot be loaded: {type(error).__name__}: {error}") from error
     finally:

@@ -25,7 +25,7 @@ from .host import Host, act
 from .script import Record, Recording, Script, context_of
 from .strands import Answers, Strand, Strands
 
-__all__ = ["ComparisonSink", "Replay", "StrandContext"]
+__all__ = ["Replay"]
 
 _SECOND: Final = 1_000_000_000
 _PROGRESS: Final = 1.0
@@ -60,7 +60,7 @@ class Replay:
         self._strands = Strands()
         self._script = Script(recording, until, self._passed)
         self._answers = Answers(self._script, self._strands)
-        recorder = Recorder(ComparisonSink(self._answers), 0, StrandContext(self._strands))
+        recorder = Recorder(_ComparisonSink(self._answers), 0, _StrandContext(self._strands))
         recorder.component_time = self.now
         self._host = Host(recording, self._answers, recorder)
         self._begun: set[str] = set()
@@ -343,7 +343,7 @@ class Replay:
             self.notes.append(text)
 
 
-class ComparisonSink:
+class _ComparisonSink:
     """Where what the replay does is told: to the comparison."""
 
     crowded: Final = True
@@ -352,12 +352,11 @@ class ComparisonSink:
         self._answers = answers
 
     def put(self, entry: Entry) -> None:
-        """Take a message."""
         message = entry.message if not callable(entry.message) else entry.message()
         self._answers.comparison.replayed(entry.time, message)
 
 
-class StrandContext(Turns):
+class _StrandContext(Turns):
     """Turns that nobody takes: the code of a context is that on its strand."""
 
     def __init__(self, strands: Strands) -> None:
@@ -366,5 +365,4 @@ class StrandContext(Turns):
 
     @property
     def context(self) -> str | None:
-        """Whose code this thread runs."""
         return self._strands.context

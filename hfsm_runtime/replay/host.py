@@ -104,7 +104,7 @@ class Host(Observer):
         """Whether no code is under way: the moment to exchange it."""
         return self.started and not any(run.in_cycle for run in self.tree.runs)
 
-    def exchange(self, make: Callable[[], Component], at: int) -> tuple[str, ...]:
+    def exchange(self, make: Callable[[], Component], at: int) -> list[str]:
         """Let another version of the component take the place of this one; return what it could not keep."""
         component = make()
         replacement = Replacement(self.component, component, self._equip)
@@ -201,5 +201,4 @@ class _ReplayTimeline(Timeline):
         self._answers = answers
 
     def now(self) -> int:
-        """Return the component time in ns."""
         return int(self._answers.ask("component"))

@@ -138,7 +138,6 @@ class _ReplayedCaller(_Replayed):
     """Call an operation: the outcome is the recorded one, or the newest that is known."""
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002
-        """Return, or raise, what the call brought."""
         want = self._want("call")
         outcome = self._outcome(want, self._answers.take(want, payload))
         if isinstance(outcome, SystemException):
@@ -146,7 +145,6 @@ class _ReplayedCaller(_Replayed):
         return outcome
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        """Return, or raise, what the call brought."""
         self.call(payload, attachment)
 
     def begin(
@@ -155,7 +153,6 @@ class _ReplayedCaller(_Replayed):
         attachment: bytes,  # noqa: ARG002
         done: Callable[[Outcome | SystemException], object],
     ) -> Callable[[], object]:
-        """Have the outcome handed over when it arrived."""
 
         def settle(record: Record | None) -> None:
             done(self._outcome(self._want("async"), record))
@@ -191,7 +188,6 @@ class _ReplayedInlet(_Replayed):
         self._context = ""
 
     def poll(self) -> Record | None:
-        """Return the newest sample if it is another one than the last time."""
         want = self._want("latest")
         # Not parked: the reader is locked meanwhile, and nobody else had a turn in between.
         record = self._answers.take(want, park=False)
@@ -238,7 +234,6 @@ class _ReplayedInlet(_Replayed):
         return arrived(self._operation, payload, msgspec.structs.asdict(message), partial(self._age, record))
 
     def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002
-        """Bring no samples any more."""
         self._answers.expected.pop(self._context, None)
         return True
 

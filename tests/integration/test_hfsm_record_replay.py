@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 from hfsm_recording.messages import Cycle, Result
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
-from hfsm_runtime.debugger.debugger import Debugger
+from hfsm_runtime.debugger.breakpoints import Breakpoints
 from hfsm_runtime.recording import writer
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
@@ -366,13 +366,13 @@ def test_a_run_that_began_elsewhere_is_replayed_from_there(tmp_path: Path, world
 def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, world: World) -> None:
     path = tmp_path / "run.mcap"
     with running(Watcher, world, path) as (runtime, clock):
-        debugger = Debugger(runtime)
-        debugger.set_breakpoints([Breakpoint(1, 2, 0, "")])
+        breakpoints = Breakpoints(runtime)
+        breakpoints.set([Breakpoint(1, 2, 0, "")])
         eventually(lambda: runtime.timeline.paused)
         clock.sleep(0.5)
-        debugger.step(0)
-        debugger.set_breakpoints([])
-        debugger.resume()
+        runtime.step(0)
+        breakpoints.set([])
+        runtime.resume()
         eventually(lambda: runtime.tree.root.last_transition == 2)
     comparison = identical(path, Watcher)
     assert [step.state for step in comparison.replayed_steps][:3] == ["a", "b", "a"]

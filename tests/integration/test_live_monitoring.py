@@ -19,7 +19,8 @@ from PIL import Image
 
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.monitor import Monitor
-from hfsm_runtime.runtime import Runtime, Status
+from hfsm_runtime.runtime import Runtime
+from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
@@ -350,7 +351,7 @@ def test_a_component_is_stopped(robot: ServedRobot, running: Walker) -> None:
         await opened.do("stop")
 
     on_page(robot, go)
-    eventually(lambda: running.runtime.status is Status.HALTED or running.runtime.ended.is_set())
+    eventually(lambda: running.runtime.status is ComponentStatus.Halted or running.runtime.ended.is_set())
 
 
 def test_the_red_button_stops_the_robot_without_any_component(robot: ServedRobot) -> None:

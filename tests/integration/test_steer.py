@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.monitor import Monitor
-from hfsm_runtime.runtime import Runtime, Status
+from hfsm_runtime.runtime import Runtime
+from interfaces.hfsm import ComponentStatus
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import eventually
 from tests.support.documents import compile_to, document, load, state, sub, transition
@@ -89,7 +90,7 @@ def shell(pair: Pair, component: Component, tmp_path: Path) -> Iterator[Shell]:
 
 def test_pause_step_and_resume(shell: Shell) -> None:
     assert "walker paused at" in shell("pause", "walker")
-    assert shell.runtime.status is Status.PAUSED
+    assert shell.runtime.status is ComponentStatus.Paused
     eventually(lambda: not shell.runtime.in_cycle)
     before = shell.variable(2, "corner")
     out = shell("step", "walker", "follow", "--count", "3")
@@ -143,7 +144,7 @@ def test_a_breakpoint_is_set_reached_listed_and_deleted(shell: Shell) -> None:
 
 
 def test_a_condition_that_is_none_is_refused(shell: Shell) -> None:
-    with pytest.raises(VisualHfsmError, match="column 1: a call is not for expressions"):
+    with pytest.raises(VisualHfsmError, match=r"column 1: print\(corner\) is not for expressions"):
         shell("break", "walker", "follow/green", "--if", "print(corner)")
     with pytest.raises(VisualHfsmError, match=r"uses no variable corner; automaton 2 \(follow\) does"):
         shell("break", "walker", "dance", "--if", "corner > 2")

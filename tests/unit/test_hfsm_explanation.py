@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
-from hfsm_runtime.debugger.explanation import GuardLog, explain
+from hfsm_runtime.debugger.explanation import explain
 from hfsm_runtime.timeline import Timeline
 from interfaces.hfsm import Explanation
 from tests.support.automata import component
@@ -21,14 +21,12 @@ class Explained:
 
     def __post_init__(self) -> None:
         self.run = VirtualRun(component(self.root))
-        self.guards = GuardLog()
-        self.run.tree.observers.append(self.guards)
         self.timeline = Timeline(self.run.clock)
 
     def why(self, automaton: int = 1) -> Explanation:
         found = self.run.tree.run(automaton)
         assert found is not None
-        return explain(self.run.tree, found, self.guards, self.timeline)
+        return explain(self.run.tree, found, self.timeline)
 
     def reasons(self, automaton: int = 1) -> list[str]:
         return [each.reason for each in self.why(automaton).transitions]

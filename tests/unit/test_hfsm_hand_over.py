@@ -173,7 +173,7 @@ def cuts_short(build: Callable[[Component, Code], Automaton]) -> list[str]:
         return automaton(1, "root", states, [when(sleeping.is_set, 1, 2)], period=0.02)
 
     with running(root) as runtime:
-        eventually(lambda: runtime.tree.active == "b")
+        eventually(lambda: next(runtime.tree.root.paths()) == "b")
         assert not runtime.in_cycle or runtime.tree.root.in_cycle
         assert runtime.errors == ()
     return after_sleep
@@ -264,12 +264,12 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
         assert leaving.wait(LIMIT)
         runtime.pause()
         runtime.step(1)  # to b, and the child is late
-        assert (runtime.tree.active, late.in_cycle) == ("b", True)
+        assert (next(runtime.tree.root.paths()), late.in_cycle) == ("b", True)
         runtime.step(1)  # back to a, where the child begins anew
-        assert runtime.tree.active == "a/x"
+        assert next(runtime.tree.root.paths()) == "a/x"
         release.set()
         eventually(lambda: not late.in_cycle)
-        assert (runtime.tree.active, ran) == ("a/x", [])
+        assert (next(runtime.tree.root.paths()), ran) == ("a/x", [])
 
 
 def test_an_automaton_that_blocks_delays_no_other() -> None:
@@ -310,5 +310,5 @@ def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since(
         period=0.02,
     )
     with running(root) as runtime:
-        eventually(lambda: runtime.tree.active == "b")
+        eventually(lambda: next(runtime.tree.root.paths()) == "b")
     assert order == ["lowest leaves"]

@@ -379,7 +379,7 @@ def test_a_step_of_all_leaves_nothing_to_do_for_those_that_it_makes_ghosts(tmp_p
             eventually(lambda: not runtime.in_cycle)
             runtime.force(1, root.transitions[0].id)
             runtime.step(0)
-            assert runtime.tree.active == "b"
+            assert next(runtime.tree.root.paths()) == "b"
             eventually(lambda: not runtime.run(2).stepping)
         finally:
             runtime.stop()

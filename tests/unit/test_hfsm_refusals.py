@@ -8,7 +8,8 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_runtime import Automaton, State, VirtualRun
-from hfsm_runtime.runtime import RETRY, Status
+from hfsm_runtime.runtime import RETRY
+from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from tests.support.automata import after, automaton, component, when
 from tests.support.running import eventually, running
@@ -186,16 +187,16 @@ def test_on_threads_it_is_paused_until_commands_are_taken_and_asked_at_most_once
         eventually(lambda: len(gate.taken) > 2)
         gate.stopped = True
         eventually(lambda: runtime.refusal is not None)
-        assert runtime.status is Status.PAUSED
+        assert runtime.status is ComponentStatus.Paused
         at = runtime.timeline.now()
         runtime.retry(taken)
         assert asked == [], f"within {RETRY} s"
         tried_until(lambda: bool(asked))
-        assert (runtime.timeline.now(), runtime.status, gate.refused) == (at, Status.PAUSED, 1)
+        assert (runtime.timeline.now(), runtime.status, gate.refused) == (at, ComponentStatus.Paused, 1)
         gate.stopped = False
         count = len(gate.taken)
         tried_until(lambda: len(gate.taken) > count)
-        assert (runtime.status, runtime.refusal) == (Status.RUNNING, None)
+        assert (runtime.status, runtime.refusal) == (ComponentStatus.Running, None)
 
 
 def test_somebody_may_resume_it_by_hand_and_it_pauses_again_while_refused() -> None:
@@ -208,7 +209,7 @@ def test_somebody_may_resume_it_by_hand_and_it_pauses_again_while_refused() -> N
         gate.stopped = False
         runtime.resume()
         eventually(lambda: len(gate.taken) > 2)
-        assert runtime.status is Status.RUNNING
+        assert runtime.status is ComponentStatus.Running
 
 
 def test_a_pause_by_hand_outlasts_the_refusal() -> None:
@@ -219,4 +220,4 @@ def test_a_pause_by_hand_outlasts_the_refusal() -> None:
         refusal = runtime.refusal
         runtime.pause()
         runtime.resume(refusal)
-        assert (runtime.status, runtime.refusal) == (Status.PAUSED, None)
+        assert (runtime.status, runtime.refusal) == (ComponentStatus.Paused, None)

@@ -288,7 +288,7 @@ def test_an_exception_halts_the_component_by_default_and_names_its_state() -> No
     virtual = run(component(root), 1)
     assert virtual.halted
     (error,) = virtual.errors
-    assert (error.automaton, error.state, error.time) == (1, 2, 100_000_000)
+    assert (error.automaton, error.state, error.time) == (1, 2, 0.1)
     assert error.message == "ZeroDivisionError: division by zero"
 
 
