@@ -14,30 +14,6 @@ from typing import Annotated, Any, Final
 import msgspec
 from msgspec import Meta
 
-__all__ = [
-    "MESSAGES",
-    "METADATA",
-    "SOURCES",
-    "Action",
-    "Change",
-    "Cycle",
-    "EventSent",
-    "Failure",
-    "Firing",
-    "Gap",
-    "Guard",
-    "Image",
-    "LogLine",
-    "Message",
-    "Overlap",
-    "Reading",
-    "Result",
-    "Stamp",
-    "Timers",
-    "Variables",
-    "schema_of",
-]
-
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata that tell of the component."""
 
@@ -51,61 +27,56 @@ class Message(msgspec.Struct, frozen=True, omit_defaults=True):
     """The root of the messages."""
 
 
-class Cycle(Message, frozen=True):
-    """A cycle of an automaton begins or has ended; `at` is its component time in ns."""
+class OfAutomaton(Message, frozen=True):
+    """The root of what tells of one automaton, by its id and its name."""
 
     automaton: int
     name: Text
+
+
+class Cycle(OfAutomaton, frozen=True):
+    """A cycle of an automaton begins or has ended; `at` is its component time in ns."""
+
     begins: bool
     at: int
 
 
-class Change(Message, frozen=True):
+class Change(OfAutomaton, frozen=True):
     """An automaton entered a state, became a ghost in it, resumed it, or has finished in it."""
 
-    automaton: int
-    name: Text
     state: int
     state_name: Text
     kind: Text
     at: int
 
 
-class Guard(Message, frozen=True):
+class Guard(OfAutomaton, frozen=True):
     """The guard of a transition was asked."""
 
-    automaton: int
-    name: Text
     transition: int
     transition_name: Text
     value: bool
 
 
-class Firing(Message, frozen=True):
+class Firing(OfAutomaton, frozen=True):
     """A transition fires."""
 
-    automaton: int
-    name: Text
     transition: int
     transition_name: Text
     origin: Text
     destination: Text
 
 
-class Variables(Message, frozen=True):
+class Variables(OfAutomaton, frozen=True):
     """The variables of an automaton that a cycle changed; those that have no value any more are `gone`."""
 
-    automaton: int
-    name: Text
     values: dict[str, Any]
     gone: list[str] = []
 
 
-class Timers(Message, frozen=True):
+class Timers(OfAutomaton, frozen=True):
     """The s that are left to the timed transitions out of a state, by name, after a change of state."""
 
-    automaton: int
-    name: Text
     state_name: Text
     remaining: dict[str, float]
 
@@ -125,11 +96,9 @@ class Action(Message, frozen=True):
     arguments: dict[str, Any] = {}
 
 
-class Failure(Message, frozen=True):
+class Failure(OfAutomaton, frozen=True):
     """A piece of user code raised an exception."""
 
-    automaton: int
-    name: Text
     state_name: Text
     message: Text
     location: Text = ""
@@ -231,22 +200,14 @@ class Overlap(Message, frozen=True):
     beside: Text
 
 
+_OURS: Final[tuple[type[Message], ...]] = (
+    Cycle, Change, Guard, Firing, Variables, Timers, Failure,
+    EventSent, Action, Reading, Result, Gap, Overlap,
+)  # fmt: skip
 MESSAGES: Final[dict[str, type[Message]]] = {
-    "visualhfsm.Cycle": Cycle,
-    "visualhfsm.Change": Change,
-    "visualhfsm.Guard": Guard,
-    "visualhfsm.Firing": Firing,
-    "visualhfsm.Variables": Variables,
-    "visualhfsm.Timers": Timers,
-    "visualhfsm.EventSent": EventSent,
-    "visualhfsm.Action": Action,
-    "visualhfsm.Failure": Failure,
-    "visualhfsm.Reading": Reading,
-    "visualhfsm.Result": Result,
-    "visualhfsm.Gap": Gap,
-    "visualhfsm.Overlap": Overlap,
     "foxglove.Log": LogLine,
     "foxglove.RawImage": Image,
+    **{f"visualhfsm.{kind.__name__}": kind for kind in _OURS},
 }
 """The messages by the name of their schema."""
 

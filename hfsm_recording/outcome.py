@@ -83,8 +83,6 @@ class Outcome(msgspec.Struct, frozen=True, tag="end", tag_field="event"):
     replayed: list[Step]
     guesses: dict[str, int]
     notes: list[str]
-    halted: bool
-    lost: int
 
 
 Line = Begin | Progress | Outcome

@@ -98,8 +98,6 @@ def _outcome(run: Replay, comparison: Comparison, error: str) -> Outcome:
         replayed=comparison.replayed_steps[:_MOST_STEPS],
         guesses=run.guesses,
         notes=run.notes,
-        halted=run.ended,
-        lost=run.recording.lost,
     )
 
 

@@ -16,6 +16,7 @@ from hfsm_recording.messages import (
     Firing,
     Guard,
     Message,
+    OfAutomaton,
     Timers,
     Variables,
 )
@@ -139,7 +140,7 @@ class Comparison:
             return
         if isinstance(message, EventSent):
             pair = self._pair(f"events of {message.context}", 0, message.context or "events from outside")
-        elif isinstance(message, Change | Cycle | Failure | Firing | Guard | Variables):
+        elif isinstance(message, OfAutomaton):
             pair = self._pair(message.automaton, message.automaton, message.name)
         else:
             return

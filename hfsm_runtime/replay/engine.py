@@ -90,11 +90,6 @@ class Replay:
         """How often the recording had no answer and something older was taken, by what was asked for."""
         return dict(self._answers.knowledge.guesses)
 
-    @property
-    def ended(self) -> bool:
-        """Whether the component ended by itself, or by an error."""
-        return self._host.ended.is_set()
-
     def now(self) -> int:
         """Return the component time in ns at which the replay is."""
         return self._answers.now()

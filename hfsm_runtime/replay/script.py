@@ -19,7 +19,7 @@ from hfsm_recording.messages import (
     Reading,
     Result,
 )
-from hfsm_recording.reader import RecordingError, RecordingFile, decode, image_hash
+from hfsm_recording.reader import ImageHash, RecordingError, RecordingFile, decode
 
 from ..recording.recorder import automaton_context
 
@@ -53,9 +53,8 @@ class Record(NamedTuple):
 class Recording:
     """A recording to replay: it is walked through once when it is made, and once more for each iteration.
 
-    `duration` are the ns from the start of the component to the last message, `lost` are the messages that
-    are missing in gaps; `truncated` tells whether it ends in the middle, as that of a process that was killed
-    does. Raises RecordingError.
+    `duration` are the ns from the start of the component to the last message; `truncated` tells whether it
+    ends in the middle, as that of a process that was killed does. Raises RecordingError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -65,23 +64,19 @@ class Recording:
         self.sources: Final = self._file.sources
         self.start: Final = self._file.start
         self.duration = 0
-        self.lost = 0
         for raw in self._file.messages():
             if raw.kind is Image:
                 if len(self._images) >= _MOST_IMAGES:
                     raise RecordingError(f"the recording {path} has more than {_MOST_IMAGES} images")
-                self._images[image_hash(raw)] = raw.place
+                self._images[decode(raw, ImageHash).hash] = raw.place
                 continue
             self.duration = max(self.duration, raw.time - self.start)
-            if raw.kind is Gap:
-                gap = decode(raw)
-                self.lost += gap.lost if isinstance(gap, Gap) else 0
         self.truncated: Final = self._file.truncated
 
     def __iter__(self) -> Iterator[Record]:
         for raw in self._file.messages():
             if raw.kind is not Image:
-                yield Record(raw.time - self.start, raw.topic, decode(raw), raw.data)
+                yield Record(raw.time - self.start, raw.topic, decode(raw, raw.kind), raw.data)
 
     def image(self, hash: str) -> bytes | None:
         """Return the bytes of an image, or None when the recording does not have them."""

@@ -28,8 +28,6 @@ def test_automata_of_one_name_are_told_apart() -> None:
         replayed=steps,
         guesses={},
         notes=[],
-        halted=False,
-        lost=0,
     )
     text = "\n".join(outcome_lines(outcome))
     assert "2 automata behave otherwise" in text

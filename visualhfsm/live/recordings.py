@@ -112,7 +112,7 @@ class _Run:
         if message.kind not in (Action, Change, *_OF_AUTOMATA):
             return
         try:
-            decoded = decode(message)
+            decoded = decode(message, message.kind)
         except RecordingError:
             return
         now = max(self._now, message.time - self._start)

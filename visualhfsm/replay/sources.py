@@ -43,11 +43,8 @@ def open_file(path: Path) -> RecordingFile:
 
 
 def sources_of(recording: RecordingFile) -> RecordedSources:
-    """Return the component of a recording; raises VisualHfsmError."""
-    try:
-        found = RecordedSources(recording.name, recording.start)
-    except RecordingError as error:
-        raise VisualHfsmError(str(error)) from error
+    """Return the component of a recording."""
+    found = RecordedSources(recording.name, recording.start)
     for name, text in recording.sources.items():
         if match := _NAME.fullmatch(name):
             found.files[match[1]] = match[2], text
